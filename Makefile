@@ -1,0 +1,65 @@
+# Everything the project needs is installed by `make setup`; every other target depends on it.
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+
+CORES ?= 2
+CONFIG ?= config/config.yaml
+MOTIONS ?=
+PYTHON_VERSION := $(shell cat .python-version)
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+SNAKEMAKE := $(BIN)/snakemake -j$(CORES) --rerun-incomplete --configfile $(CONFIG)
+ifneq ($(MOTIONS),)
+SNAKEMAKE += --config motions_folder=$(MOTIONS)
+endif
+
+.PHONY: help setup study smoke test lint bench verify docs test-cluster clean
+
+help:
+	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
+	@echo "make test         install everything, run all checks"
+	@echo "make smoke        two variants x three motions, full report"
+	@echo "make verify       the paper's studies against independent references, and the slow tests"
+	@echo "make setup lint bench docs test-cluster clean"
+
+setup: $(STAMP)
+
+# ASSUME a Python 3 with venv; uv brings Python $(PYTHON_VERSION) if the machine has none.
+$(STAMP): requirements.lock pyproject.toml .python-version
+	@bash workflow/setup.sh "$(PYTHON_VERSION)" "$(VENV)"
+	@touch $@
+
+study: setup
+	$(SNAKEMAKE)
+	@echo "Report: results/report.html"
+
+smoke: setup
+	$(BIN)/snakemake -j$(CORES) --rerun-incomplete --configfile config/smoke.yaml
+	@echo "Report: results/report.html"
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright --pythonpath $(BIN)/python src
+	$(BIN)/snakefmt --check Snakefile workflow
+
+test: setup lint
+	$(BIN)/pytest -n $(CORES) -m "not slow"
+
+verify: setup
+	$(BIN)/skewbridge verify --out results/verification
+	$(BIN)/pytest -n $(CORES) -m slow
+
+bench: setup
+	bash benchmarks/run.sh
+
+docs: setup
+	$(BIN)/python -m skewbridge.report.reference_pages
+
+test-cluster: setup
+	$(BIN)/pytest tests/cluster
+
+clean:
+	rm -rf results .snakemake

@@ -1,0 +1,1 @@
+"""The study: typed configuration, variants of the grid, provenance."""

@@ -1,0 +1,102 @@
+"""One bridge of the grid and its integer-coded name."""
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from skewbridge.errors import InputError
+
+ABUTMENT_CODES: Final = {
+    "roller": "ro",
+    "simplified": "si",
+    "spring": "sp",
+    "contact": "co",
+    "contact_friction": "cf",
+}
+MAX_SKEW_DEG: Final = 60
+MAX_GAP_MM: Final = 999
+MAX_FRICTION_PCT: Final = 150
+
+_SLUG = re.compile(
+    r"(?P<bridge>[a-z][a-z0-9_]*)_(?P<code>ro|si|sp|co|cf)"
+    r"_skew(?P<skew>m?\d{2})_gap(?P<gap>\d{3})_mu(?P<mu>\d{3})"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, order=True)
+class Variant:
+    """One bridge of the grid, in whole numbers so that names and keys never depend on floats.
+
+    Attributes:
+        bridge: Name of a catalogue entry, for example ``osb1``.
+        abutment: One of ``roller, simplified, spring, contact, contact_friction``.
+        skew_deg: Skew of the abutment line from the transverse axis, whole degrees, -60 to 60.
+        gap_mm: Initial longitudinal joint gap, whole millimetres.
+        friction_pct: Coulomb coefficient at the contacts, whole hundredths.
+
+    Raises:
+        InputError: A value is outside its limits.
+    """
+
+    bridge: str
+    abutment: str
+    skew_deg: int
+    gap_mm: int
+    friction_pct: int
+
+    def __post_init__(self) -> None:
+        if self.abutment not in ABUTMENT_CODES:
+            msg = f"abutment must be one of {', '.join(ABUTMENT_CODES)}, got {self.abutment!r}"
+            raise InputError(msg)
+        for field, value, low, high in (
+            ("skew_deg", self.skew_deg, -MAX_SKEW_DEG, MAX_SKEW_DEG),
+            ("gap_mm", self.gap_mm, 0, MAX_GAP_MM),
+            ("friction (hundredths)", self.friction_pct, 0, MAX_FRICTION_PCT),
+        ):
+            if not low <= value <= high:
+                msg = f"{field} must be within {low}..{high}, got {value}"
+                raise InputError(msg)
+
+    @property
+    def friction(self) -> float:
+        """Coulomb coefficient."""
+        return self.friction_pct / 100
+
+    @property
+    def slug(self) -> str:
+        """Name of the variant, for example ``osb1_cf_skew30_gap051_mu050``."""
+        skew = f"{'m' if self.skew_deg < 0 else ''}{abs(self.skew_deg):02d}"
+        code = ABUTMENT_CODES[self.abutment]
+        return f"{self.bridge}_{code}_skew{skew}_gap{self.gap_mm:03d}_mu{self.friction_pct:03d}"
+
+    def normalised(self) -> "Variant":
+        """Return the variant with the axes set to zero that its abutment model does not have."""
+        gap_mm = 0 if self.abutment == "roller" else self.gap_mm
+        friction_pct = self.friction_pct if self.abutment == "contact_friction" else 0
+        return Variant(
+            bridge=self.bridge,
+            abutment=self.abutment,
+            skew_deg=self.skew_deg,
+            gap_mm=gap_mm,
+            friction_pct=friction_pct,
+        )
+
+
+def parse_slug(slug: str) -> Variant:
+    """Return the variant that a slug names.
+
+    Raises:
+        InputError: The text is not a slug.
+    """
+    match = _SLUG.fullmatch(slug)
+    if match is None:
+        msg = f"not a variant name: {slug!r} (expected e.g. osb1_cf_skew30_gap051_mu050)"
+        raise InputError(msg)
+    names = {code: name for name, code in ABUTMENT_CODES.items()}
+    return Variant(
+        bridge=match["bridge"],
+        abutment=names[match["code"]],
+        skew_deg=int(match["skew"].replace("m", "-")),
+        gap_mm=int(match["gap"]),
+        friction_pct=int(match["mu"]),
+    )

@@ -1,0 +1,24 @@
+"""Unit factors and sign conventions: everything inside the package is SI (N, m, s, kg, rad).
+
+Convert once, at the edge, by multiplying with the named factor on the way in and dividing on the
+way out: ``gap_m = gap_mm * MM``. The axes and signs are defined in docs/assumptions.md.
+"""
+
+from typing import Final
+
+G_MPS2: Final = 9.80665  # source: standard gravity, CGPM 1901
+
+MM: Final = 1.0e-3
+KN: Final = 1.0e3
+KJ: Final = 1.0e3
+MPA: Final = 1.0e6
+GPA: Final = 1.0e9
+TONNE: Final = 1.0e3
+GAL: Final = 1.0e-2  # cm/s2
+
+# source: exact definitions of the inch (1959) and of the pound-force
+INCH: Final = 0.0254
+FOOT: Final = 12 * INCH
+KIP: Final = 4448.2216152605
+PSI: Final = KIP / 1000 / INCH**2
+KSI: Final = 1000 * PSI

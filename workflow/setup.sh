@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Makes the virtual environment from requirements.lock.  usage: setup.sh PYTHON_VERSION VENV
+set -euo pipefail
+version=$1 venv=$2
+
+stop() {
+    echo "setup: $1" >&2
+    exit 1
+}
+
+if command -v uv >/dev/null 2>&1; then
+    uv=uv
+else
+    # A private uv, so that nothing has to be installed on the machine.
+    python=$(command -v python3 || command -v python) || stop "no Python 3 found: install Python $version with venv and run make again."
+    [ -x .uv/bin/uv ] || { "$python" -m venv .uv && .uv/bin/pip install --quiet uv; } ||
+        stop "could not make a private uv with $python: install Python $version with its venv module and run make again."
+    uv=.uv/bin/uv
+fi
+
+[ -x "$venv/bin/python" ] && "$venv/bin/python" -c "import sys; sys.exit(sys.version_info[:2] != tuple(map(int, '$version'.split('.'))))" ||
+    "$uv" venv --quiet --clear --python "$version" "$venv" ||
+    stop "Python $version is needed (OpenSeesPy 3.8 has wheels for it) and could not be found or downloaded: install it and run make again."
+VIRTUAL_ENV=$venv "$uv" pip sync --quiet --require-hashes requirements.lock
+VIRTUAL_ENV=$venv "$uv" pip install --quiet --no-deps --no-build-isolation --editable .
+"$venv/bin/python" -c "import openseespy.opensees" ||
+    stop "OpenSeesPy does not import: on Linux it needs x86_64 and glibc 2.28 or newer (see the message above); run make again on such a machine."
