@@ -1,0 +1,189 @@
+"""What a built model hands to the analyses: tags, positions and the data to read demands.
+
+Axes: x longitudinal, y transverse, z up, origin in plan at the middle of the deck. Every handle
+is valid only inside the `domain()` that the model was built in.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.shear_capacity import ShearSection
+from skewbridge.contact import ContactSet
+from skewbridge.study.variant import Variant
+
+type PlanVector = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpringHandle:
+    """One spring of a zeroLength element.
+
+    Attributes:
+        element: Tag.
+        component: 0-based place in ``basicForce`` and ``basicDeformation``.
+        direction: Plan unit vector of positive deformation (second node minus first).
+        nodes: First (ground side) and second (deck side) node.
+    """
+
+    element: int
+    component: int
+    direction: PlanVector
+    nodes: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnHandle:
+    """One column.
+
+    Attributes:
+        element: Tag; its end i is the base, ``eleResponse(element, "force")`` are 12 global
+            components starting with the base.
+        base_node: Node at the base.
+        top_node: Node at the soffit.
+        clear_height_m: Base to soffit.
+        hinge_sections: 1-based integration points where plastic curvature is read, for
+            ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
+            torsion); empty for elastic columns.
+        yield_curvature_per_m: Idealised (elastic-perfectly-plastic) yield curvature under dead
+            load.
+        yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
+            ductility in the shear capacity.
+        shear: Inputs of the shear capacity.
+        dead_axial_n: Hand estimate of the axial force under dead load (compression positive).
+    """
+
+    element: int
+    base_node: int
+    top_node: int
+    clear_height_m: float
+    hinge_sections: tuple[int, ...]
+    yield_curvature_per_m: float
+    yield_drift_ratio: float
+    shear: ShearSection
+    dead_axial_n: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CornerHandle:
+    """One corner of the deck at an abutment.
+
+    Attributes:
+        node: Tag of the deck-level node.
+        kind: ``acute`` or ``obtuse``; at zero skew named as at a vanishing positive skew.
+        plan_m: Position at rest.
+    """
+
+    node: int
+    kind: str
+    plan_m: PlanVector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BearingHandle:
+    """One pad, or a vertical support.
+
+    Attributes:
+        element: Tag.
+        seat_node: Fixed node below.
+        deck_node: Node above.
+    """
+
+    element: int
+    seat_node: int
+    deck_node: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbutmentHandle:
+    """One abutment with the deck end it supports.
+
+    Attributes:
+        side: ``left`` (negative x) or ``right``.
+        normal: Outward normal of the deck end (towards the backfill), in plan.
+        tangent: ``normal`` turned by +90 degrees: along the wall.
+        skew_rad: Signed skew.
+        gap_m: Longitudinal joint gap, normal to the wall.
+        transverse_gap_m: Gap at the keys.
+        seat_width_m: Support length normal to the seat.
+        centre_node: Node at deck level on the centreline, moves with the deck end.
+        corners: The two corners of the deck end.
+        bearings: Pads (or supports).
+        wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
+            ``tangent``; empty without contact.
+        key_units: Indices of the keys' contacts.
+        wall_nodes: Backwall nodes of the contacts, same order as ``wall_units``.
+        key_nodes: Key nodes, same order as ``key_units``.
+        wall_springs: Springs that push the deck away from the backfill: between ground and wall
+            node with contact, between ground and deck without.
+        key_springs: The same for the shear keys (transverse springs of `simplified`).
+        wing_springs: Wing-wall springs.
+        other_springs: Weak restoring springs and dashpots as elements (no demand reads them).
+    """
+
+    side: str
+    normal: PlanVector
+    tangent: PlanVector
+    skew_rad: float
+    gap_m: float
+    transverse_gap_m: float
+    seat_width_m: float
+    centre_node: int
+    corners: tuple[CornerHandle, ...]
+    bearings: tuple[BearingHandle, ...]
+    wall_units: tuple[int, ...]
+    key_units: tuple[int, ...]
+    wall_nodes: tuple[int, ...]
+    key_nodes: tuple[int, ...]
+    wall_springs: tuple[SpringHandle, ...]
+    key_springs: tuple[SpringHandle, ...]
+    wing_springs: tuple[SpringHandle, ...]
+    other_springs: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BridgeModel:
+    """A built model, before gravity.
+
+    Attributes:
+        variant: What was asked for (normalised).
+        bridge: Its catalogue data.
+        options: Modelling choices.
+        deck_nodes: Spine nodes, left to right.
+        deck_centre_node: Spine node at the mass centre of the deck.
+        deck_mass_nodes: Nodes that carry the bridge's mass (spine, caps, columns).
+        deck_masses_kg: Their translational masses, same order.
+        wall_masses_kg: Further masses: wall and key nodes, by node.
+        dead_loads_n: Downward nodal load by node.
+        deck_elements: Spine and cap elements.
+        columns: Columns, bent by bent.
+        abutments: Left, right.
+        contacts: The contact units, or None for models without contact.
+        energy_elements: Element tags by group for the energy balance: ``columns, deck, bearings,
+            backfill`` (wall, key, wing and restoring springs with their dashpots), ``contact``,
+            ``links`` (stiff connections and foundation springs).
+        damping_elements: Elements of the Rayleigh region: deck and columns only.
+        weight_n: Sum of the dead loads.
+    """
+
+    variant: Variant
+    bridge: BridgeData
+    options: ModelOptions
+    deck_nodes: tuple[int, ...]
+    deck_centre_node: int
+    deck_mass_nodes: tuple[int, ...]
+    deck_masses_kg: tuple[float, ...]
+    wall_masses_kg: Mapping[int, float]
+    dead_loads_n: Mapping[int, float]
+    deck_elements: tuple[int, ...]
+    columns: tuple[ColumnHandle, ...]
+    abutments: tuple[AbutmentHandle, AbutmentHandle]
+    contacts: ContactSet | None
+    energy_elements: Mapping[str, tuple[int, ...]]
+    damping_elements: tuple[int, ...]
+
+    @property
+    def weight_n(self) -> float:
+        """Total dead load."""
+        return sum(self.dead_loads_n.values())

@@ -1,0 +1,85 @@
+"""How a variant is modelled: the choices that are not data of the bridge."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from skewbridge.errors import InputError
+
+type Arrays = Literal["rigid", "corotational"]
+type ColumnIntegration = Literal["hinge_radau", "lobatto5"]
+type Backfill = Literal["hyperbolic", "sdc"]
+type KeyKind = Literal["sacrificial", "monolithic"]
+type KeyFrame = Literal["skewed", "deck_edge"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelOptions:
+    """Modelling choices of one analysis; the defaults are the default study's.
+
+    Attributes:
+        arrays: Transverse arrays of the abutment: rigid links, or stiff corotational elements as
+            in the paper (2.3 times dearer).
+        column_integration: ``hinge_radau`` (plastic hinge of the bridge's hinge length) or
+            ``lobatto5`` (distributed plasticity as in the paper).
+        transverse_gap_m: Gap at each exterior shear key.
+        cohesion_n: Cohesion of the backwall contact, total per wall, shared by its points.
+        backwall_points: Contact points along a backwall, corners included.
+        normal_stiffness_n_per_m: Contact penalty per wall point; None applies the rule of
+            `skewbridge.bridge.abutment.penalty`.
+        tangent_stiffness_n_per_m: The same for the tangential springs.
+        wall_dashpot_ratio: Critical damping ratio of the dashpots on wall and key nodes.
+        wall_restoring_n_per_m: Weak elastic spring that brings an open backwall back, per wall.
+        backfill: Hyperbolic curve or the bilinear one of SDC 2.0.
+        backfill_variation: Relative change of backfill strength and stiffness from the middle to
+            the ends of a wall skewed at 60 degrees, linear in skew; 0.3 is Kaviani's.
+        keys: Sacrificial or monolithic exterior shear keys.
+        key_frame: Normal of the keys along the skewed abutment line, or across the deck edge.
+        embankment_mass: Whether the critical length of the embankment moves with the abutment
+            (`spring` model).
+        column_fibers: Rings and wedges of the core, and rings of the cover.
+        deck_elements_per_span: Elastic elements per span.
+        elastic_columns: Cracked elastic columns, for hand checks and modal comparisons.
+        friction_springs: Whether `contact` models carry the tangential springs of
+            `contact_friction` at zero bound; None follows the abutment model.
+    """
+
+    arrays: Arrays = "rigid"
+    column_integration: ColumnIntegration = "hinge_radau"
+    transverse_gap_m: float = 0.0064  # source: Rahman & Mackie, section 4
+    cohesion_n: float = 0.0
+    backwall_points: int = 5
+    normal_stiffness_n_per_m: float | None = None
+    tangent_stiffness_n_per_m: float | None = None
+    wall_dashpot_ratio: float = 0.10  # ASSUME light walls radiate: 10 % of critical
+    wall_restoring_n_per_m: float = 5.0e6  # ASSUME at most 5e3 kN/m per wall: stiffer ones matter
+    backfill: Backfill = "hyperbolic"
+    backfill_variation: float = 0.0
+    keys: KeyKind = "sacrificial"
+    key_frame: KeyFrame = "skewed"
+    embankment_mass: bool = False
+    column_fibers: tuple[int, int, int] = (8, 20, 2)
+    deck_elements_per_span: int = 4
+    elastic_columns: bool = False
+    friction_springs: bool | None = None
+
+    def __post_init__(self) -> None:
+        for field, value, low, high in (
+            ("transverse_gap_m", self.transverse_gap_m, 0.0, 100.0),
+            ("cohesion_n", self.cohesion_n, 0.0, 1.0e9),
+            ("backwall_points", self.backwall_points, 2, 41),
+            ("wall_dashpot_ratio", self.wall_dashpot_ratio, 0.0, 1.0),
+            ("wall_restoring_n_per_m", self.wall_restoring_n_per_m, 1.0, 1.0e9),
+            ("backfill_variation", self.backfill_variation, 0.0, 0.9),
+            ("deck_elements_per_span", self.deck_elements_per_span, 1, 64),
+            ("column_fibers", min(self.column_fibers), 1, 200),
+        ):
+            if not low <= value <= high:
+                msg = f"option {field} must be within {low:g}..{high:g}, got {value:g}"
+                raise InputError(msg)
+        for field, value in (
+            ("normal_stiffness_n_per_m", self.normal_stiffness_n_per_m),
+            ("tangent_stiffness_n_per_m", self.tangent_stiffness_n_per_m),
+        ):
+            if value is not None and not value > 0.0:
+                msg = f"option {field} must be positive, got {value:g}"
+                raise InputError(msg)
