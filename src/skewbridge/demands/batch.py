@@ -1,0 +1,206 @@
+"""The analyses of one variant, in parallel, each finished one written to the journal at once."""
+
+import logging
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from joblib import Parallel, delayed
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse, opensees_version
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.demands.journal import JournalWriter
+from skewbridge.demands.orphans import end_with
+from skewbridge.demands.schema import DEMAND_COLUMNS, INTENSITY_COLUMNS, key_values
+from skewbridge.errors import InputError
+from skewbridge.motions.suite import SuiteMotion
+from skewbridge.study.provenance import ENGINE_ROOMS, canonical, digest_of, source_digest
+from skewbridge.study.variant import Variant
+
+logger = logging.getLogger(__name__)
+
+type Row = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """One analysis: everything a worker needs.
+
+    Attributes:
+        variant: The bridge.
+        motion: The ground motion with its factor and its intensity measures at that factor.
+        incidence_deg: Angle from bridge x to component 1.
+        settings: How to integrate.
+        options: How to model.
+    """
+
+    variant: Variant
+    motion: SuiteMotion
+    incidence_deg: float
+    settings: AnalysisSettings
+    options: ModelOptions
+
+    @property
+    def run_key(self) -> str:
+        """Digest of everything that the result depends on."""
+        return digest_of(
+            canonical(asdict(self.variant)),
+            self.motion.motion.sha256,
+            self.motion.scale,
+            self.incidence_deg,
+            canonical(asdict(self.settings)),
+            canonical(asdict(self.options)),
+            load_bridge(self.variant.bridge).digest,
+            source_digest(*ENGINE_ROOMS),
+            opensees_version(),
+        )
+
+
+def plan_tasks(
+    variant: Variant,
+    suite: Sequence[SuiteMotion],
+    incidence_deg: Sequence[float],
+    settings: AnalysisSettings,
+    options: ModelOptions,
+) -> list[Task]:
+    """Return the analyses of one variant, the longest motions first (better use of the cores)."""
+    tasks = [
+        Task(
+            variant=variant, motion=motion, incidence_deg=angle, settings=settings, options=options
+        )
+        for motion in suite
+        for angle in incidence_deg
+    ]
+    return sorted(tasks, key=lambda task: -task.motion.motion.duration_s)
+
+
+def run_tasks(
+    tasks: Sequence[Task],
+    journal: JournalWriter,
+    done: Mapping[str, Row],
+    *,
+    n_jobs: int,
+    log_folder: Path,
+    on_finished: Callable[[Row], None],
+) -> list[Row]:
+    """Run what the journal does not have, and return the rows of all tasks in their order.
+
+    A worker that dies (a fault inside the solver) costs its own analysis only: it is tried once
+    more alone and then recorded with status ``crash``.
+
+    Args:
+        tasks: What the variant needs.
+        journal: Open journal of the variant.
+        done: Rows that the journal has already, by `run_key`.
+        n_jobs: Worker processes.
+        log_folder: Where each analysis leaves the solver's messages.
+        on_finished: Called with each new row.
+    """
+    rows = {key: row for key, row in done.items() if key in {task.run_key for task in tasks}}
+
+    def finish(row: Row) -> None:
+        journal.append(row)
+        rows[row["run_key"]] = row
+        on_finished(row)
+
+    while pending := [task for task in tasks if task.run_key not in rows]:
+        try:
+            for row in _stream(pending, n_jobs, log_folder):
+                finish(row)
+        except TerminatedWorkerError:
+            left = [task for task in pending if task.run_key not in rows]
+            logger.warning("a worker died; the %d analyses under way run alone", n_jobs + 1)
+            for task in left[: n_jobs + 1]:
+                finish(_alone(task, log_folder))
+    return [rows[task.run_key] for task in tasks]
+
+
+def analyse_row(task: Task, log_folder: Path, owner_pid: int) -> Row:
+    """Run one analysis in this process and return its row of the demands table.
+
+    Args:
+        task: The analysis.
+        log_folder: Where the solver's messages go, in a file named after the motion.
+        owner_pid: The process that the result is for; when it ends, so does this one.
+    """
+    end_with(owner_pid)
+    log_folder.mkdir(parents=True, exist_ok=True)
+    log_path = log_folder / f"{task.motion.motion.motion_id}_{task.incidence_deg:03.0f}.log"
+    wall_s, cpu_s = time.perf_counter(), time.process_time()
+    try:
+        result = analyse(
+            task.variant,
+            task.motion.motion,
+            task.motion.scale,
+            task.incidence_deg,
+            task.settings,
+            task.options,
+            histories=False,
+            log_path=log_path,
+        )
+    except InputError as error:
+        outcome = _no_result("invalid_input", str(error))
+    except Exception as error:  # the boundary: whatever fails in one analysis is data
+        logger.exception("%s under %s", task.variant.slug, task.motion.motion.motion_id)
+        outcome = _no_result("crash", f"{type(error).__name__}: {error}")
+    else:
+        outcome = {
+            **result.demands,
+            "status": result.status,
+            "collapse_criterion": result.collapse_criterion,
+            "time_reached_s": result.time_reached_s,
+            "duration_s": result.duration_s,
+            "recovery_rung": result.recovery_rung,
+            "substeps": result.substeps,
+        }
+    return {
+        **_identity(task),
+        **outcome,
+        "wall_s": time.perf_counter() - wall_s,
+        "cpu_s": time.process_time() - cpu_s,
+    }
+
+
+def _stream(tasks: Sequence[Task], n_jobs: int, log_folder: Path) -> Iterator[Row]:
+    parallel = Parallel(n_jobs=n_jobs, backend="loky", return_as="generator_unordered")
+    yield from parallel(
+        delayed(analyse_row)(task, log_folder / task.variant.slug, os.getpid()) for task in tasks
+    )
+
+
+def _alone(task: Task, log_folder: Path) -> Row:
+    try:
+        # Two workers for one task: with one, joblib would run it in this process.
+        return next(_stream([task], 2, log_folder))
+    except TerminatedWorkerError:
+        crash = _no_result("crash", "the worker process died")
+        return {**_identity(task), **crash, "wall_s": math.nan, "cpu_s": math.nan}
+
+
+def _identity(task: Task) -> Row:
+    motion = task.motion
+    return {
+        **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
+        **{column.name: motion.measures[column.name] for column in INTENSITY_COLUMNS},
+        "run_key": task.run_key,
+    }
+
+
+def _no_result(status: str, reason: str) -> Row:
+    empty: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
+    return {
+        **empty,
+        "status": status,
+        "collapse_criterion": reason,
+        "time_reached_s": 0.0,
+        "duration_s": math.nan,
+        "recovery_rung": 0,
+        "substeps": 0,
+    }

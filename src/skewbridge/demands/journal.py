@@ -1,0 +1,68 @@
+"""The journal of a variant: append-only, one JSON line per finished analysis.
+
+A study that was killed repeats nothing that stands in a journal. A journal is never a declared
+output of a rule, so Snakemake does not delete it.
+"""
+
+import fcntl
+import json
+import os
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from skewbridge.errors import InputError
+
+
+def read_journal(path: Path) -> dict[str, dict[str, Any]]:
+    """Return the rows of a journal by `run_key`; the last line of a key wins.
+
+    A line cut short by a kill is passed over: its analysis simply runs again.
+    """
+    rows: dict[str, dict[str, Any]] = {}
+    if not path.exists():
+        return rows
+    with path.open(encoding="utf-8") as lines:
+        for line in lines:
+            try:
+                row = json.loads(line)
+            except json.JSONDecodeError:
+                continue
+            if isinstance(row, dict) and "run_key" in row:
+                rows[row["run_key"]] = row
+    return rows
+
+
+class JournalWriter:
+    """Appends rows to a journal that it holds the lock of."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+
+    def append(self, row: Mapping[str, Any]) -> None:
+        """Write one row and make sure that it is on the disk."""
+        # One write call per line; the newline in front closes a line that a kill cut short.
+        line = "\n" + json.dumps(row, allow_nan=True) + "\n"
+        os.write(self._descriptor, line.encode())
+        os.fsync(self._descriptor)
+
+
+@contextmanager
+def open_journal(path: Path) -> Generator[JournalWriter]:
+    """Open a journal for writing, alone.
+
+    Raises:
+        InputError: Another process analyses the same variant in the same folder.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            msg = f"{path} is being written by another process; end that study first"
+            raise InputError(msg) from None
+        yield JournalWriter(descriptor)
+    finally:
+        os.close(descriptor)

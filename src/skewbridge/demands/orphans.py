@@ -1,0 +1,51 @@
+"""No process of a killed study goes on: each one ends when the process it works for is gone."""
+
+import os
+import threading
+import time
+from functools import cache
+from typing import Final
+
+import psutil
+
+POLL_S: Final = 1.0
+EXIT_ORPHANED: Final = 3
+
+
+@cache
+def end_with(pid: int) -> threading.Thread:
+    """End this process, at once, as soon as another process has ended.
+
+    A killed parent cannot tell its children, and an orphan would write beside its successor.
+    Calling it again for the same process does nothing.
+
+    Args:
+        pid: The process to watch.
+
+    Returns:
+        The watching thread.
+    """
+
+    def watch() -> None:
+        try:
+            owner = psutil.Process(pid)
+            while owner.is_running() and owner.status() != psutil.STATUS_ZOMBIE:
+                time.sleep(POLL_S)
+        except psutil.NoSuchProcess:
+            pass
+        os._exit(EXIT_ORPHANED)
+
+    thread = threading.Thread(target=watch, name=f"end-with-{pid}", daemon=True)
+    thread.start()
+    return thread
+
+
+def workflow_pid() -> int:
+    """Return the nearest ancestor that runs the workflow, or else the parent."""
+    for ancestor in psutil.Process().parents():
+        try:
+            if any("snakemake" in part for part in ancestor.cmdline()[:3]):
+                return ancestor.pid
+        except psutil.Error:
+            break
+    return os.getppid()
