@@ -1,0 +1,67 @@
+"""Numbers out of text files written by forty years of Fortran."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.errors import InputError
+
+FLOAT: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
+
+_PLAIN = re.compile(r"[0-9eEdD+\-.,;\s]*")
+_NUMBER = re.compile(FLOAT)
+_RUN = re.compile(rf"(?:{FLOAT})(?:[+-](?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)*")
+_DECIMAL_COMMA = re.compile(r"\d,\d")
+_SEPARATORS = str.maketrans(",;", "  ")
+
+
+def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> NDArray[np.float64]:
+    """Return every number of some lines, in order.
+
+    Blanks, commas and semicolons separate; Fortran ``D`` exponents and numbers run together at a
+    sign (``.12E-01-.76E-02``) are understood.
+
+    Args:
+        lines: Lines of text.
+        path: File they came from, for the message.
+        first_line: Line number of the first of them.
+
+    Raises:
+        InputError: Something that is not a finite number, with file and line.
+    """
+    text = "\n".join(lines)
+    if "." not in text and _DECIMAL_COMMA.search(text):
+        msg = f"{path.name}: decimal comma in the values"
+        raise InputError(msg, file=str(path))
+    if _PLAIN.fullmatch(text):
+        tokens = text.translate(_SEPARATORS).replace("D", "E").replace("d", "e").split()
+        try:
+            values = np.array(tokens, dtype=np.float64)
+        except ValueError:
+            pass
+        else:
+            if np.isfinite(values).all():
+                return values
+    found: list[float] = []
+    for offset, line in enumerate(lines):
+        for token in line.translate(_SEPARATORS).split():
+            found.extend(_split(token, path, first_line + offset))
+    return np.array(found, dtype=np.float64)
+
+
+def _split(token: str, path: Path, line: int) -> list[float]:
+    """Return the numbers of one blank-free token."""
+    if not _RUN.fullmatch(token):
+        msg = f"{path.name}, line {line}: {token[:40]!r} is not a number"
+        raise InputError(msg, file=str(path), line=line)
+    values = [
+        float(number.replace("D", "E").replace("d", "e")) for number in _NUMBER.findall(token)
+    ]
+    if not np.isfinite(values).all():
+        msg = f"{path.name}, line {line}: {token[:40]!r} is too large"
+        raise InputError(msg, file=str(path), line=line)
+    return values

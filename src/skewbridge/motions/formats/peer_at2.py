@@ -1,0 +1,131 @@
+"""PEER acceleration files (.AT2): NGA-West2 and the older strong-motion database.
+
+Header lines vary in number, case and blanks; the one with NPTS and DT is searched for, everything
+after it is data.
+"""
+
+import re
+from pathlib import Path
+from typing import Final
+
+from skewbridge.errors import InputError
+from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
+from skewbridge.motions.formats.trace import (
+    UNIT_FACTORS,
+    Given,
+    Trace,
+    azimuth_deg,
+    dt_of,
+    unit_of,
+)
+
+NAME: Final = "peer_at2"
+HEADER_LINES: Final = 12
+
+_SIZES = (
+    re.compile(rf"NPTS\s*[=:]\s*(?P<npts>\d+)\s*,?\s*DT\s*[=:]\s*(?P<dt>{FLOAT})", re.IGNORECASE),
+    re.compile(rf"^\s*(?P<npts>\d+)\s+(?P<dt>{FLOAT})\s+NPTS\s*,\s*DT", re.IGNORECASE),
+)
+_NOT_ACCELERATION = re.compile(r"\b(VELOCITY|DISPLACEMENT)\b.*(UNITS|SERIES|HISTORY)", re.I)
+_UNITS = (
+    (re.compile(r"UNITS OF G\b|\bin g\b|\(g\)", re.IGNORECASE), "g"),
+    (re.compile(r"\bCM/S(EC)?(\*\*2|\^2|2|/S(EC)?)", re.IGNORECASE), "cm/s2"),
+    (re.compile(r"\bM/S(EC)?(\*\*2|\^2|2|/S(EC)?)", re.IGNORECASE), "m/s2"),
+)
+_TITLE = re.compile(
+    r"(?P<event>[^,]+),\s*(?P<date>[\d/ ]+),\s*(?P<station>.*),\s*(?P<azimuth>-?\d{1,3}|[A-Z]{1,3})"
+)
+_FOOTER = re.compile(r"^\s*\*+\s*end\b", re.IGNORECASE)
+
+
+def recognises(lines: list[str], path: Path) -> bool:
+    """Say whether the text looks like a PEER file, whatever its name."""
+    return _sizes(lines) is not None or path.suffix.lower() in {".at2", ".vt2", ".dt2"}
+
+
+def read(lines: list[str], path: Path, given: Given) -> Trace:
+    """Read a PEER acceleration file.
+
+    Raises:
+        InputError: Not an acceleration file, no NPTS and DT, broken values.
+    """
+    found = _sizes(lines)
+    if found is None:
+        if not any(re.search(r"[A-Za-z]{3}", line) for line in lines[:HEADER_LINES]):
+            msg = f"{path.name}: no header with NPTS and DT, give dt"
+            raise InputError(msg, file=str(path))
+        msg = f"{path.name}: no NPTS and DT in the header"
+        raise InputError(msg, file=str(path))
+    row, npts, dt_header_s = found
+    header = lines[:row]
+    for line in header:
+        if _NOT_ACCELERATION.search(line):
+            msg = f"{path.name}: not an acceleration: {line.strip()!r}"
+            raise InputError(msg, file=str(path))
+    unit, notes = unit_of(given, _unit(header))
+    dt_s, warnings = dt_of(given, dt_header_s, path)
+    data = _without_footer(lines[row + 1 :])
+    values = parse_numbers(data, path, first_line=row + 2)
+    if values.size > npts:
+        if values.size - npts >= len(data[0].split()):
+            msg = f"{path.name}: NPTS = {npts}, but {values.size} values"
+            raise InputError(msg, file=str(path))
+        warnings.append(f"NPTS = {npts}, {values.size} values: cut to NPTS")
+        values = values[:npts]
+    elif values.size < npts:
+        _refuse_cut_number(data, path)
+        warnings.append(f"NPTS = {npts}, {values.size} values: truncated file?")
+    event, station, azimuth = _title(header)
+    return Trace(
+        path=path,
+        format=NAME,
+        accel_mps2=values * UNIT_FACTORS[unit],
+        dt_s=dt_s,
+        unit=unit,
+        warnings=tuple(warnings),
+        notes=tuple(notes),
+        event=event,
+        station=station,
+        azimuth_deg=azimuth,
+    )
+
+
+def _sizes(lines: list[str]) -> tuple[int, int, float] | None:
+    for row, line in enumerate(lines[:HEADER_LINES]):
+        for pattern in _SIZES:
+            if match := pattern.search(line):
+                dt_s = float(match["dt"].upper().replace("D", "E"))
+                return row, int(match["npts"]), dt_s
+    return None
+
+
+def _unit(header: list[str]) -> str | None:
+    # The title lines (event, station) may hold anything: units stand in the last lines.
+    for line in reversed(header[1:]):
+        for pattern, unit in _UNITS:
+            if pattern.search(line):
+                return unit
+    return None
+
+
+def _without_footer(data: list[str]) -> list[str]:
+    for row, line in enumerate(data):
+        if _FOOTER.match(line):
+            return data[:row]
+    return data
+
+
+def _refuse_cut_number(data: list[str], path: Path) -> None:
+    """Refuse a last value without the exponent all others have: `-.31` of `-.3141593E-02`."""
+    tokens = " ".join(data[-3:]).split()
+    if len(tokens) > 1 and "E" in tokens[0].upper() and "E" not in tokens[-1].upper():
+        msg = f"{path.name}: the file ends inside a number"
+        raise InputError(msg, file=str(path))
+
+
+def _title(header: list[str]) -> tuple[str, str, float]:
+    """Return event, station and azimuth of `EVENT, 1/17/1994, STATION, 90`, where so written."""
+    for line in header[:3]:
+        if match := _TITLE.fullmatch(line.strip()):
+            return match["event"].strip(), match["station"].strip(), azimuth_deg(match["azimuth"])
+    return "", "", float("nan")

@@ -1,0 +1,111 @@
+"""One recorded component as a reader returns it, and the units accelerations come in."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.errors import InputError
+from skewbridge.units import G_MPS2, GAL
+
+UNIT_FACTORS: Final = {"g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0}
+DEFAULT_UNIT: Final = "g"
+
+
+class DtMissingError(InputError):
+    """The file holds values only: the time step must come from the caller or the index."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Given:
+    """What the caller or the index knows about a file; it goes before the file's own word.
+
+    Attributes:
+        dt_s: Time step in s.
+        unit: One of ``g``, ``cm/s2``, ``m/s2``.
+        channel: Which channel of a file with several, counted from 1.
+    """
+
+    dt_s: float | None = None
+    unit: str | None = None
+    channel: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.unit is not None and self.unit not in UNIT_FACTORS:
+            known = ", ".join(UNIT_FACTORS)
+            msg = f"unit must be one of {known}, got {self.unit!r}"
+            raise InputError(msg)
+        if self.dt_s is not None and not (np.isfinite(self.dt_s) and self.dt_s > 0.0):
+            msg = f"dt_s must be positive, got {self.dt_s}"
+            raise InputError(msg)
+        if self.channel is not None and self.channel < 1:
+            msg = f"channel must be 1 or more, got {self.channel}"
+            raise InputError(msg)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trace:
+    """One acceleration component read from one file.
+
+    Attributes:
+        path: The file.
+        format: Name of the file format.
+        accel_mps2: Accelerations in m/s2, shape (npts,).
+        dt_s: Time step in s.
+        unit: Unit of the values in the file.
+        sha256: Digest of the bytes of the file.
+        event: Earthquake, as the header has it.
+        station: Station, as the header has it.
+        azimuth_deg: Compass direction, nan if the header has none.
+        warnings: Doubts about the values; refused under strict reading.
+        notes: What was taken for granted.
+    """
+
+    path: Path
+    format: str
+    accel_mps2: NDArray[np.float64]
+    dt_s: float
+    unit: str
+    sha256: str = ""
+    event: str = ""
+    station: str = ""
+    azimuth_deg: float = float("nan")
+    warnings: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = field(default=())
+
+
+def unit_of(given: Given, in_file: str | None) -> tuple[str, list[str]]:
+    """Return the unit to use and what to say about it; the caller's unit goes first, then g."""
+    if given.unit is not None:
+        clash = in_file is not None and in_file != given.unit
+        note = f"unit {given.unit} as given" + (f", the header says {in_file}" if clash else "")
+        return given.unit, [note] if clash or in_file is None else []
+    if in_file is not None:
+        return in_file, []
+    return DEFAULT_UNIT, [f"no unit in the file: {DEFAULT_UNIT} taken"]
+
+
+def dt_of(given: Given, in_file: float | None, path: Path) -> tuple[float, list[str]]:
+    """Return the time step to use and what to say about it.
+
+    Raises:
+        DtMissingError: Neither the caller nor the file has one.
+    """
+    if given.dt_s is not None:
+        clash = in_file is not None and abs(in_file / given.dt_s - 1.0) > 1.0e-6
+        return given.dt_s, [f"dt {given.dt_s} s as given, the file says {in_file}"] if clash else []
+    if in_file is None:
+        msg = f"{path.name}: values only, give the time step (dt_s)"
+        raise DtMissingError(msg, file=str(path))
+    return in_file, []
+
+
+def azimuth_deg(text: str) -> float:
+    """Return a compass direction written as degrees or as N, E, S, W; nan if it is neither."""
+    letters = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0, "NS": 0.0, "EW": 90.0}
+    cleaned = text.strip().upper().replace("-", "")
+    if cleaned in letters:
+        return letters[cleaned]
+    return float(cleaned) if cleaned.isdigit() and int(cleaned) <= 360 else float("nan")

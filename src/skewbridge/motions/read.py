@@ -1,0 +1,174 @@
+"""Read any supported motion file: what the format is, is found out from its text."""
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, Protocol
+
+import numpy as np
+
+from skewbridge.errors import InputError
+from skewbridge.motions.examine import doubts, refuse_impossible
+from skewbridge.motions.formats import peer_at2, values
+from skewbridge.motions.formats.trace import Given, Trace
+from skewbridge.motions.pairing import motion_name
+from skewbridge.motions.record import GroundMotion
+
+MAX_FILE_BYTES: Final = 64_000_000
+
+
+class Format(Protocol):
+    """What a module of `formats` offers."""
+
+    NAME: str
+
+    def recognises(self, lines: list[str], path: Path) -> bool:
+        """Say whether the text is of this format."""
+        ...
+
+    def read(self, lines: list[str], path: Path, given: Given) -> Trace:
+        """Read the text."""
+        ...
+
+
+# The first that recognises a file reads it.
+FORMATS: Final = (peer_at2, values)
+
+_FOREIGN: Final = (
+    (b"PK\x03\x04", "a zip archive: unpack it first"),
+    (b"\x1f\x8b", "a gzip archive: unpack it first"),
+    (b"%PDF", "a PDF"),
+    (b"version https://git-lfs", "a git-LFS pointer: fetch the real file"),
+    (b"<", "a web page (a log-in page saved as a record?)"),
+)
+
+
+def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) -> Trace:
+    """Read one component.
+
+    Args:
+        path: The file.
+        given: Time step, unit, channel where the file has none or is wrong.
+        strict: Refuse what would only be a warning.
+
+    Raises:
+        InputError: The file can't be read as an acceleration; the message names it.
+        DtMissingError: The file holds values only and no time step is given.
+    """
+    content = _bytes_of(path)
+    lines = _text_of(content, path).splitlines()
+    for module in FORMATS:
+        if module.recognises(lines, path):
+            trace = module.read(lines, path, given or Given())
+            break
+    else:
+        msg = f"{path.name}: unknown format"
+        raise InputError(msg, file=str(path))
+    if trace.accel_mps2.size == 0:
+        msg = f"{path.name}: no values"
+        raise InputError(msg, file=str(path))
+    refuse_impossible(trace)
+    warnings = (*trace.warnings, *doubts(trace))
+    if strict and warnings:
+        msg = f"{path.name}: {'; '.join(warnings)}"
+        raise InputError(msg, file=str(path))
+    return replace(trace, sha256=hashlib.sha256(content).hexdigest(), warnings=warnings)
+
+
+def read_motion(
+    first: Path,
+    second: Path,
+    given: Given | None = None,
+    *,
+    motion_id: str | None = None,
+    strict: bool = False,
+) -> GroundMotion:
+    """Read two component files as one motion.
+
+    Args:
+        first: File of component 1 (bridge x at incidence 0).
+        second: File of component 2 (bridge y).
+        given: Time step and unit where the files have none.
+        motion_id: Name of the motion; what the file names share if not given.
+        strict: Refuse what would only be a warning.
+
+    Raises:
+        InputError: A file can't be read, or the time steps differ.
+    """
+    traces = (read_trace(first, given, strict=strict), read_trace(second, given, strict=strict))
+    return join_traces(traces[0], traces[1], motion_id=motion_id or motion_name(first, second))
+
+
+def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
+    """Return the motion of two components; the shorter one gets zeros at its end.
+
+    Raises:
+        InputError: The time steps differ.
+    """
+    if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
+        msg = (
+            f"motion {motion_id}: dt of {first.path.name} is {first.dt_s} s, "
+            f"of {second.path.name} {second.dt_s} s; resample one of them"
+        )
+        raise InputError(
+            msg,
+            motion_id=motion_id,
+        )
+    sizes = (first.accel_mps2.size, second.accel_mps2.size)
+    messages = [
+        f"{trace.path.name}: {text}"
+        for trace in (first, second)
+        for text in (*trace.warnings, *trace.notes)
+    ]
+    if sizes[0] != sizes[1]:
+        messages.append(f"lengths {sizes[0]} and {sizes[1]}: zeros added at the end of the shorter")
+    npts = max(sizes)
+    return GroundMotion(
+        motion_id=motion_id,
+        dt_s=first.dt_s,
+        accel_1_mps2=np.pad(first.accel_mps2, (0, npts - sizes[0])),
+        accel_2_mps2=np.pad(second.accel_mps2, (0, npts - sizes[1])),
+        event=first.event,
+        station=first.station,
+        azimuth_1_deg=first.azimuth_deg,
+        azimuth_2_deg=second.azimuth_deg,
+        sha256=files_digest(first.path, second.path),
+        files=(first.path.name, second.path.name),
+        messages=tuple(messages),
+    )
+
+
+def files_digest(*paths: Path) -> str:
+    """Return the SHA-256 of the bytes of some files, one after the other (as of `cat A B`)."""
+    digest = hashlib.sha256()
+    for path in paths:
+        digest.update(_bytes_of(path))
+    return digest.hexdigest()
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            msg = f"{path.name}: larger than {MAX_FILE_BYTES} bytes"
+            raise InputError(msg, file=str(path))
+        return path.read_bytes()
+    except OSError as error:
+        msg = f"{path}: {error.strerror or error}"
+        raise InputError(msg, file=str(path)) from error
+
+
+def _text_of(content: bytes, path: Path) -> str:
+    if not content.strip():
+        msg = f"{path.name}: empty file"
+        raise InputError(msg, file=str(path))
+    for start, what in _FOREIGN:
+        if content.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(start):
+            msg = f"{path.name}: {what}"
+            raise InputError(msg, file=str(path))
+    if b"\0" in content:
+        msg = f"{path.name}: a binary file"
+        raise InputError(msg, file=str(path))
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")

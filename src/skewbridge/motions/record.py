@@ -1,0 +1,139 @@
+"""A two-component ground motion, in SI, with where it came from."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.errors import InputError
+
+type Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroundMotion:
+    """Two horizontal acceleration components of equal length and time step.
+
+    Component 1 is applied along the bridge axis x (longitudinal) and component 2 along y
+    (transverse) at incidence 0. The arrays are read-only.
+
+    Attributes:
+        motion_id: Name of the motion, unique in a suite.
+        dt_s: Time step in s.
+        accel_1_mps2: First component in m/s2, shape (npts,).
+        accel_2_mps2: Second component in m/s2, shape (npts,).
+        event: Name of the earthquake, or of the model for a synthetic motion.
+        magnitude: Moment magnitude, nan if unknown.
+        distance_km: Closest distance to the rupture in km, nan if unknown.
+        vs30_mps: Average shear-wave velocity of the upper 30 m, nan if unknown.
+        station: Name of the recording station.
+        azimuth_1_deg: Compass direction of component 1, nan if unknown.
+        azimuth_2_deg: Compass direction of component 2, nan if unknown.
+        source: Licence and origin.
+        sha256: Digest of the bytes of the component files, first then second.
+        files: Names of the component files.
+        messages: What the reader noticed, in words.
+
+    Raises:
+        InputError: Components of different length, a time step that is not positive, or a value
+            that is not finite.
+    """
+
+    motion_id: str
+    dt_s: float
+    accel_1_mps2: Vector
+    accel_2_mps2: Vector
+    event: str = ""
+    magnitude: float = float("nan")
+    distance_km: float = float("nan")
+    vs30_mps: float = float("nan")
+    station: str = ""
+    azimuth_1_deg: float = float("nan")
+    azimuth_2_deg: float = float("nan")
+    source: str = ""
+    sha256: str = ""
+    files: tuple[str, ...] = field(default=())
+    messages: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.dt_s) and self.dt_s > 0.0):
+            msg = f"motion {self.motion_id}: dt_s must be positive, got {self.dt_s}"
+            raise InputError(msg)
+        for name in ("accel_1_mps2", "accel_2_mps2"):
+            values = np.array(getattr(self, name), dtype=np.float64)
+            if values.ndim != 1 or values.size < 2:
+                msg = f"motion {self.motion_id}: {name} needs at least 2 values"
+                raise InputError(msg)
+            if not np.isfinite(values).all():
+                where = int(np.flatnonzero(~np.isfinite(values))[0])
+                msg = (
+                    f"motion {self.motion_id}: {name}[{where}] is {values[where]}, "
+                    "every value must be finite"
+                )
+                raise InputError(msg)
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+        if self.accel_1_mps2.size != self.accel_2_mps2.size:
+            msg = (
+                f"motion {self.motion_id}: components have {self.accel_1_mps2.size} and "
+                f"{self.accel_2_mps2.size} values, they must be equal"
+            )
+            raise InputError(msg)
+
+    @property
+    def npts(self) -> int:
+        """Number of values of a component."""
+        return int(self.accel_1_mps2.size)
+
+    @property
+    def duration_s(self) -> float:
+        """Time of the last value in s, the first being at 0."""
+        return (self.npts - 1) * self.dt_s
+
+    @property
+    def time_s(self) -> Vector:
+        """Times of the values in s, shape (npts,)."""
+        return np.arange(self.npts, dtype=np.float64) * self.dt_s
+
+    def scaled(self, factor: float) -> "GroundMotion":
+        """Return the motion with both components multiplied by one factor.
+
+        Raises:
+            InputError: The factor is not positive and finite.
+        """
+        if not (np.isfinite(factor) and factor > 0.0):
+            msg = f"scale must be a positive number, got {factor}"
+            raise InputError(msg)
+        return self.with_components(self.accel_1_mps2 * factor, self.accel_2_mps2 * factor)
+
+    def along_axes(self, incidence_deg: float = 0.0) -> tuple[Vector, Vector]:
+        """Return the accelerations along the bridge axes x and y in m/s2.
+
+        Args:
+            incidence_deg: Angle by which the motion is turned counter-clockwise, seen from above:
+                component 1 points along x at 0 and along y at 90.
+
+        Returns:
+            ``(ax, ay)``, each of shape (npts,).
+        """
+        quarter = incidence_deg % 360.0 / 90.0
+        if quarter == int(quarter):  # exact at right angles: no 6e-17 of the other component
+            cosine, sine = ((1, 0), (0, 1), (-1, 0), (0, -1))[int(quarter)]
+        else:
+            angle_rad = np.deg2rad(incidence_deg)
+            cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
+        return (
+            cosine * self.accel_1_mps2 - sine * self.accel_2_mps2,
+            sine * self.accel_1_mps2 + cosine * self.accel_2_mps2,
+        )
+
+    def with_components(
+        self, accel_1_mps2: Vector, accel_2_mps2: Vector, *, dt_s: float | None = None
+    ) -> "GroundMotion":
+        """Return the motion with other waveforms and the same metadata."""
+        return replace(
+            self,
+            accel_1_mps2=accel_1_mps2,
+            accel_2_mps2=accel_2_mps2,
+            dt_s=self.dt_s if dt_s is None else dt_s,
+        )

@@ -1,0 +1,113 @@
+"""A ground motion as the analyses see it, and the PEER files it is read from."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skewbridge.errors import InputError
+from skewbridge.motions.pairing import pair_by_name
+from skewbridge.motions.read import read_motion, read_trace
+from skewbridge.motions.record import GroundMotion
+from skewbridge.units import G_MPS2
+
+AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
+Some Quake, 1/17/1994, Some Station, 90
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS=     12, DT=   .0100 SEC,   0 POLE @    30.00000 HZ,  -5 POLE @      .05000
+"""
+VALUES_G = [0.0, 0.1, -0.1, 0.2, -0.2, 0.05, -0.05, 0.01, -0.01, 0.0, 0.0, 0.0]
+
+
+def _write(path: Path, values_g: list[float], header: str = AT2) -> Path:
+    path.write_text(header + "\n".join(f"{value: .7E}" for value in values_g) + "\n")
+    return path
+
+
+def _motion(**changes: object) -> GroundMotion:
+    fields = {
+        "motion_id": "m",
+        "dt_s": 0.01,
+        "accel_1_mps2": np.array([1.0, 2.0]),
+        "accel_2_mps2": np.array([-1.0, 3.0]),
+    }
+    return GroundMotion(**(fields | changes))
+
+
+def test_at2_values_come_in_si_with_header_metadata(tmp_path):
+    trace = read_trace(_write(tmp_path / "A090.AT2", VALUES_G))
+    np.testing.assert_allclose(trace.accel_mps2, np.array(VALUES_G) * G_MPS2)
+    assert (trace.dt_s, trace.event, trace.station) == (0.01, "Some Quake", "Some Station")
+    assert trace.azimuth_deg == 90.0
+
+
+def test_shorter_component_gets_zeros_at_its_end_and_it_is_said(tmp_path):
+    first = _write(tmp_path / "A000.AT2", VALUES_G)
+    second = _write(tmp_path / "A090.AT2", VALUES_G[:11], AT2.replace("12", "11"))
+    motion = read_motion(first, second)
+    assert motion.npts == 12
+    assert motion.accel_2_mps2[-1] == 0.0
+    assert any("zeros added" in message for message in motion.messages)
+
+
+def test_components_of_different_dt_are_refused_by_name(tmp_path):
+    first = _write(tmp_path / "A000.AT2", VALUES_G)
+    second = _write(tmp_path / "A090.AT2", VALUES_G, AT2.replace(".0100", ".0200"))
+    with pytest.raises(InputError, match=r"A000\.AT2 is 0\.01 s, of A090\.AT2 0\.02 s"):
+        read_motion(first, second)
+
+
+def test_incidence_90_turns_component_1_onto_y():
+    ax, ay = _motion().along_axes(90.0)
+    np.testing.assert_array_equal(ax, [1.0, -3.0])
+    np.testing.assert_array_equal(ay, [1.0, 2.0])
+
+
+def test_rotation_keeps_the_resultant():
+    motion = _motion()
+    ax, ay = motion.along_axes(33.0)
+    np.testing.assert_allclose(
+        np.hypot(ax, ay), np.hypot(motion.accel_1_mps2, motion.accel_2_mps2), rtol=1e-14
+    )
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"dt_s": 0.0},
+        {"accel_2_mps2": np.array([1.0])},
+        {"accel_2_mps2": np.array([1.0, np.nan])},
+        {"accel_2_mps2": np.array([1.0, 2.0, 3.0])},
+    ],
+)
+def test_impossible_motion_is_refused(changes):
+    with pytest.raises(InputError, match="motion m"):
+        _motion(**changes)
+
+
+def test_scaling_keeps_metadata_and_refuses_zero():
+    motion = _motion(event="quake")
+    assert motion.scaled(2.0).event == "quake"
+    np.testing.assert_array_equal(motion.scaled(2.0).accel_1_mps2, [2.0, 4.0])
+    with pytest.raises(InputError, match="scale"):
+        motion.scaled(0.0)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "name"),
+    [
+        ("RSN6_IMPVALL.I_I-ELC180.AT2", "RSN6_IMPVALL.I_I-ELC270.AT2", "RSN6_IMPVALL.I_I-ELC"),
+        ("RSN181_H-E06140.AT2", "RSN181_H-E06230.AT2", "RSN181_H-E06"),
+        ("RSN1231_CHY080-E.AT2", "RSN1231_CHY080-N.AT2", "RSN1231_CHY080"),
+        ("120111.txt", "120112.txt", "12011"),
+        ("syn_h1.AT2", "syn_h2.AT2", "syn"),
+    ],
+)
+def test_components_are_paired_by_name_up_to_the_azimuth(first, second, name):
+    pairs = pair_by_name([Path(second), Path(first), Path("RSN181_H-E06-UP.AT2")])
+    assert pairs == {name: (Path(first), Path(second))}
+
+
+def test_a_lone_component_is_named():
+    with pytest.raises(InputError, match=r"A090\.AT2.*2 needed"):
+        pair_by_name([Path("A090.AT2")])
