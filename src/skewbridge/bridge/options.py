@@ -10,6 +10,7 @@ type ColumnIntegration = Literal["hinge_radau", "lobatto5"]
 type Backfill = Literal["hyperbolic", "sdc"]
 type KeyKind = Literal["sacrificial", "monolithic"]
 type KeyFrame = Literal["skewed", "deck_edge"]
+type Coupling = Literal["extrapolated", "lagged"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +40,8 @@ class ModelOptions:
         column_fibers: Rings and wedges of the core, and rings of the cover.
         deck_elements_per_span: Elastic elements per span.
         elastic_columns: Cracked elastic columns, for hand checks and modal comparisons.
+        coupling: Friction bound of a step from the normal force predicted at its end, or from the
+            last committed one as in the paper.
         friction_springs: Whether `contact` models carry the tangential springs of
             `contact_friction` at zero bound; None follows the abutment model.
     """
@@ -60,6 +63,7 @@ class ModelOptions:
     column_fibers: tuple[int, int, int] = (8, 20, 2)
     deck_elements_per_span: int = 4
     elastic_columns: bool = False
+    coupling: Coupling = "extrapolated"
     friction_springs: bool | None = None
 
     def __post_init__(self) -> None:
