@@ -1,7 +1,90 @@
-"""Commands of the study room."""
+"""Commands about the study as a whole: doctor, plan, status."""
+
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
+
+from skewbridge.cli.output import (
+    EXIT_FAILED,
+    JsonOption,
+    clear_errors,
+    emit_json,
+    emit_table,
+    messages,
+)
+
+ConfigOption = Annotated[
+    Path, typer.Option("--config", help="Configuration, merged over config/config.yaml.")
+]
+DEFAULT_CONFIG = Path("config/config.yaml")
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
+    app.command()(doctor)
+    app.command()(plan)
+    app.command()(status)
+
+
+@clear_errors
+def doctor(*, as_json: JsonOption = False) -> None:
+    """Check the environment: versions, OpenSees, a one-second self-test."""
+    import platform
+    from importlib.metadata import version
+
+    packages = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "joblib", "snakemake")
+    report: dict[str, Any] = {
+        "python": platform.python_version(),
+        **{name: version(name) for name in packages},
+    }
+    began_s = time.perf_counter()
+    try:
+        from skewbridge.verification.gate import verify_contact_gate
+
+        checks = verify_contact_gate()
+        failed = [str(name) for name in checks.loc[~checks["pass"], "quantity"]]
+        report["self_test"] = f"failed: {', '.join(failed)}" if failed else "passed"
+    except ImportError as error:
+        failed = ["import"]
+        report["self_test"] = f"OpenSees does not import ({error}): run make setup again"
+    report["self_test_s"] = round(time.perf_counter() - began_s, 2)
+    if as_json:
+        emit_json(report | {"ok": not failed})
+    else:
+        emit_table([{"item": name, "value": str(value)} for name, value in report.items()])
+    if failed:
+        raise typer.Exit(EXIT_FAILED)
+
+
+@clear_errors
+def plan(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) -> None:
+    """Show the variants and analyses of a study, their cost, and what is done already."""
+    forecast, variants = _forecast(config)
+    if as_json:
+        emit_json(forecast)
+        return
+    emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
+    emit_table([forecast])
+
+
+@clear_errors
+def status(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) -> None:
+    """Show what is done, failed and left, with the convergence ledger."""
+    forecast, _ = _forecast(config)
+    if as_json:
+        emit_json(forecast)
+        return
+    emit_table([forecast])
+    ledger = forecast["ledger"]
+    messages.print("by status:", ledger["status"], " by recovery rung:", ledger["rung"])
+
+
+def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
+    from skewbridge.demands.forecast import forecast_study
+    from skewbridge.study.config import load_config
+
+    forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
+    return asdict(forecast.summary), forecast.analyses_by_variant

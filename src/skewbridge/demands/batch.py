@@ -5,12 +5,12 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from joblib import Parallel, delayed
-from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
@@ -114,7 +114,7 @@ def run_tasks(
         try:
             for row in _stream(pending, n_jobs, log_folder):
                 finish(row)
-        except TerminatedWorkerError:
+        except BrokenProcessPool:
             left = [task for task in pending if task.run_key not in rows]
             logger.warning("a worker died; the %d analyses under way run alone", n_jobs + 1)
             for task in left[: n_jobs + 1]:
@@ -179,7 +179,7 @@ def _alone(task: Task, log_folder: Path) -> Row:
     try:
         # Two workers for one task: with one, joblib would run it in this process.
         return next(_stream([task], 2, log_folder))
-    except TerminatedWorkerError:
+    except BrokenProcessPool:
         crash = _no_result("crash", "the worker process died")
         return {**_identity(task), **crash, "wall_s": math.nan, "cpu_s": math.nan}
 

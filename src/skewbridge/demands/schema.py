@@ -124,7 +124,7 @@ def demands_schema(provenance: Mapping[str, str] | None = None) -> pa.Schema:
         )
         for column in COLUMNS
     ]
-    metadata: dict[bytes | str, bytes | str] = {**(provenance or {})}
+    metadata: dict[bytes | str, bytes | str] = dict((provenance or {}).items())
     return pa.schema(fields, metadata=metadata)
 
 

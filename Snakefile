@@ -1,0 +1,28 @@
+# The study as a DAG: motions -> contact gate -> analyses -> demands -> fits -> figures -> report.
+import sys
+from pathlib import Path
+
+from snakemake.utils import min_version
+
+min_version("9.20")
+
+# Scripts and workers import the package of this tree, whatever is installed.
+sys.path.insert(0, str(Path(workflow.basedir) / "src"))
+
+
+configfile: "config/config.yaml"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/motions.smk"
+include: "workflow/rules/verify.smk"
+include: "workflow/rules/demands.smk"
+include: "workflow/rules/fragility.smk"
+include: "workflow/rules/report.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        "results/report.html",
+        "results/checks.json",

@@ -1,0 +1,72 @@
+# The list of analyses with their keys. Every variant reads it to know how far the whole study is;
+# it is `ancient` there, because a variant does not depend on the others.
+rule plan:
+    input:
+        suite="results/motions/suite.parquet",
+        intensities="results/motions/intensities.parquet",
+    output:
+        plan="results/plan.json",
+    log:
+        "results/logs/plan.log",
+    params:
+        variants=sorted(VARIANTS),
+        sections=ANALYSIS_SECTIONS,
+        digest=source_digest(*ENGINE_ROOMS),
+    script:
+        "../scripts/plan.py"
+
+
+# One job per variant; joblib runs its analyses inside, on the threads of the job.
+rule analyse_variant:
+    input:
+        suite="results/motions/suite.parquet",
+        intensities="results/motions/intensities.parquet",
+        gate="results/verification/contact_gate.parquet",
+        plan=ancient("results/plan.json"),
+    output:
+        demands="results/demands/{variant}.parquet",
+    log:
+        "results/logs/analyse/{variant}.log",
+    benchmark:
+        "results/benchmarks/{variant}.tsv"
+    threads: min(2, workflow.cores)
+    params:
+        sections=ANALYSIS_SECTIONS,
+        digest=source_digest(*ENGINE_ROOMS),
+    script:
+        "../scripts/analyse_variant.py"
+
+
+rule collect_demands:
+    input:
+        demands=collect("results/demands/{variant}.parquet", variant=VARIANTS),
+    output:
+        demands="results/demands.parquet",
+    log:
+        "results/logs/collect_demands.log",
+    params:
+        digest=source_digest("demands"),
+    script:
+        "../scripts/collect_demands.py"
+
+
+# Penalties and time step halved and doubled on the hardest variant.
+rule sensitivity:
+    input:
+        suite="results/motions/suite.parquet",
+        intensities="results/motions/intensities.parquet",
+        gate="results/verification/contact_gate.parquet",
+    output:
+        table="results/sensitivity.parquet",
+    log:
+        "results/logs/sensitivity.log",
+    threads: min(2, workflow.cores)
+    params:
+        variant=max(
+            VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg))
+        ).slug,
+        count=STUDY.sensitivity.motions,
+        sections=ANALYSIS_SECTIONS,
+        digest=source_digest(*ENGINE_ROOMS, "demands"),
+    script:
+        "../scripts/sensitivity.py"

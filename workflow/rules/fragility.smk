@@ -1,0 +1,27 @@
+rule fit_fragility:
+    input:
+        demands="results/demands.parquet",
+        limit_states=STUDY.fragility.limit_states,
+    output:
+        curves="results/fragility/curves.parquet",
+    log:
+        "results/logs/fit_fragility.log",
+    params:
+        fragility=section("fragility"),
+        digest=source_digest("fragility"),
+    script:
+        "../scripts/fit_fragility.py"
+
+
+rule paired_effects:
+    input:
+        demands="results/demands.parquet",
+    output:
+        effects="results/fragility/effects.parquet",
+    log:
+        "results/logs/paired_effects.log",
+    params:
+        fragility=section("fragility"),
+        digest=source_digest("fragility"),
+    script:
+        "../scripts/paired_effects.py"

@@ -1,0 +1,15 @@
+rule prepare_motions:
+    input:
+        files=motion_files,
+        conditioning="src/skewbridge/bridge/catalogue/osb1.yaml",
+    output:
+        suite="results/motions/suite.parquet",
+        intensities="results/motions/intensities.parquet",
+    log:
+        "results/logs/prepare_motions.log",
+    params:
+        motions=section("motions"),
+        bridges=STUDY.grid.bridge,
+        digest=source_digest("units", "motions"),
+    script:
+        "../scripts/prepare_motions.py"

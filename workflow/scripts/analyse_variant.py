@@ -1,0 +1,18 @@
+"""Analyse one variant under every motion; rows to the journal, then to parquet."""
+
+from pathlib import Path
+
+from skewbridge.cli.session import script_session
+
+if __name__ == "__main__":
+    with script_session(snakemake.log[0]):
+        from skewbridge.demands.plan import StudySetup, analyse_variant
+
+        setup = StudySetup.from_sections(snakemake.params.sections, snakemake.input)
+        analyse_variant(
+            setup,
+            snakemake.wildcards.variant,
+            plan=Path(snakemake.input.plan),
+            n_jobs=snakemake.threads,
+            output=Path(snakemake.output.demands),
+        )

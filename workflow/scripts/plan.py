@@ -1,0 +1,12 @@
+"""List the analyses of the study, so that every variant knows how far the whole is."""
+
+from pathlib import Path
+
+from skewbridge.cli.session import script_session
+
+if __name__ == "__main__":
+    with script_session(snakemake.log[0]):
+        from skewbridge.demands.plan import StudySetup, write_plan
+
+        setup = StudySetup.from_sections(snakemake.params.sections, snakemake.input)
+        write_plan(setup, snakemake.params.variants, Path(snakemake.output.plan))

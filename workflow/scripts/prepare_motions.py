@@ -1,0 +1,17 @@
+"""Read the motions, choose their factors and measure their intensity."""
+
+from pathlib import Path
+
+from skewbridge.cli.session import script_session
+
+if __name__ == "__main__":
+    with script_session(snakemake.log[0]):
+        from skewbridge.demands.plan import prepare_motions
+        from skewbridge.study.config import MotionsConfig
+
+        prepare_motions(
+            MotionsConfig(**snakemake.params.motions),
+            bridges=snakemake.params.bridges,
+            suite_path=Path(snakemake.output.suite),
+            intensities_path=Path(snakemake.output.intensities),
+        )

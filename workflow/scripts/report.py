@@ -1,0 +1,15 @@
+"""Join tables and figures in one self-contained page."""
+
+from pathlib import Path
+
+from skewbridge.cli.session import script_session
+
+if __name__ == "__main__":
+    with script_session(snakemake.log[0]):
+        from skewbridge.report.page import write_report
+
+        write_report(
+            tables={name: Path(path) for name, path in snakemake.input.items()},
+            config=snakemake.params.config,
+            output=Path(snakemake.output.html),
+        )

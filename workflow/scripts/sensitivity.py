@@ -1,0 +1,19 @@
+"""Repeat a few analyses with halved and doubled penalties and time step."""
+
+from pathlib import Path
+
+from skewbridge.cli.session import script_session
+
+if __name__ == "__main__":
+    with script_session(snakemake.log[0]):
+        from skewbridge.demands.plan import StudySetup
+        from skewbridge.demands.sensitivity import write_sensitivity
+
+        setup = StudySetup.from_sections(snakemake.params.sections, snakemake.input)
+        write_sensitivity(
+            setup,
+            snakemake.params.variant,
+            count=snakemake.params.count,
+            n_jobs=snakemake.threads,
+            output=Path(snakemake.output.table),
+        )

@@ -1,0 +1,14 @@
+"""Check the contact law and its OpenSees unit; stop the study where they are wrong."""
+
+from pathlib import Path
+
+from skewbridge.cli.session import script_session
+
+if __name__ == "__main__":
+    with script_session(snakemake.log[0]):
+        from skewbridge.demands.parquet import provenance, write_frame
+        from skewbridge.verification.gate import require_pass, verify_contact_gate
+
+        checks = verify_contact_gate()
+        require_pass(checks)
+        write_frame(checks, Path(snakemake.output.table), provenance())
