@@ -1,0 +1,62 @@
+"""A journal survives kills and two writers."""
+
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from skewbridge.demands.journal import open_journal, read_journal
+from skewbridge.errors import InputError
+
+
+def test_a_line_cut_by_a_kill_costs_only_itself(tmp_path: Path) -> None:
+    path = tmp_path / "v.jsonl"
+    with open_journal(path) as journal:
+        journal.append({"run_key": "a", "value": 1.5})
+    path.write_text(path.read_text() + '{"run_key": "b", "val')
+    with open_journal(path) as journal:
+        journal.append({"run_key": "c", "value": math.nan})
+    rows = read_journal(path)
+    assert set(rows) == {"a", "c"}
+    assert rows["a"]["value"] == 1.5
+    assert math.isnan(rows["c"]["value"])
+
+
+def test_a_second_writer_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "v.jsonl"
+    with (
+        open_journal(path),
+        pytest.raises(InputError, match="being written by another process"),
+        open_journal(path),
+    ):
+        pass
+
+
+def test_an_empty_study_has_an_empty_journal(tmp_path: Path) -> None:
+    assert read_journal(tmp_path / "none.jsonl") == {}
+
+
+def test_a_process_ends_with_the_one_it_works_for() -> None:
+    owner = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    worker = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "import sys, time; from skewbridge.demands.orphans import end_with;"
+            "end_with(int(sys.argv[1])); print('ready', flush=True); time.sleep(60)",
+            str(owner.pid),
+        ],
+        stdout=subprocess.PIPE,
+    )
+    assert worker.stdout is not None
+    worker.stdout.readline()
+    owner.kill()
+    owner.wait()
+    deadline = time.monotonic() + 20
+    while psutil.pid_exists(worker.pid) and worker.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert worker.poll() == 3

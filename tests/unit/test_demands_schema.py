@@ -1,0 +1,51 @@
+"""The demands table keeps its contract."""
+
+import math
+
+import pytest
+
+from skewbridge.demands.schema import COLUMNS, DEMAND_COLUMNS, demands_schema, to_table
+
+ROW = {
+    column.name: {"text": "x", "integer": 1, "number": 1.0}[column.kind] for column in COLUMNS
+} | {"status": "ok"}
+
+
+def test_every_field_carries_unit_and_description() -> None:
+    for field in demands_schema():
+        assert field.metadata[b"unit"]
+        assert field.metadata[b"description"]
+
+
+def test_columns_with_a_unit_suffix_are_in_that_unit() -> None:
+    suffixes = {"_kn": "kN", "_m": "m", "_s": "s", "_g": "g", "_rad": "rad", "_mps2": "m/s2"}
+    for column in COLUMNS:
+        for suffix, unit in suffixes.items():
+            if column.name.endswith(suffix):
+                assert column.unit == unit, column.name
+
+
+def test_rows_are_sorted_by_their_key() -> None:
+    rows = [ROW | {"motion_id": motion} for motion in ("c", "a", "b")]
+    assert to_table(rows, {})["motion_id"].to_pylist() == ["a", "b", "c"]
+
+
+def test_a_demand_never_reached_stays_unknown() -> None:
+    row = ROW | {column.name: math.nan for column in DEMAND_COLUMNS} | {"status": "crash"}
+    assert math.isnan(to_table([row], {})["column_shear_kn"][0].as_py())
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([ROW, ROW], "there twice"),
+        (
+            [{k: v for k, v in ROW.items() if k != "scale"} | {"scale": 1.0, "x": 1}],
+            "wrong columns",
+        ),
+        ([ROW | {"status": "fine"}], "unknown status 'fine'"),
+    ],
+)
+def test_a_row_that_breaks_the_contract_is_named(rows: list[dict], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        to_table(rows, {"commit": "x"})
