@@ -12,7 +12,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 SNAKEMAKE := $(BIN)/snakemake -j$(CORES) --rerun-incomplete --configfile $(CONFIG)
 ifneq ($(MOTIONS),)
-SNAKEMAKE += --config motions_folder=$(MOTIONS)
+SNAKEMAKE += --config 'motions={folder: "$(MOTIONS)"}'
 endif
 
 .PHONY: help setup study smoke test lint bench verify docs test-cluster clean

@@ -1,6 +1,7 @@
 # What the rules share: the validated configuration, its variants, digests. No rules.
 from snakemake.exceptions import WorkflowError
 
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.study.config import parse_config, require_writable
 from skewbridge.study.grid import expand_grid
@@ -9,6 +10,8 @@ from skewbridge.study.provenance import ENGINE_ROOMS, source_digest
 try:
     STUDY = parse_config(config)
     require_writable(Path("results"))
+    for name in STUDY.grid.bridge:
+        load_bridge(name)
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
@@ -33,11 +36,10 @@ ANALYSIS_SECTIONS = {
 
 
 def motion_files(wildcards):
-    """Every file of the motion folders: a changed record is read again."""
+    """Every file of the motion folder: a changed record is read again."""
     return sorted(
         str(path)
-        for folder in STUDY.motions.folders
-        for path in (folder.rglob("*") if folder.is_dir() else [folder])
+        for path in Path(STUDY.motions.folder).rglob("*")
         if path.is_file() and not path.name.startswith(".") and path.suffix != ".md"
     )
 

@@ -57,7 +57,7 @@ class Task:
             self.incidence_deg,
             canonical(asdict(self.settings)),
             canonical(asdict(self.options)),
-            load_bridge(self.variant.bridge).digest,
+            load_bridge(self.variant.bridge).model_dump_json(exclude={"title", "sources"}),
             source_digest(*ENGINE_ROOMS),
             opensees_version(),
         )

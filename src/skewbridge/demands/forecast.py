@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from skewbridge.demands.plan import JOURNALS
 from skewbridge.demands.progress import StudyState, study_state
+from skewbridge.motions.index import list_motions
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.grid import expand_grid
 
@@ -85,7 +86,5 @@ def _planned_keys(slugs: list[str]) -> dict[str, list[str]]:
 
 
 def _count_motions(config: StudyConfig) -> int:
-    from skewbridge.motions.suite import list_motions
-
-    found = len(list_motions(config.motions.folders))
+    found = len(list_motions(Path(config.motions.folder)))
     return found if config.motions.count is None else min(config.motions.count, found)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 import pandas as pd
+import pyarrow.parquet as pq
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
@@ -16,7 +17,7 @@ from skewbridge.demands.batch import Task, plan_tasks, run_tasks
 from skewbridge.demands.journal import open_journal, read_journal
 from skewbridge.demands.parquet import provenance, write_demands, write_frame
 from skewbridge.demands.progress import StudyProgress, study_state
-from skewbridge.motions.intensity import motion_measures, scaled_measures
+from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
 from skewbridge.motions.suite import SuiteMotion, prepare_suite, read_suite, write_suite
 from skewbridge.study.config import AnalysisConfig, ModelConfig, MotionsConfig
 from skewbridge.study.provenance import canonical, digest_of
@@ -60,16 +61,18 @@ class StudySetup:
         analysis = AnalysisConfig(**sections["analysis"])
         suite = tuple(read_suite(Path(motions["suite"])))
         scales = {motion.motion.motion_id: motion.scale for motion in suite}
-        intensities = pd.read_parquet(motions["intensities"]).set_index(["bridge", "motion_id"])
+        intensities = pq.read_table(motions["intensities"]).to_pylist()
         return cls(
             suite=suite,
             measures={
-                (bridge, motion_id): scaled_measures(row, scales[motion_id])
-                for (bridge, motion_id), row in intensities.to_dict("index").items()
+                (row["bridge"], row["motion_id"]): scaled_measures(
+                    {name: row[name] for name in IM_COLUMNS}, scales[row["motion_id"]]
+                )
+                for row in intensities
             },
             incidence_deg=tuple(sections["incidence_deg"]),
             settings=settings_from(analysis),
-            options=options_from(ModelConfig(**sections["model"]), analysis),
+            options=options_from(ModelConfig(**sections["model"])),
         )
 
     def tasks(self, slug: str) -> list[Task]:
@@ -94,12 +97,11 @@ def settings_from(analysis: AnalysisConfig) -> AnalysisSettings:
     )
 
 
-def options_from(model: ModelConfig, analysis: AnalysisConfig) -> ModelOptions:
-    """Return the modelling options; the paper's scheme brings its own arrays and columns."""
-    paper = analysis.scheme == "paper"
+def options_from(model: ModelConfig) -> ModelOptions:
+    """Return the modelling options that the configuration asks for."""
     return ModelOptions(
-        arrays="corotational" if paper else model.arrays,
-        column_integration="lobatto5" if paper else model.column_integration,
+        arrays=model.arrays,
+        column_integration=model.column_integration,
         transverse_gap_m=model.transverse_gap_mm * MM,
         cohesion_n=model.cohesion_n,
         backwall_points=model.backwall_points,
@@ -117,7 +119,7 @@ def prepare_motions(
     low_g, high_g = motions.level_range_g
     t1_s = {bridge: load_bridge(bridge).t1_s for bridge in bridges}
     suite = prepare_suite(
-        motions.folders,
+        Path(motions.folder),
         count=motions.count,
         t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
         level_range_g=(low_g, high_g),

@@ -63,9 +63,7 @@ class GridConfig(_Section):
 class MotionsConfig(_Section):
     """Which ground motions, how strong and from which direction."""
 
-    folder: str | list[str] = Field(
-        default="motions", description="folder(s) with motions or an index.csv"
-    )
+    folder: str = Field(default="motions", description="folder with an index.csv or with motions")
     count: int | None = Field(
         default=16, ge=1, description="the first so many motions of the suite; null for all"
     )
@@ -80,11 +78,6 @@ class MotionsConfig(_Section):
         min_length=1,
         description="angle from the bridge x axis to component 1, degrees",
     )
-
-    @property
-    def folders(self) -> list[Path]:
-        """The folder or folders as paths."""
-        return [Path(f) for f in ([self.folder] if isinstance(self.folder, str) else self.folder)]
 
     @model_validator(mode="after")
     def _levels_rise(self) -> "MotionsConfig":
