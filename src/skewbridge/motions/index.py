@@ -1,0 +1,188 @@
+"""The list of motions in a folder: `index.csv`, or the pairs found by file name."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.motions.formats.trace import Given
+from skewbridge.motions.pairing import pair_by_name
+
+INDEX_NAME: Final = "index.csv"
+# Anything else in a folder of motions (notes, tables) is left alone.
+SUFFIXES: Final = (".at2", ".v2", ".ew", ".ns", ".knet", ".acc", ".g3", ".th", ".txt", ".csv")
+_NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
+COLUMNS: Final = (
+    "motion_id", "file_1", "file_2", "event", "magnitude", "distance_km", "vs30_mps", "station",
+    "azimuth_1_deg", "azimuth_2_deg", "unit", "dt_s", "npts", "sha256", "scale", "scale_t1_s",
+    "licence", "source",
+)  # fmt: skip
+_REQUIRED: Final = ("motion_id", "file_1", "file_2")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IndexEntry:
+    """One motion of a folder; what is unknown is nan or empty.
+
+    Attributes:
+        motion_id: Name of the motion.
+        file_1: File of component 1 (bridge x at incidence 0).
+        file_2: File of component 2.
+        given: Time step and unit to use where the index has them.
+        event: Earthquake.
+        magnitude: Moment magnitude.
+        distance_km: Closest distance to the rupture.
+        vs30_mps: Average shear-wave velocity of the upper 30 m.
+        station: Recording station.
+        azimuth_1_deg: Direction of component 1.
+        azimuth_2_deg: Direction of component 2.
+        sha256: Expected digest of the files; empty: not checked.
+        scale: Factor of the study; nan: computed.
+        source: Licence and origin.
+    """
+
+    motion_id: str
+    file_1: Path
+    file_2: Path
+    given: Given
+    event: str = ""
+    magnitude: float = float("nan")
+    distance_km: float = float("nan")
+    vs30_mps: float = float("nan")
+    station: str = ""
+    azimuth_1_deg: float = float("nan")
+    azimuth_2_deg: float = float("nan")
+    sha256: str = ""
+    scale: float = float("nan")
+    source: str = ""
+
+
+def list_motions(folder: Path) -> list[IndexEntry]:
+    """Return the motions of a folder, by its `index.csv` or, without one, by file name.
+
+    Raises:
+        InputError: No folder, no motions, an unpaired file, a broken index.
+    """
+    if not folder.is_dir():
+        msg = f"motions folder {folder} does not exist"
+        raise InputError(msg, folder=str(folder))
+    index = folder / INDEX_NAME
+    if index.is_file():
+        return read_index(index)
+    entries = [
+        IndexEntry(motion_id=name, file_1=first, file_2=second, given=Given())
+        for name, (first, second) in pair_by_name(motion_files(folder)).items()
+    ]
+    if not entries:
+        msg = f"no motions in {folder}"
+        raise InputError(msg, folder=str(folder))
+    return entries
+
+
+def motion_files(folder: Path) -> list[Path]:
+    """Return the files of a folder that look like motions, sorted by name."""
+    return [
+        path
+        for path in sorted(folder.iterdir())
+        if path.is_file()
+        and path.suffix.lower() in SUFFIXES
+        and path.name.lower() not in _NOT_MOTIONS
+    ]
+
+
+def read_index(index: Path) -> list[IndexEntry]:
+    """Return the entries of an `index.csv`, in its order.
+
+    Raises:
+        InputError: Missing columns, a repeated motion, a value that is no number, a file outside
+            the folder; the message names the row.
+    """
+    try:
+        table = pd.read_csv(index, dtype=str, keep_default_na=False, comment="#")
+    except (OSError, ValueError) as error:
+        msg = f"{index}: {error}"
+        raise InputError(msg, file=str(index)) from error
+    missing = [name for name in _REQUIRED if name not in table.columns]
+    if missing:
+        msg = f"{index}: column(s) {', '.join(missing)} missing"
+        raise InputError(msg, file=str(index))
+    if table.empty:
+        msg = f"{index}: no motions listed"
+        raise InputError(msg, file=str(index))
+    repeated = table["motion_id"][table["motion_id"].duplicated()]
+    if not repeated.empty:
+        msg = f"{index}: motion {repeated.iloc[0]!r} is listed twice"
+        raise InputError(msg, file=str(index))
+    rows: list[dict[str, str]] = table.to_dict("records")  # pyright: ignore[reportAssignmentType]
+    return [_entry(row, index, number) for number, row in enumerate(rows, start=2)]
+
+
+def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
+    where = f"{index.name}, line {line}"
+
+    def number(name: str) -> float:
+        text = row.get(name, "").strip()
+        try:
+            value = float(text) if text else float("nan")
+        except ValueError:
+            value = math.inf
+        if math.isinf(value):
+            msg = f"{where}: {name} must be a number, got {text!r}"
+            raise InputError(msg, file=str(index))
+        return value
+
+    motion_id = row["motion_id"].strip()
+    if not motion_id:
+        msg = f"{where}: motion_id is empty"
+        raise InputError(msg, file=str(index))
+    scale, dt_s = number("scale"), number("dt_s")
+    if scale <= 0.0:
+        msg = f"{where}: scale must be positive, got {scale}"
+        raise InputError(msg, file=str(index))
+    if dt_s <= 0.0:
+        msg = f"{where}: dt_s must be positive, got {dt_s}"
+        raise InputError(msg, file=str(index))
+    return IndexEntry(
+        motion_id=motion_id,
+        file_1=inside_folder(index.parent, row["file_1"], where),
+        file_2=inside_folder(index.parent, row["file_2"], where),
+        given=Given(dt_s=None if math.isnan(dt_s) else dt_s, unit=row.get("unit") or None),
+        event=row.get("event", ""),
+        magnitude=number("magnitude"),
+        distance_km=number("distance_km"),
+        vs30_mps=number("vs30_mps"),
+        station=row.get("station", ""),
+        azimuth_1_deg=number("azimuth_1_deg"),
+        azimuth_2_deg=number("azimuth_2_deg"),
+        sha256=row.get("sha256", "").strip().lower(),
+        scale=scale,
+        source="; ".join(text for text in (row.get("licence", ""), row.get("source", "")) if text),
+    )
+
+
+def inside_folder(folder: Path, name: str, where: str) -> Path:
+    """Return the path of a file named by an index, which must stay inside the index's folder.
+
+    Raises:
+        InputError: An absolute path, one that climbs out, a link that leads out, no such file.
+    """
+    name = name.strip()
+    if not name or "\0" in name:
+        msg = f"{where}: no file name"
+        raise InputError(msg)
+    relative = Path(name.replace("\\", "/"))
+    drive = len(name) > 1 and name[1] == ":"
+    if relative.is_absolute() or drive or ".." in relative.parts:
+        msg = f"{where}: {name!r} is not inside the folder of the index"
+        raise InputError(msg)
+    path = folder / relative
+    if not path.resolve().is_relative_to(folder.resolve()):
+        msg = f"{where}: {name!r} leads out of the folder of the index"
+        raise InputError(msg)
+    if not path.is_file():
+        msg = f"{where}: {name!r} is listed but missing"
+        raise InputError(msg, file=name)
+    return path

@@ -1,0 +1,169 @@
+"""The motions of a study: read, measured, scaled and kept in one parquet table."""
+
+import json
+import math
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from skewbridge.errors import InputError
+from skewbridge.motions.index import IndexEntry, list_motions
+from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
+from skewbridge.motions.paper_records import refuse_false_waho
+from skewbridge.motions.read import read_motion
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.scaling import BLOCK, LEVEL_RANGE_G, block_factors
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SuiteMotion:
+    """One motion of a study.
+
+    Attributes:
+        motion: The motion as recorded, not scaled.
+        scale: Its one factor, the same for all variants.
+        measures: Intensity measures of the scaled motion by column name.
+    """
+
+    motion: GroundMotion
+    scale: float
+    measures: dict[str, float]
+
+
+def read_entry(entry: IndexEntry) -> GroundMotion:
+    """Read one listed motion; what the index knows goes before the file headers.
+
+    Raises:
+        InputError: Unreadable files, a digest that differs, a false claim to be the WAHO record.
+    """
+    motion = read_motion(entry.file_1, entry.file_2, entry.given, motion_id=entry.motion_id)
+    if entry.sha256 and entry.sha256 != motion.sha256:
+        msg = (
+            f"motion {entry.motion_id}: the files {entry.file_1.name} and {entry.file_2.name} "
+            f"have sha256 {motion.sha256[:12]}..., the index says {entry.sha256[:12]}...: "
+            "changed files? run `skewbridge motions check --write` to accept them"
+        )
+        raise InputError(
+            msg,
+            motion_id=entry.motion_id,
+        )
+    refuse_false_waho(motion)
+    return replace(
+        motion,
+        event=entry.event or motion.event,
+        station=entry.station or motion.station,
+        magnitude=entry.magnitude,
+        distance_km=entry.distance_km,
+        vs30_mps=entry.vs30_mps,
+        azimuth_1_deg=_known(entry.azimuth_1_deg, motion.azimuth_1_deg),
+        azimuth_2_deg=_known(entry.azimuth_2_deg, motion.azimuth_2_deg),
+        source=entry.source,
+    )
+
+
+def prepare_suite(
+    folder: Path,
+    *,
+    count: int | None = None,
+    t1_s: float,
+    level_range_g: tuple[float, float] = LEVEL_RANGE_G,
+) -> pd.DataFrame:
+    """Read, measure and scale the motions of a folder.
+
+    Args:
+        folder: Folder with an `index.csv`, or with component files that pair by name.
+        count: How many motions, from the first; None for all.
+        t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
+        level_range_g: Range of Sa_avg the motions are spread over, where the index has no factor.
+
+    Returns:
+        One row per motion in suite order: motion_id, scale, dt_s, npts, sha256, event, magnitude,
+        distance_km, vs30_mps, station, the intensity columns at factor 1, accel_1_mps2 and
+        accel_2_mps2 (lists), messages.
+
+    Raises:
+        InputError: Fewer motions than asked for, or anything wrong with one of them, by name.
+    """
+    entries = list_motions(folder)
+    wanted = len(entries) if count is None else count
+    if not 1 <= wanted <= len(entries):
+        msg = f"motions.count = {wanted}, but {folder} has {len(entries)} motions"
+        raise InputError(msg, folder=str(folder))
+    # Whole blocks are measured even if not all are wanted: a factor must not depend on the count.
+    stored = not any(math.isnan(entry.scale) for entry in entries[:wanted])
+    needed = wanted if stored else math.ceil(wanted / BLOCK) * BLOCK
+    motions = [read_entry(entry) for entry in entries[:needed]]
+    measures = [motion_measures(motion, t1_s) for motion in motions]
+    computed = block_factors([row["im_saavg_rotd50_g"] for row in measures], level_range_g)
+    rows = [
+        _row(motion, _known(entry.scale, float(factor)), values)
+        for entry, motion, factor, values in zip(entries, motions, computed, measures, strict=False)
+    ]
+    return pd.DataFrame(rows[:wanted])
+
+
+def write_suite(suite: pd.DataFrame, path: Path) -> None:
+    """Write the table of `prepare_suite` as parquet."""
+    table = pa.Table.from_pandas(suite, preserve_index=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    pq.write_table(table, path, compression="zstd")
+
+
+def read_suite(path: Path) -> list[SuiteMotion]:
+    """Return the motions of a table written by `write_suite`, in suite order."""
+    try:
+        table = pd.read_parquet(path)
+    except (OSError, pa.ArrowException) as error:
+        msg = f"motion suite {path}: {error}"
+        raise InputError(msg, file=str(path)) from error
+    motions: list[SuiteMotion] = []
+    for row in table.to_dict("records"):
+        motion = GroundMotion(
+            **_metadata(row),
+            accel_1_mps2=np.asarray(row["accel_1_mps2"], dtype=np.float64),
+            accel_2_mps2=np.asarray(row["accel_2_mps2"], dtype=np.float64),
+            messages=tuple(json.loads(row["messages"])),
+        )
+        scale = float(row["scale"])
+        at_1 = {name: float(row[name]) for name in IM_COLUMNS}
+        motions.append(
+            SuiteMotion(motion=motion, scale=scale, measures=scaled_measures(at_1, scale))
+        )
+    return motions
+
+
+_TEXT_FIELDS = ("motion_id", "sha256", "event", "station", "source")
+_NUMBER_FIELDS = (
+    "dt_s", "magnitude", "distance_km", "vs30_mps", "azimuth_1_deg", "azimuth_2_deg",
+)  # fmt: skip
+
+
+def _metadata(row: Mapping[Hashable, Any]) -> dict[str, Any]:
+    text = {name: str(row[name]) for name in _TEXT_FIELDS}
+    return text | {name: float(row[name]) for name in _NUMBER_FIELDS}
+
+
+def _row(motion: GroundMotion, scale: float, measures: dict[str, float]) -> dict[str, object]:
+    text = {name: getattr(motion, name) for name in _TEXT_FIELDS}
+    numbers = {name: getattr(motion, name) for name in _NUMBER_FIELDS}
+    return {
+        "motion_id": motion.motion_id,
+        "scale": scale,
+        "npts": motion.npts,
+        **text,
+        **numbers,
+        **measures,
+        "accel_1_mps2": motion.accel_1_mps2,
+        "accel_2_mps2": motion.accel_2_mps2,
+        "messages": json.dumps(list(motion.messages)),
+    }
+
+
+def _known(value: float, otherwise: float) -> float:
+    return otherwise if math.isnan(value) else value

@@ -1,0 +1,125 @@
+"""An index that came with someone's motions is not trusted."""
+
+import numpy as np
+import pytest
+
+from motions_files import at2_text, index_of, make_pairs, shaken_g
+from skewbridge.errors import InputError
+from skewbridge.motions.suite import prepare_suite
+
+
+@pytest.fixture
+def indexed(tmp_path):
+    folder = tmp_path / "motions"
+    folder.mkdir()
+    pairs = make_pairs(folder, 2)
+    (tmp_path / "secret_h1.AT2").write_text(at2_text(shaken_g(5)))
+    return folder, index_of(folder, pairs)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../secret_h1.AT2",
+        "sub/../../secret_h1.AT2",
+        "{outside}",
+        "C:/secret_h1.AT2",
+        "..\\secret_h1.AT2",
+        "\\\\server\\share\\x.AT2",
+        "~/x.AT2",
+        "",
+    ],
+)
+def test_paths_out_of_the_folder_are_refused(indexed, name):
+    folder, index = indexed
+    name = name.format(outside=folder.parent / "secret_h1.AT2")
+    index.write_text(index.read_text().replace("q1_h1.AT2", name))
+    with pytest.raises(InputError, match="line 3"):
+        prepare_suite(folder, t1_s=0.7)
+
+
+def test_links_out_of_the_folder_are_refused(indexed):
+    folder, index = indexed
+    (folder / "link.AT2").symlink_to(folder.parent / "secret_h1.AT2")
+    index.write_text(index.read_text().replace("q1_h1.AT2", "link.AT2"))
+    with pytest.raises(InputError, match="leads out"):
+        prepare_suite(folder, t1_s=0.7)
+
+
+def test_missing_file_is_named(indexed):
+    folder, _ = indexed
+    (folder / "q1_h2.AT2").unlink()
+    with pytest.raises(InputError, match=r"q1_h2\.AT2.* missing"):
+        prepare_suite(folder, t1_s=0.7)
+
+
+def test_changed_file_is_noticed_by_its_digest(tmp_path):
+    pairs = make_pairs(tmp_path, 1)
+    index_of(tmp_path, pairs, sha256=["0" * 64])
+    with pytest.raises(InputError, match=r"q0_h1\.AT2.*sha256"):
+        prepare_suite(tmp_path, t1_s=0.7)
+
+
+def test_components_of_different_dt_are_named(tmp_path):
+    (_, second), *_ = make_pairs(tmp_path, 1)
+    second.write_text(at2_text(shaken_g(1), dt_s=0.02))
+    with pytest.raises(InputError, match=r"q0_h2\.AT2 0\.02"):
+        prepare_suite(tmp_path, t1_s=0.7)
+
+
+def test_nan_in_a_record_is_named_with_its_line(tmp_path):
+    (first, _), *_ = make_pairs(tmp_path, 1)
+    lines = first.read_text().splitlines()
+    lines[6] = lines[6][:30] + "            NaN" + lines[6][45:]
+    first.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"q0_h1\.AT2, line 7: 'NaN'"):
+        prepare_suite(tmp_path, t1_s=0.7)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("file_2", "fil_2"), "column"),
+        (("q1,", "q0,"), "twice"),
+    ],
+)
+def test_broken_index_is_refused(indexed, change, message):
+    folder, index = indexed
+    index.write_text(index.read_text().replace(*change))
+    with pytest.raises(InputError, match=message):
+        prepare_suite(folder, t1_s=0.7)
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [
+        ("scale", -1), ("scale", "x"), ("scale", "inf"), ("dt_s", 0), ("unit", "furlong"),
+        ("magnitude", "big"),
+    ],
+)  # fmt: skip
+def test_bad_number_in_the_index_is_refused_by_name(tmp_path, column, value):
+    index_of(tmp_path, make_pairs(tmp_path, 1), **{column: [value]})
+    with pytest.raises(InputError, match=column):
+        prepare_suite(tmp_path, t1_s=0.7)
+
+
+def test_folder_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InputError, match="nowhere"):
+        prepare_suite(tmp_path / "nowhere", t1_s=0.7)
+
+
+def test_file_that_claims_to_be_waho_must_have_its_peak(tmp_path):
+    for azimuth in (0, 90):
+        text = at2_text(shaken_g(azimuth), azimuth=azimuth)
+        (tmp_path / f"RSN811_LOMAP_WAH{azimuth:03d}.AT2").write_text(text)
+    with pytest.raises(InputError, match="claims to be the WAHO record"):
+        prepare_suite(tmp_path, t1_s=0.7)
+
+
+def test_waho_with_the_published_peak_is_accepted(tmp_path):
+    # one direction only: RotD50 is the peak over sqrt 2
+    values = shaken_g(1)
+    values *= 0.5373 * np.sqrt(2.0) / np.abs(values).max()
+    (tmp_path / "RSN811_LOMAP_WAH000.AT2").write_text(at2_text(values))
+    (tmp_path / "RSN811_LOMAP_WAH090.AT2").write_text(at2_text(1e-6 * values))
+    assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"

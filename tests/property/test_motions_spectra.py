@@ -1,0 +1,71 @@
+"""What must hold of spectra and measures for any motion."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from skewbridge.motions.intensity import motion_measures, scaled_measures
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.spectrum import component_psa, pair_psa
+
+
+def _motion(seed: int, npts: int = 600) -> GroundMotion:
+    rng = np.random.default_rng(seed)
+    window = np.hanning(npts)
+    pair = rng.standard_normal((2, npts)) * window * rng.uniform(0.5, 2.0, (2, 1))
+    return GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=pair[0], accel_2_mps2=pair[1])
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), angle=st.integers(0, 359))
+def test_turning_a_motion_by_whole_degrees_keeps_its_rotd50(seed, angle):
+    motion = _motion(seed)
+    turned = pair_psa(*motion.along_axes(angle), motion.dt_s, [0.05, 0.3, 1.0])
+    as_is = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, [0.05, 0.3, 1.0])
+    np.testing.assert_allclose(turned.rotd50_mps2, as_is.rotd50_mps2, rtol=1e-9)
+    np.testing.assert_allclose(turned.rotd100_mps2, as_is.rotd100_mps2, rtol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), scale=st.floats(0.01, 20.0))
+def test_measures_of_a_scaled_motion_are_the_scaled_measures(seed, scale):
+    motion = _motion(seed)
+    expected = motion_measures(motion.scaled(scale), 0.7)
+    assert scaled_measures(motion_measures(motion, 0.7), scale) == pytest.approx(expected, rel=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_reduced_orbit_gives_the_median_of_the_full_orbit(seed):
+    motion = _motion(seed)
+    angles = np.deg2rad(np.arange(180))
+    full = np.median(
+        [
+            component_psa(
+                np.cos(a) * motion.accel_1_mps2 + np.sin(a) * motion.accel_2_mps2, 0.01, [0.4]
+            )[0]
+            for a in angles
+        ]
+    )
+    psa = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, 0.01, [0.4])
+    assert psa.rotd50_mps2[0] == pytest.approx(full, rel=1e-9)
+
+
+def test_filter_agrees_with_an_ode_solver():
+    """The recursion is exact for piecewise linear input; the solver is held to 1e-9."""
+    motion = _motion(7, npts=60)
+    accel, dt_s, omega, xi = motion.accel_1_mps2, 0.01, 2 * np.pi / 0.6, 0.05
+    time_s = np.arange(accel.size) * dt_s
+    peak_m, state = 0.0, np.zeros(2)
+    for i in range(accel.size - 1):
+
+        def rate(t, y, i=i):
+            p = accel[i] + (accel[i + 1] - accel[i]) * t / dt_s
+            return [y[1], -p - 2 * xi * omega * y[1] - omega**2 * y[0]]
+
+        state = solve_ivp(rate, (0, dt_s), state, rtol=1e-11, atol=1e-15).y[:, -1]
+        peak_m = max(peak_m, abs(state[0]))
+    assert time_s.size == 60
+    assert component_psa(accel, dt_s, 0.6)[0] == pytest.approx(omega**2 * peak_m, rel=1e-8)

@@ -1,0 +1,117 @@
+"""The suite: what a folder becomes, and the one factor of each motion."""
+
+import hashlib
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from motions_files import index_of, make_pairs
+from skewbridge.errors import InputError
+from skewbridge.motions.index import list_motions
+from skewbridge.motions.intensity import IM_COLUMNS
+from skewbridge.motions.scaling import block_factors, stripe_factors, van_der_corput
+from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
+
+
+def test_folder_without_index_is_paired_and_measured(tmp_path):
+    make_pairs(tmp_path, 3)
+    suite = prepare_suite(tmp_path, t1_s=0.7)
+    assert list(suite["motion_id"]) == ["q0", "q1", "q2"]
+    assert np.isfinite(suite[list(IM_COLUMNS)]).all(axis=None)
+
+
+def test_suite_survives_parquet_bit_for_bit(tmp_path):
+    make_pairs(tmp_path, 2)
+    suite = prepare_suite(tmp_path, t1_s=0.7)
+    write_suite(suite, tmp_path / "suite.parquet")
+    back = read_suite(tmp_path / "suite.parquet")
+    assert [item.motion.motion_id for item in back] == ["q0", "q1"]
+    for item, (_, row) in zip(back, suite.iterrows(), strict=True):
+        np.testing.assert_array_equal(item.motion.accel_1_mps2, row["accel_1_mps2"])
+        assert item.scale == row["scale"]
+        assert item.measures["im_pga_rotd50_g"] == row["im_pga_rotd50_g"] * row["scale"]
+        assert item.measures["im_arias_mps"] == pytest.approx(row["im_arias_mps"] * item.scale**2)
+
+
+def test_digest_is_that_of_both_files_in_a_row(tmp_path):
+    (first, second), *_ = make_pairs(tmp_path, 1)
+    expected = hashlib.sha256(first.read_bytes() + second.read_bytes()).hexdigest()
+    assert prepare_suite(tmp_path, t1_s=0.7)["sha256"][0] == expected
+
+
+def test_factor_does_not_depend_on_how_many_motions_are_taken(tmp_path):
+    make_pairs(tmp_path, 9)
+    all_motions = prepare_suite(tmp_path, t1_s=0.7)
+    three = prepare_suite(tmp_path, count=3, t1_s=0.7)
+    assert list(three["scale"]) == list(all_motions["scale"][:3])
+
+
+def test_factor_of_the_index_goes_first(tmp_path):
+    pairs = make_pairs(tmp_path, 2)
+    index_of(tmp_path, pairs, scale=[1.25, ""])
+    scales = prepare_suite(tmp_path, t1_s=0.7)["scale"]
+    assert scales[0] == 1.25
+    assert scales[1] != 1.25
+
+
+def test_index_metadata_reaches_the_table(tmp_path):
+    pairs = make_pairs(tmp_path, 1)
+    index_of(tmp_path, pairs, event=["Big One"], magnitude=[7.1], vs30_mps=[400])
+    row = prepare_suite(tmp_path, t1_s=0.7).iloc[0]
+    assert (row["event"], row["magnitude"], row["vs30_mps"]) == ("Big One", 7.1, 400.0)
+    assert np.isnan(row["distance_km"])
+
+
+def test_more_motions_than_there_are_is_refused(tmp_path):
+    make_pairs(tmp_path, 2)
+    with pytest.raises(InputError, match=r"count = 3, but .* has 2"):
+        prepare_suite(tmp_path, count=3, t1_s=0.7)
+
+
+def test_every_block_of_factors_covers_the_levels_log_uniformly():
+    rng = np.random.default_rng(0)
+    own_g = rng.lognormal(-1.0, 0.5, 40)
+    reached_g = np.sort(own_g * block_factors(own_g, (0.1, 1.5)))
+    share = np.log(reached_g / 0.1) / np.log(15.0)
+    # 40 points in (0, 1): no gap is larger than the step of two blocks together
+    assert share[0] < 0.05
+    assert share[-1] > 0.95
+    assert np.diff(share).max() < 1 / 16
+    for block in range(5):
+        part = own_g[8 * block : 8 * block + 8]
+        np.testing.assert_array_equal(
+            np.argsort(part), np.argsort(part * block_factors(own_g)[8 * block : 8 * block + 8])
+        )
+
+
+def test_longer_suites_keep_the_factors_of_full_blocks():
+    own_g = np.random.default_rng(1).lognormal(-1.0, 0.5, 24)
+    np.testing.assert_array_equal(block_factors(own_g)[:16], block_factors(own_g[:16]))
+
+
+def test_van_der_corput_is_the_bit_reversed_count():
+    assert [van_der_corput(n) for n in range(1, 8)] == [
+        0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875,
+    ]  # fmt: skip
+
+
+def test_stripes_flag_factors_outside_the_limits():
+    factors, allowed = stripe_factors([0.2, 0.4], [0.1, 1.0])
+    np.testing.assert_allclose(factors, [[0.5, 5.0], [0.25, 2.5]])
+    np.testing.assert_array_equal(allowed, [[True, False], [True, True]])
+
+
+def test_order_of_the_index_is_the_order_of_the_suite(tmp_path):
+    pairs = make_pairs(tmp_path, 3)
+    index_of(tmp_path, pairs[::-1])
+    assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q2", "q1", "q0"]
+
+
+def test_suite_table_has_the_promised_columns(tmp_path):
+    make_pairs(tmp_path, 1)
+    suite = prepare_suite(tmp_path, t1_s=0.7)
+    promised = {"motion_id", "scale", "dt_s", "npts", "sha256", "event", "magnitude",
+                "distance_km", "vs30_mps", "station", "accel_1_mps2", "accel_2_mps2"}  # fmt: skip
+    assert promised | set(IM_COLUMNS) <= set(suite.columns)
+    assert isinstance(suite, pd.DataFrame)
