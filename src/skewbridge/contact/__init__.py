@@ -15,7 +15,7 @@ Attach contacts to a model that has nodes, then call one method after each conve
             contacts.prepare(dt_s / 4)                # bounds for the retry with a smaller step
             ...
             continue
-        changed = contacts.after_step(dt_s)           # bool: some unit opened, closed, slipped, stuck
+        changed = contacts.after_step(dt_s)           # bool: some unit opened or closed
 
 Signatures::
 
@@ -26,6 +26,7 @@ Signatures::
          name="") -> int
     .after_step(dt_s, next_dt_s=None) -> bool         # commit the tracked state; next_dt_s=dt_s
     .prepare(next_dt_s) -> None                       # bounds again, from the last committed state
+    .start_from_rest() -> None                        # once, between gravity and the transient
     .change_expected(dt_s) -> bool                    # predicted opening/closing within dt_s
     .changes -> tuple[int, ...]                       # units that opened or closed in the last step
     .snapshot() -> object; .restore(snapshot)         # tracked state, for a caller that can go back
@@ -42,3 +43,24 @@ Signatures::
 Signs: opening is positive, normal_n > 0 is compression, the tangential force has the sign of the
 slip of node j relative to node i (the force of the spring; the body feels its negative).
 """
+
+from skewbridge.contact.contact_set import ContactSet, Snapshot
+from skewbridge.contact.law import ContactLaw
+from skewbridge.contact.ledger import UnitLedger
+from skewbridge.contact.springs import ContactError
+from skewbridge.contact.tags import Tags, TagSource
+from skewbridge.contact.unit import ContactUnit, Coupling, Scheme, UnitState
+
+__all__ = [
+    "ContactError",
+    "ContactLaw",
+    "ContactSet",
+    "ContactUnit",
+    "Coupling",
+    "Scheme",
+    "Snapshot",
+    "TagSource",
+    "Tags",
+    "UnitLedger",
+    "UnitState",
+]

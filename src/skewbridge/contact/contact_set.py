@@ -1,0 +1,296 @@
+"""Contacts of a live OpenSees domain, updated once after each converged step."""
+
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Final, get_args
+
+import openseespy.opensees as ops
+
+from skewbridge.contact.frame import contact_frame
+from skewbridge.contact.law import ContactLaw
+from skewbridge.contact.ledger import UnitLedger, close_account
+from skewbridge.contact.schemes import ComponentwiseUnit, ElasticUnit
+from skewbridge.contact.springs import make_springs, prove_bounds_act
+from skewbridge.contact.tags import Tags, TagSource
+from skewbridge.contact.unit import ContactUnit, Coupling, Scheme, UnitState
+from skewbridge.errors import InputError
+
+_UNIT_TYPES: Final[dict[str, type[ContactUnit]]] = {
+    "vector": ContactUnit,
+    "componentwise": ComponentwiseUnit,
+    "elastic": ElasticUnit,
+}
+_DOF_COUNTS: Final = {2: (2, 3), 3: (3, 6)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """Tracked state of all units at one time; opaque to the caller."""
+
+    units: list[dict[str, Any]]
+    time_s: float
+    dt_s: float
+
+
+class ContactSet:
+    """Contact-friction pairs that get their friction bounds by parameter updates.
+
+    Args:
+        tags: Source of unused tags; by default the tags above those of the live domain.
+        update: False leaves the friction springs without strength for ever: the model without
+            friction, with the same elements and equations.
+        scheme: `vector` tracks one vector stick point per pair; `componentwise` is the literal
+            reading of the paper; `elastic` moves the stick point of elastic springs.
+        coupling: `extrapolated` predicts normal force and slip direction linearly to the end of
+            the coming step; `lagged` takes them from its beginning (the paper).
+
+    Raises:
+        InputError: Unknown scheme or coupling.
+    """
+
+    def __init__(
+        self,
+        tags: Tags | None = None,
+        *,
+        update: bool = True,
+        scheme: Scheme = "vector",
+        coupling: Coupling = "extrapolated",
+    ) -> None:
+        _require_choice("scheme", scheme, tuple(_UNIT_TYPES))
+        _require_choice("coupling", coupling, get_args(Coupling.__value__))
+        self._tags: Tags = TagSource() if tags is None else tags
+        self._is_updated = update
+        self._unit_type = _UNIT_TYPES[scheme]
+        self._is_elastic = scheme == "elastic"
+        self._is_extrapolated = coupling == "extrapolated"
+        self._units: list[ContactUnit] = []
+        self._changes: list[int] = []
+        self._dt_s = 0.0
+        self._time_s = 0.0
+
+    def add(
+        self,
+        node_i: int,
+        node_j: int,
+        normal: Sequence[float],
+        gap_m: float,
+        friction: float,
+        cohesion_n: float = 0.0,
+        *,
+        kn: float,
+        kt: float,
+        tangent: Sequence[float] | None = None,
+        gap_closing_m: float = 0.0,
+        name: str = "",
+    ) -> int:
+        """Add a contact between two nodes of the domain.
+
+        The pair closes when node j has moved by the gap against the normal. The nodes may lie
+        apart: only their relative displacement counts, so that a positive gap makes a node to
+        line (2D) or node to surface (3D) contact.
+
+        Args:
+            node_i: Node of the surface.
+            node_j: Node of the body.
+            normal: Outward normal of the surface, from i towards j; ndm components.
+            gap_m: Initial gap.
+            friction: Coulomb coefficient.
+            cohesion_n: Friction limit at zero normal force, while closed.
+            kn: Normal penalty in N/m.
+            kt: Tangential penalty in N/m.
+            tangent: First direction of the contact plane; horizontal by default.
+            gap_closing_m: Part of the gap closed already by season or creep.
+            name: For messages and the ledger.
+
+        Returns:
+            Index of the unit.
+
+        Raises:
+            InputError: A value is outside its limits or the nodes do not suit.
+            ContactError: A parameter does not act in this OpenSees build.
+        """
+        law = ContactLaw(
+            kn_n_per_m=kn,
+            kt_n_per_m=kt,
+            friction=friction,
+            cohesion_n=cohesion_n,
+            gap_m=gap_m,
+            gap_closing_m=gap_closing_m,
+        )
+        ndm = int(ops.getNDM()[0]) if ops.getNDM() else 0
+        frame = contact_frame(normal, tangent, ndm)
+        nodes = (node_i, node_j)
+        _require_nodes(nodes, ndm)
+        if not self._units and not self._is_elastic:
+            prove_bounds_act(self._tags, nodes, frame)
+        springs = make_springs(self._tags, nodes, frame, law, is_elastic=self._is_elastic)
+        index = len(self._units)
+        unit = self._unit_type(name or f"contact {index}", nodes, frame, law, springs)
+        unit.start()
+        self._units.append(unit)
+        return index
+
+    def after_step(self, dt_s: float, next_dt_s: float | None = None) -> bool:
+        """Take over a converged step and set the bounds of the next; call it once per step.
+
+        Args:
+            dt_s: Length of the step just done.
+            next_dt_s: Length of the coming step, if it differs.
+
+        Returns:
+            Whether a pair opened or closed in the step.
+
+        Raises:
+            InputError: The step is not positive.
+            ContactError: A spring does not follow its law.
+        """
+        if not dt_s > 0.0:
+            msg = f"dt_s must be positive, got {dt_s}"
+            raise InputError(msg)
+        self._dt_s = dt_s
+        self._time_s += dt_s
+        if self._is_updated:
+            ratio = None
+            if self._is_extrapolated:
+                ratio = 1.0 if next_dt_s is None else next_dt_s / dt_s
+            changes: list[int] = []
+            for index, unit in enumerate(self._units):
+                if unit.read(dt_s):
+                    changes.append(index)
+                unit.set_bounds(ratio)
+        else:
+            changes = [i for i, unit in enumerate(self._units) if unit.read(dt_s)]
+        self._changes = changes
+        return bool(changes)
+
+    def prepare(self, next_dt_s: float) -> None:
+        """Set the bounds again for a coming step of another length.
+
+        For the retry of a step that failed (OpenSees has gone back to the committed state, which
+        is also the state tracked here) and for a change of the step.
+        """
+        if not (self._is_updated and self._is_extrapolated and self._dt_s > 0.0):
+            return
+        for unit in self._units:
+            unit.set_bounds(next_dt_s / self._dt_s)
+
+    def start_from_rest(self) -> None:
+        """Take over the committed state without motion, between a static and a dynamic stage.
+
+        The increments of a static stage say nothing about the motion to come: the bounds of the
+        first step are those of the state itself.
+        """
+        for unit in self._units:
+            unit.rest()
+            if self._is_updated:
+                unit.set_bounds(None)
+
+    def change_expected(self, dt_s: float) -> bool:
+        """Return whether a pair is expected to open or close within `dt_s`: time to sub-step."""
+        if self._dt_s <= 0.0:
+            return False
+        ratio = dt_s / self._dt_s
+        return any((unit.predicted_opening(ratio) < 0.0) != unit.closed for unit in self._units)
+
+    @property
+    def changes(self) -> tuple[int, ...]:
+        """Units that opened or closed in the last step."""
+        return tuple(self._changes)
+
+    @property
+    def units(self) -> tuple[ContactUnit, ...]:
+        """The units, in the order of adding."""
+        return tuple(self._units)
+
+    @property
+    def closed(self) -> list[bool]:
+        """Whether each pair is closed."""
+        return [unit.closed for unit in self._units]
+
+    @property
+    def openings_m(self) -> list[float]:
+        """Opening of each pair, negative when closed."""
+        return [unit.opening for unit in self._units]
+
+    @property
+    def normals_n(self) -> list[float]:
+        """Compression of each pair."""
+        return [unit.normal_n for unit in self._units]
+
+    @property
+    def tangentials_n(self) -> list[tuple[float, float]]:
+        """Friction force of each pair along t1 and t2, with the sign of slip."""
+        return [(unit.force_1, unit.force_2) for unit in self._units]
+
+    def state(self, unit: int) -> UnitState:
+        """Return the state of a unit at the end of the last step."""
+        return self._units[unit].state(self._time_s)
+
+    def global_force_on_j(self, unit: int) -> tuple[float, ...]:
+        """Return the force of a unit on its node j along the axes of the model, in N."""
+        pair = self._units[unit]
+        forces = (pair.normal_n, -pair.force_1, -pair.force_2)
+        axes = (pair.normal, *pair.tangents)
+        return tuple(
+            sum(force * axis[k] for force, axis in zip(forces, axes, strict=False))
+            for k in range(len(pair.normal))
+        )
+
+    def ledger(self) -> list[UnitLedger]:
+        """Return what each unit did since it was added."""
+        return [
+            close_account(unit.name, unit.account, unit.normal_potential_j())
+            for unit in self._units
+        ]
+
+    def snapshot(self) -> "Snapshot":
+        """Return the tracked state, for a caller that can bring its domain back to this time."""
+        return Snapshot(
+            units=[unit.snapshot() for unit in self._units], time_s=self._time_s, dt_s=self._dt_s
+        )
+
+    def restore(self, snapshot: "Snapshot") -> None:
+        """Go back to a snapshot, bounds included."""
+        self._time_s, self._dt_s = snapshot.time_s, snapshot.dt_s
+        for unit, saved in zip(self._units, snapshot.units, strict=True):
+            unit.restore(saved)
+
+    @contextmanager
+    def soft_tangents(self, ratio: float = 1e-9) -> Generator[None]:
+        """Make the friction springs soft inside a `with` block, around an eigenvalue analysis.
+
+        A friction spring that has never been in an analysis shows its full stiffness to `eigen`
+        although it has no strength.
+        """
+        try:
+            for unit in self._units:
+                unit.scale_tangents(ratio)
+            yield
+        finally:
+            for unit in self._units:
+                unit.scale_tangents(1.0)
+
+
+def _require_choice(field: str, value: str, choices: Sequence[str]) -> None:
+    if value not in choices:
+        msg = f"{field} must be one of {', '.join(choices)}, got {value!r}"
+        raise InputError(msg)
+
+
+def _require_nodes(nodes: tuple[int, int], ndm: int) -> None:
+    existing = set(ops.getNodeTags())
+    for field, node in zip(("node_i", "node_j"), nodes, strict=True):
+        if node not in existing:
+            msg = f"{field} must be a node of the domain, got {node}"
+            raise InputError(msg)
+    if nodes[0] == nodes[1]:
+        msg = f"node_i and node_j must differ, got {nodes[0]} twice"
+        raise InputError(msg)
+    counts = tuple(len(ops.nodeDisp(node)) for node in nodes)
+    if counts[0] != counts[1] or counts[0] not in _DOF_COUNTS[ndm]:
+        msg = (
+            f"both nodes must have {' or '.join(map(str, _DOF_COUNTS[ndm]))} degrees of freedom "
+            f"in {ndm} dimensions, nodes {nodes} have {counts}"
+        )
+        raise InputError(msg)

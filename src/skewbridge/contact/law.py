@@ -1,0 +1,178 @@
+"""The Coulomb cone with cohesion, its vector stick point and the open/close logic: pure functions.
+
+One convention throughout: `opening_m` is positive while the pair is apart, `normal_n` is positive
+in compression, the tangential force has the sign of the slip (it is the force of the spring; the
+moving body feels its negative). Everything is a plain float, because these functions sit in the
+inner loop of the response histories; a pair of values is the two directions of the contact plane
+(the second is zero in plane models).
+
+References:
+    Rahman and Mackie (2023), Finite Elements in Analysis and Design 218 (parameter updates);
+    Simo and Hughes (1998), Computational Inelasticity, chapter 2 (return mapping).
+"""
+
+from dataclasses import dataclass
+from math import hypot, isfinite, sqrt
+
+from skewbridge.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactLaw:
+    """A contact pair: penalties, Coulomb friction with cohesion, initial gap.
+
+    Attributes:
+        kn_n_per_m: Normal penalty stiffness.
+        kt_n_per_m: Tangential penalty stiffness.
+        friction: Coulomb coefficient.
+        cohesion_n: Part of the friction limit that does not depend on the normal force; it acts
+            only while the pair is closed.
+        gap_m: Initial opening.
+        gap_closing_m: Part of the gap that the season, creep or shrinkage has closed already.
+
+    Raises:
+        InputError: A value is outside its limits.
+    """
+
+    kn_n_per_m: float
+    kt_n_per_m: float
+    friction: float = 0.0
+    cohesion_n: float = 0.0
+    gap_m: float = 0.0
+    gap_closing_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field, value in (("kn_n_per_m", self.kn_n_per_m), ("kt_n_per_m", self.kt_n_per_m)):
+            if not (isfinite(value) and value > 0.0):
+                msg = f"{field} must be a positive finite stiffness, got {value}"
+                raise InputError(msg)
+        for field, value in (
+            ("friction", self.friction),
+            ("cohesion_n", self.cohesion_n),
+            ("gap_m", self.gap_m),
+            ("gap_closing_m", self.gap_closing_m),
+        ):
+            if not (isfinite(value) and value >= 0.0):
+                msg = f"{field} must be finite and not negative, got {value}"
+                raise InputError(msg)
+        if self.gap_closing_m > self.gap_m:
+            msg = f"gap_closing_m must be at most gap_m = {self.gap_m}, got {self.gap_closing_m}"
+            raise InputError(msg)
+
+    @property
+    def open_gap_m(self) -> float:
+        """Gap left to close."""
+        return self.gap_m - self.gap_closing_m
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairState:
+    """State of a pair at the end of a step, forces with the sign of slip."""
+
+    is_closed: bool
+    is_slipping: bool
+    normal_n: float
+    force_1_n: float
+    force_2_n: float
+    stick_1_m: float
+    stick_2_m: float
+
+
+def normal_force_n(opening_m: float, kn_n_per_m: float) -> float:
+    """Return the compression of a pair: a penalty while the opening is negative, never tension."""
+    return -kn_n_per_m * opening_m if opening_m < 0.0 else 0.0
+
+
+def friction_limit_n(normal_n: float, friction: float, cohesion_n: float) -> float:
+    """Return the radius of the cone; zero while open, so that cohesion acts only in contact."""
+    return cohesion_n + friction * normal_n if normal_n > 0.0 else 0.0
+
+
+def radial_return(
+    offset_1_m: float, offset_2_m: float, kt_n_per_m: float, limit_n: float
+) -> tuple[float, float]:
+    """Return the tangential force for an offset from the stick point, brought back to the cone.
+
+    Args:
+        offset_1_m: Position minus stick point, first direction.
+        offset_2_m: The same in the second direction.
+        kt_n_per_m: Tangential stiffness.
+        limit_n: Radius of the cone.
+
+    Returns:
+        The force in N. After slip the stick point is the position minus force / kt.
+    """
+    trial_1, trial_2 = kt_n_per_m * offset_1_m, kt_n_per_m * offset_2_m
+    size = hypot(trial_1, trial_2)
+    if size <= limit_n:
+        return trial_1, trial_2
+    scale = limit_n / size
+    return scale * trial_1, scale * trial_2
+
+
+def advance_pair(
+    law: ContactLaw,
+    stick_m: tuple[float, float],
+    position_m: tuple[float, float],
+    opening_m: float,
+) -> PairState:
+    """Advance a pair by one step with the force of the same step (the exact law in time steps).
+
+    Args:
+        law: Parameters of the pair. The gap is not used here: it is part of the opening.
+        stick_m: Stick point at the end of the last step.
+        position_m: Relative tangential displacement at the end of this step.
+        opening_m: Opening at the end of this step.
+    """
+    position_1, position_2 = position_m
+    normal = normal_force_n(opening_m, law.kn_n_per_m)
+    if normal <= 0.0:
+        return PairState(
+            is_closed=False,
+            is_slipping=False,
+            normal_n=0.0,
+            force_1_n=0.0,
+            force_2_n=0.0,
+            stick_1_m=position_1,
+            stick_2_m=position_2,
+        )
+    limit = friction_limit_n(normal, law.friction, law.cohesion_n)
+    kt = law.kt_n_per_m
+    offset_1, offset_2 = position_1 - stick_m[0], position_2 - stick_m[1]
+    force_1, force_2 = radial_return(offset_1, offset_2, kt, limit)
+    is_slipping = kt * hypot(offset_1, offset_2) > limit
+    return PairState(
+        is_closed=True,
+        is_slipping=is_slipping,
+        normal_n=normal,
+        force_1_n=force_1,
+        force_2_n=force_2,
+        stick_1_m=position_1 - force_1 / kt if is_slipping else stick_m[0],
+        stick_2_m=position_2 - force_2 / kt if is_slipping else stick_m[1],
+    )
+
+
+def yields_on_cone(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[float, float]:
+    """Return the yield forces of two separate springs that together stay inside the cone.
+
+    The corner of the box of the two yields lies on the cone. For a trial outside the cone it is
+    the point of radial return; for one inside, the box holds the trial with the same slack in both
+    directions, so that a pair that sticks is not made to slip by a component near zero.
+    """
+    size_1, size_2 = abs(trial_1_n), abs(trial_2_n)
+    size = hypot(size_1, size_2)
+    if size >= limit_n:
+        scale = limit_n / size if size > 0.0 else 0.0
+        return scale * size_1, scale * size_2
+    half = 0.5 * (size_1 + size_2)
+    slack = sqrt(half * half + 0.5 * (limit_n * limit_n - size * size)) - half
+    return size_1 + slack, size_2 + slack
+
+
+def yields_by_direction(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[float, float]:
+    """Return the yields as the direction cosines of the trial times the limit (the paper)."""
+    size = hypot(trial_1_n, trial_2_n)
+    if size == 0.0:
+        share = limit_n * sqrt(0.5)
+        return share, share
+    return limit_n * abs(trial_1_n) / size, limit_n * abs(trial_2_n) / size
