@@ -10,11 +10,6 @@ PYTHON_VERSION := $(shell cat .python-version)
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-SNAKEMAKE := $(BIN)/snakemake -j$(CORES) --rerun-incomplete --configfile $(CONFIG)
-ifneq ($(MOTIONS),)
-SNAKEMAKE += --config 'motions={folder: "$(MOTIONS)"}'
-endif
-
 .PHONY: help setup study smoke test lint bench verify docs test-cluster clean
 
 help:
@@ -32,12 +27,10 @@ $(STAMP): requirements.lock pyproject.toml .python-version
 	@touch $@
 
 study: setup
-	$(SNAKEMAKE)
-	@echo "Report: results/report.html"
+	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)"
 
 smoke: setup
-	$(BIN)/snakemake -j$(CORES) --rerun-incomplete --configfile config/smoke.yaml
-	@echo "Report: results/report.html"
+	@bash workflow/study.sh $(BIN) $(CORES) config/smoke.yaml
 
 lint: setup
 	$(BIN)/ruff check .
@@ -46,11 +39,11 @@ lint: setup
 	$(BIN)/snakefmt --check Snakefile workflow
 
 test: setup lint
-	$(BIN)/pytest -n $(CORES) -m "not slow"
+	$(BIN)/pytest -n $(CORES) --dist loadgroup -m "not slow"
 
 verify: setup
 	$(BIN)/skewbridge verify --out results/verification
-	$(BIN)/pytest -n $(CORES) -m slow
+	$(BIN)/pytest -n $(CORES) --dist loadgroup -m slow
 
 bench: setup
 	bash benchmarks/run.sh
