@@ -23,7 +23,7 @@ Signatures::
         update=False: the model `contact` (same elements, parameters never updated, no friction).
         scheme: vector | componentwise | elastic;  coupling: extrapolated | lagged.
     .add(node_i, node_j, normal, gap_m, friction, cohesion_n=0.0, *, kn, kt, tangent=None,
-         name="") -> int
+         gap_closing_m=0.0, drive=None, name="") -> int
     .after_step(dt_s, next_dt_s=None) -> bool         # commit the tracked state; next_dt_s=dt_s
     .prepare(next_dt_s) -> None                       # bounds again, from the last committed state
     .start_from_rest() -> None                        # once, between gravity and the transient
@@ -44,12 +44,13 @@ Signs: opening is positive, normal_n > 0 is compression, the tangential force ha
 slip of node j relative to node i (the force of the spring; the body feels its negative).
 """
 
-from skewbridge.contact.contact_set import ContactSet, Snapshot
+from skewbridge.contact.contact_set import ContactSet
 from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.ledger import UnitLedger
 from skewbridge.contact.springs import ContactError
+from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitState
 from skewbridge.contact.tags import Tags, TagSource
-from skewbridge.contact.unit import ContactUnit, Coupling, Scheme, UnitState
+from skewbridge.contact.unit import ContactUnit
 
 __all__ = [
     "ContactError",
@@ -57,6 +58,7 @@ __all__ = [
     "ContactSet",
     "ContactUnit",
     "Coupling",
+    "Drive",
     "Scheme",
     "Snapshot",
     "TagSource",

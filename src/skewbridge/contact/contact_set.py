@@ -2,8 +2,7 @@
 
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any, Final, get_args
+from typing import Final, get_args
 
 import openseespy.opensees as ops
 
@@ -12,8 +11,9 @@ from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.ledger import UnitLedger, close_account
 from skewbridge.contact.schemes import ComponentwiseUnit, ElasticUnit
 from skewbridge.contact.springs import make_springs, prove_bounds_act
+from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitState
 from skewbridge.contact.tags import Tags, TagSource
-from skewbridge.contact.unit import ContactUnit, Coupling, Scheme, UnitState
+from skewbridge.contact.unit import ContactUnit
 from skewbridge.errors import InputError
 
 _UNIT_TYPES: Final[dict[str, type[ContactUnit]]] = {
@@ -22,15 +22,6 @@ _UNIT_TYPES: Final[dict[str, type[ContactUnit]]] = {
     "elastic": ElasticUnit,
 }
 _DOF_COUNTS: Final = {2: (2, 3), 3: (3, 6)}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Snapshot:
-    """Tracked state of all units at one time; opaque to the caller."""
-
-    units: list[dict[str, Any]]
-    time_s: float
-    dt_s: float
 
 
 class ContactSet:
@@ -65,6 +56,7 @@ class ContactSet:
         self._is_elastic = scheme == "elastic"
         self._is_extrapolated = coupling == "extrapolated"
         self._units: list[ContactUnit] = []
+        self._driven: list[ContactUnit] = []
         self._changes: list[int] = []
         self._dt_s = 0.0
         self._time_s = 0.0
@@ -82,6 +74,7 @@ class ContactSet:
         kt: float,
         tangent: Sequence[float] | None = None,
         gap_closing_m: float = 0.0,
+        drive: Drive | None = None,
         name: str = "",
     ) -> int:
         """Add a contact between two nodes of the domain.
@@ -101,6 +94,7 @@ class ContactSet:
             kt: Tangential penalty in N/m.
             tangent: First direction of the contact plane; horizontal by default.
             gap_closing_m: Part of the gap closed already by season or creep.
+            drive: User function that sets declared parameters after every step.
             name: For messages and the ledger.
 
         Returns:
@@ -124,10 +118,17 @@ class ContactSet:
         _require_nodes(nodes, ndm)
         if not self._units and not self._is_elastic:
             prove_bounds_act(self._tags, nodes, frame)
-        springs = make_springs(self._tags, nodes, frame, law, is_elastic=self._is_elastic)
+        driven = drive.parameters if drive else ()
+        springs = make_springs(
+            *(self._tags, nodes, frame, law),
+            is_elastic=self._is_elastic,
+            has_dashpot="dashpot_n_s_per_m" in driven,
+            is_gap_driven="gap_closing_m" in driven,
+        )
         index = len(self._units)
-        unit = self._unit_type(name or f"contact {index}", nodes, frame, law, springs)
-        unit.start()
+        unit = self._unit_type(name or f"contact {index}", nodes, frame, law, springs, drive)
+        if drive:
+            self._driven.append(unit)
         self._units.append(unit)
         return index
 
@@ -150,17 +151,14 @@ class ContactSet:
             raise InputError(msg)
         self._dt_s = dt_s
         self._time_s += dt_s
+        changes = [index for index, unit in enumerate(self._units) if unit.read(dt_s)]
+        next_dt = dt_s if next_dt_s is None else next_dt_s
+        for unit in self._driven:
+            unit.apply_drive(next_dt, self._time_s)
         if self._is_updated:
-            ratio = None
-            if self._is_extrapolated:
-                ratio = 1.0 if next_dt_s is None else next_dt_s / dt_s
-            changes: list[int] = []
-            for index, unit in enumerate(self._units):
-                if unit.read(dt_s):
-                    changes.append(index)
+            ratio = next_dt / dt_s if self._is_extrapolated else None
+            for unit in self._units:
                 unit.set_bounds(ratio)
-        else:
-            changes = [i for i, unit in enumerate(self._units) if unit.read(dt_s)]
         self._changes = changes
         return bool(changes)
 
@@ -225,7 +223,7 @@ class ContactSet:
 
     def state(self, unit: int) -> UnitState:
         """Return the state of a unit at the end of the last step."""
-        return self._units[unit].state(self._time_s)
+        return self._units[unit].state(self._dt_s)
 
     def global_force_on_j(self, unit: int) -> tuple[float, ...]:
         """Return the force of a unit on its node j along the axes of the model, in N."""
@@ -244,13 +242,13 @@ class ContactSet:
             for unit in self._units
         ]
 
-    def snapshot(self) -> "Snapshot":
+    def snapshot(self) -> Snapshot:
         """Return the tracked state, for a caller that can bring its domain back to this time."""
         return Snapshot(
             units=[unit.snapshot() for unit in self._units], time_s=self._time_s, dt_s=self._dt_s
         )
 
-    def restore(self, snapshot: "Snapshot") -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Go back to a snapshot, bounds included."""
         self._time_s, self._dt_s = snapshot.time_s, snapshot.dt_s
         for unit, saved in zip(self._units, snapshot.units, strict=True):

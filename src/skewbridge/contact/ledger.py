@@ -14,6 +14,7 @@ class Account:
     max_friction_n: float = 0.0
     max_limit_n: float = 0.0
     max_violation_n: float = 0.0
+    slip_path_m: float = 0.0
     slip_work_j: float = 0.0
     normal_work_j: float = 0.0
 
@@ -29,6 +30,7 @@ class UnitLedger:
         max_penetration_m: Largest negative opening.
         max_normal_n: Largest compression.
         max_friction_n: Largest tangential force.
+        slip_path_m: Length of the way slipped in contact.
         slip_work_j: Energy dissipated by slip, trapezoidal rule on end-of-step forces.
         normal_work_j: Work done on the normal spring (and its dashpot), the same rule.
         normal_potential_j: Energy stored in the normal spring at the end.
@@ -43,6 +45,7 @@ class UnitLedger:
     max_penetration_m: float
     max_normal_n: float
     max_friction_n: float
+    slip_path_m: float
     slip_work_j: float
     normal_work_j: float
     normal_potential_j: float
@@ -60,6 +63,7 @@ def close_account(name: str, account: Account, normal_potential_j: float) -> Uni
         max_penetration_m=account.max_penetration_m,
         max_normal_n=account.max_normal_n,
         max_friction_n=account.max_friction_n,
+        slip_path_m=account.slip_path_m,
         slip_work_j=account.slip_work_j,
         normal_work_j=account.normal_work_j,
         normal_potential_j=normal_potential_j,

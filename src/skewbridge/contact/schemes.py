@@ -20,23 +20,18 @@ class ComponentwiseUnit(ContactUnit):
 
     __slots__ = ()
 
-    def _offsets(self) -> tuple[float, float]:
-        """Return the offsets before the return of the last step, kept in the stick point."""
-        return self._e1 - self._stick_1, self._e2 - self._stick_2
-
-    def _move_stick_point(self) -> None:
-        if not self.closed:
+    def _move_stick_point(self, limit_n: float) -> None:
+        if self.closed:
+            self._stick_1, self._stick_2 = self._slip_1_before, self._slip_2_before
+        else:
             self._stick_1, self._stick_2 = self._e1, self._e2
-            self._is_watched = False
-            return
-        self._is_watched = True
-        self._stick_1, self._stick_2 = self.slip_1_before, self.slip_2_before
 
     def set_bounds(self, ratio: float | None) -> None:
         """Set the bounds of the coming step; see `ContactUnit.set_bounds`."""
         if ratio is None:
-            limit = self.cohesion + self.friction * self.normal_n if self.closed else 0.0
-            offset_1, offset_2 = self._offsets()
+            # The stick point kept here is that before the last step: the offsets are those before
+            # the springs returned. After it, the direction of the bounds would freeze.
+            limit, offset_1, offset_2 = self._committed()
         else:
             if self.closed:
                 self._stick_1, self._stick_2 = self.slip_1, self.slip_2
@@ -92,7 +87,7 @@ class ElasticUnit(ContactUnit):
         """Set the stick point of the coming step; see `ContactUnit.set_bounds`."""
         stick_1, stick_2 = self._stick_1, self._stick_2
         if ratio is None:
-            limit = self.cohesion + self.friction * self.normal_n if self.closed else 0.0
+            limit = self._committed()[0]
         else:
             limit, offset_1, offset_2 = self._predict(ratio)
             force_1, force_2 = radial_return(offset_1, offset_2, self.kt, limit)

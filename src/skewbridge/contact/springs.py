@@ -38,6 +38,7 @@ class Springs:
         moduli: Parameters of the tangential stiffnesses.
         bounds: Parameters of the friction bounds (yields, or stick points in scheme elastic).
         dashpot: Parameter of the dashpot coefficient, or None.
+        gap_offset: Parameter of the offset of the normal spring, or None.
     """
 
     element: int
@@ -45,6 +46,7 @@ class Springs:
     moduli: tuple[int, ...]
     bounds: tuple[int, ...]
     dashpot: int | None = None
+    gap_offset: int | None = None
 
 
 def make_springs(
@@ -55,6 +57,7 @@ def make_springs(
     *,
     is_elastic: bool = False,
     has_dashpot: bool = False,
+    is_gap_driven: bool = False,
 ) -> Springs:
     """Create the element and its parameters, and prove that each parameter acts.
 
@@ -62,22 +65,13 @@ def make_springs(
         ContactError: A parameter is not attached to the material it was meant for.
     """
     directions = len(frame) - 1
-    normal = tags.material()
-    ops.uniaxialMaterial(
-        "ElasticPPGap",
-        normal,
-        law.kn_n_per_m,
-        -law.kn_n_per_m * _NEVER_M,
-        -law.open_gap_m,
-        0.0,
-        "noDamage",
-    )
+    normal = _normal_material(tags, law, is_gap_driven=is_gap_driven)
     tangential = _tangential_material(tags, law.kt_n_per_m, is_elastic=is_elastic)
     materials = [normal] + [tangential] * directions
     local = list(range(1, directions + 2))
     if has_dashpot:
         dashpot = tags.material()
-        ops.uniaxialMaterial("Viscous", dashpot, 0.0, 1.0)
+        ops.uniaxialMaterial("Elastic", dashpot, 0.0)
         materials.append(dashpot)
         local.append(1)
     element = tags.element()
@@ -91,7 +85,8 @@ def make_springs(
         normal_modulus=_attach(tags, element, 1, "E"),
         moduli=tuple(_attach(tags, element, k, "E") for k in range(2, directions + 2)),
         bounds=tuple(_attach(tags, element, k, bound_name) for k in range(2, directions + 2)),
-        dashpot=_attach(tags, element, directions + 2, "C") if has_dashpot else None,
+        dashpot=_attach(tags, element, directions + 2, "eta") if has_dashpot else None,
+        gap_offset=_attach(tags, element, 1, "epsInit") if is_gap_driven else None,
     )
     _prove(springs, law, is_elastic=is_elastic)
     return springs
@@ -132,6 +127,19 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Vector, ..
     if len(frame) == 3:
         _expect("friction force of the other direction", forces[2], other)
     _expect("yield of the normal spring", normal_yield, -other)
+
+
+def _normal_material(tags: Tags, law: ContactLaw, *, is_gap_driven: bool) -> int:
+    """Return a spring that acts in compression behind the gap: gap and yield of one sign."""
+    material = tags.material()
+    kn, gap = law.kn_n_per_m, law.open_gap_m
+    ops.uniaxialMaterial("ElasticPPGap", material, kn, -kn * _NEVER_M, -gap, 0.0, "noDamage")
+    if not is_gap_driven:
+        return material
+    # The gap itself is no use as a parameter: OpenSees accepts it and goes on with the old one.
+    offset = tags.material()
+    ops.uniaxialMaterial("InitStrainMaterial", offset, material, 0.0)
+    return offset
 
 
 def _tangential_material(tags: Tags, kt_n_per_m: float, *, is_elastic: bool) -> int:
