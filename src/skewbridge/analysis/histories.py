@@ -1,0 +1,99 @@
+"""The histories of an analysis as a table: one column per quantity, units in the names."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.analysis.monitor import Trace
+from skewbridge.analysis.peaks import (
+    column_drift,
+    column_shear_dcr,
+    column_shear_n,
+    unseating_m,
+    wall_force_n,
+)
+from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
+from skewbridge.units import KN
+
+type Series = NDArray[np.float64]
+
+
+def histories_of(model: BridgeModel, trace: Trace, ground_accel_mps2: Series) -> dict[str, Series]:
+    """Return the history columns, each of shape (n,), the first row being rest under gravity.
+
+    Forces of an abutment are those of all its parts on the deck (contacts, springs and pads),
+    positive when they oppose a positive displacement, so that they plot as hysteresis loops.
+    """
+    disp = trace.disp(model.deck_centre_node)
+    table: dict[str, Series] = {
+        "t_s": trace.time_s,
+        "ground_ax_mps2": ground_accel_mps2[:, 0],
+        "ground_ay_mps2": ground_accel_mps2[:, 1],
+        "deck_ux_m": disp[:, 0],
+        "deck_uy_m": disp[:, 1],
+        "deck_rot_rad": disp[:, 5],
+        "column_shear_kn": np.maximum.reduce(
+            [np.hypot(*column_shear_n(column, trace).T) for column in model.columns]
+        )
+        / KN,
+        "column_shear_dcr": np.maximum.reduce(
+            [column_shear_dcr(column, trace) for column in model.columns]
+        ),
+    }
+    for number, column in enumerate(model.columns, start=1):
+        shear = column_shear_n(column, trace) / KN
+        table[f"column_{number}_shear_x_kn"] = shear[:, 0]
+        table[f"column_{number}_shear_y_kn"] = shear[:, 1]
+        table[f"column_{number}_axial_kn"] = trace.column_forces(column.element)[:, 2] / KN
+        table[f"column_{number}_drift_ratio"] = column_drift(column, trace)
+    for abutment in model.abutments:
+        table |= _abutment_columns(model, abutment, trace)
+    if model.contacts is not None:
+        for index, unit in enumerate(model.contacts.units):
+            name = f"contact_{unit.name.replace(' ', '_')}"
+            table[f"{name}_opening_m"] = trace.openings_m[:, index]
+            table[f"{name}_normal_kn"] = trace.normals_n[:, index] / KN
+            table[f"{name}_friction_1_kn"] = trace.tangentials_n[:, index, 0] / KN
+            table[f"{name}_friction_2_kn"] = trace.tangentials_n[:, index, 1] / KN
+    return {name: np.array(values) for name, values in table.items()}
+
+
+def abutment_force_n(model: BridgeModel, abutment: AbutmentHandle, trace: Trace) -> Series:
+    """Return the force of an abutment on the deck along x and y, shape (n, 2).
+
+    Positive against a positive displacement of the deck.
+    """
+    total = np.zeros((len(trace.rows), 2))
+    for bearing in abutment.bearings:
+        total += trace.bearing_force(bearing.element)
+    if model.contacts is not None:
+        units = model.contacts.units
+        for index in (*abutment.wall_units, *abutment.key_units):
+            unit = units[index]
+            total -= np.outer(trace.normals_n[:, index], unit.normal[:2])
+            for k, tangent in enumerate(unit.tangents):
+                total += np.outer(trace.tangentials_n[:, index, k], tangent[:2])
+        return total
+    for spring in (*abutment.wall_springs, *abutment.key_springs, *abutment.wing_springs):
+        total += np.outer(trace.spring_force(spring), spring.direction)
+    return total
+
+
+def _abutment_columns(
+    model: BridgeModel, abutment: AbutmentHandle, trace: Trace
+) -> dict[str, Series]:
+    disp = trace.disp(abutment.centre_node)
+    force = abutment_force_n(model, abutment, trace) / KN
+    name = f"abutment_{abutment.side}"
+    table = {
+        f"{name}_x_m": disp[:, 0],
+        f"{name}_y_m": disp[:, 1],
+        f"{name}_x_kn": force[:, 0],
+        f"{name}_y_kn": force[:, 1],
+        f"{name}_wall_kn": wall_force_n(abutment, trace) / KN,
+        f"{name}_unseating_m": unseating_m(abutment, trace),
+    }
+    for corner in abutment.corners:
+        moved = trace.disp(corner.node)
+        table[f"{name}_{corner.kind}_x_m"] = moved[:, 0]
+        table[f"{name}_{corner.kind}_y_m"] = moved[:, 1]
+    return table

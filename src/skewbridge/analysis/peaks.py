@@ -1,0 +1,220 @@
+"""The demands of an analysis from what was read while it ran; pure functions of the trace.
+
+Displacements are relative to the ground and counted from the state under gravity.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.analysis.monitor import Trace
+from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, ColumnHandle, PlanVector
+from skewbridge.bridge.shear_capacity import sdc_shear_strength
+from skewbridge.contact.ledger import UnitLedger
+from skewbridge.units import KJ, KN
+
+type Series = NDArray[np.float64]
+
+
+def demands(
+    model: BridgeModel, trace: Trace, ground_accel_mps2: Series, energy_residual_ratio: float
+) -> dict[str, float]:
+    """Return the demand columns of the table, peaks over time.
+
+    Args:
+        model: Handles of the analysed model.
+        trace: What was read.
+        ground_accel_mps2: Ground acceleration along x and y at the times of the trace, (n, 2).
+        energy_residual_ratio: From the energy balance; nan when it was not kept.
+    """
+    ledger = () if model.contacts is None else model.contacts.ledger()
+    return {
+        **_column_demands(model, trace),
+        **_deck_demands(model, trace, ground_accel_mps2),
+        **_abutment_demands(model, trace),
+        **_force_demands(model, trace),
+        **_contact_demands(ledger),
+        "energy_residual_ratio": energy_residual_ratio,
+    }
+
+
+def column_shear_n(column: ColumnHandle, trace: Trace) -> NDArray[np.float64]:
+    """Return the horizontal force at the base of a column, x and y, shape (n, 2)."""
+    return trace.column_forces(column.element)[:, :2]
+
+
+def column_drift(column: ColumnHandle, trace: Trace) -> Series:
+    """Return top minus base displacement, resultant, over the clear height, shape (n,)."""
+    relative = trace.disp(column.top_node)[:, :2] - trace.disp(column.base_node)[:, :2]
+    return np.hypot(*relative.T) / column.clear_height_m
+
+
+def column_shear_dcr(column: ColumnHandle, trace: Trace) -> Series:
+    """Return shear over the capacity at the same time, shape (n,).
+
+    The capacity follows the axial force of the moment and the largest displacement ductility so
+    far: concrete that has dilated does not heal.
+    """
+    ductility = np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio
+    axial = trace.column_forces(column.element)[:, 2]
+    # ASSUME the hinge region governs over the whole height: these columns are short.
+    capacity = sdc_shear_strength(column.shear, axial, ductility)
+    return np.hypot(*column_shear_n(column, trace).T) / capacity
+
+
+def curvature_ductility(column: ColumnHandle, trace: Trace) -> Series:
+    """Return the largest resultant curvature of the hinges over the yield curvature, (n,)."""
+    largest = np.zeros(len(trace.rows))
+    for point in column.hinge_sections:
+        deformation = trace.section(column.element, point)
+        largest = np.maximum(largest, np.hypot(deformation[:, 1], deformation[:, 2]))
+    return largest / column.yield_curvature_per_m
+
+
+def along(direction: PlanVector, disp: NDArray[np.float64]) -> Series:
+    """Return the plan displacement along a direction, shape (n,)."""
+    return disp[:, 0] * direction[0] + disp[:, 1] * direction[1]
+
+
+def unseating_m(abutment: AbutmentHandle, trace: Trace, kind: str | None = None) -> Series:
+    """Return the largest move of a deck corner away from the backwall, normal to the seat.
+
+    Args:
+        abutment: The deck end.
+        trace: What was read.
+        kind: ``acute`` or ``obtuse`` for one kind of corner; None for both.
+    """
+    moves = [
+        -along(abutment.normal, trace.disp(corner.node))
+        for corner in abutment.corners
+        if kind is None or corner.kind == kind
+    ]
+    return np.maximum.reduce(moves)
+
+
+def wall_push_m(abutment: AbutmentHandle, trace: Trace) -> NDArray[np.float64]:
+    """Return how far the points of a backwall are pushed into the fill, shape (n, points).
+
+    Without wall nodes: what is left of the closing of the springs after the gap, never negative.
+    """
+    if abutment.wall_nodes:
+        return np.column_stack(
+            [along(abutment.normal, trace.disp(node)) for node in abutment.wall_nodes]
+        )
+    pushes = [
+        along(abutment.normal, trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0]))
+        - abutment.gap_m
+        for spring in abutment.wall_springs
+    ]
+    return np.maximum(np.column_stack(pushes), 0.0) if pushes else np.zeros((len(trace.rows), 1))
+
+
+def wall_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
+    """Return the normal force between deck and one backwall, compression positive, shape (n,)."""
+    if abutment.wall_units:
+        return trace.normals_n[:, list(abutment.wall_units)].sum(axis=1)
+    total = np.zeros(len(trace.rows))
+    for spring in abutment.wall_springs:
+        sign = np.sign(np.dot(spring.direction, abutment.normal))
+        total += sign * trace.spring_force(spring)
+    return total
+
+
+def _column_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
+    columns = model.columns
+    shears = [column_shear_n(column, trace) for column in columns]
+    drifts = [column_drift(column, trace) for column in columns]
+    return {
+        "column_shear_x_kn": _peak(shear[:, 0] for shear in shears) / KN,
+        "column_shear_y_kn": _peak(shear[:, 1] for shear in shears) / KN,
+        "column_shear_kn": _peak(np.hypot(*shear.T) for shear in shears) / KN,
+        "column_shear_dcr": _peak(column_shear_dcr(column, trace) for column in columns),
+        "column_drift_ratio": _peak(drifts),
+        "column_curvature_ductility": _peak(
+            curvature_ductility(column, trace) for column in columns
+        ),
+        "column_residual_drift_ratio": _peak(drift[-1:] for drift in drifts),
+    }
+
+
+def _deck_demands(model: BridgeModel, trace: Trace, ground: Series) -> dict[str, float]:
+    disp = trace.disp(model.deck_centre_node)
+    return {
+        "deck_disp_x_m": _peak([disp[:, 0]]),
+        "deck_disp_y_m": _peak([disp[:, 1]]),
+        "deck_disp_m": _peak([np.hypot(disp[:, 0], disp[:, 1])]),
+        "deck_rotation_rad": _peak([disp[:, 5]]),
+        "deck_accel_mps2": _peak([np.hypot(*(trace.centre_accel_mps2 + ground).T)]),
+    }
+
+
+def _abutment_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
+    abutments = model.abutments
+    pushes = [wall_push_m(abutment, trace) for abutment in abutments]
+    bearings = [bearing.deck_node for abutment in abutments for bearing in abutment.bearings]
+    return {
+        "abutment_passive_m": _highest(pushes),
+        "abutment_active_m": _highest(-push for push in pushes),
+        "abutment_transverse_m": _peak(_transverse_m(abutment, trace) for abutment in abutments),
+        "bearing_disp_m": _peak(np.hypot(*trace.disp(node)[:, :2].T) for node in bearings),
+        "unseating_m": _highest(unseating_m(abutment, trace) for abutment in abutments),
+        "acute_corner_unseating_m": _highest(
+            unseating_m(abutment, trace, "acute") for abutment in abutments
+        ),
+    }
+
+
+def _transverse_m(abutment: AbutmentHandle, trace: Trace) -> Series:
+    """Return the largest movement of walls and keys along the abutment line, shape (n,)."""
+    nodes = (*abutment.wall_nodes, *abutment.key_nodes)
+    if nodes:
+        moves = [np.abs(along(abutment.tangent, trace.disp(node))) for node in nodes]
+        return np.maximum.reduce(moves)
+    springs = (*abutment.key_springs, *abutment.wing_springs)
+    moves = [
+        np.abs(along(abutment.tangent, trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])))
+        for spring in springs
+    ]
+    gap_m = abutment.transverse_gap_m
+    return np.maximum.reduce([np.zeros(len(trace.rows)), *(move - gap_m for move in moves)])
+
+
+def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
+    abutments = model.abutments
+    friction = [np.zeros(1)]
+    keys = [np.zeros(1)]
+    for abutment in abutments:
+        if abutment.wall_units:
+            on_wall = trace.tangentials_n[:, list(abutment.wall_units)].sum(axis=1)
+            friction.append(np.hypot(*on_wall.T))
+        for unit in abutment.key_units:
+            friction.append(np.hypot(*trace.tangentials_n[:, unit].T))
+            keys.append(trace.normals_n[:, unit])
+        if not abutment.key_units:
+            keys += [trace.spring_force(spring) for spring in abutment.key_springs]
+    return {
+        "shear_key_force_kn": _peak(keys) / KN,
+        "backwall_force_kn": _highest(wall_force_n(abutment, trace) for abutment in abutments) / KN,
+        "friction_force_kn": _peak(friction) / KN,
+    }
+
+
+def _contact_demands(ledger: Sequence[UnitLedger]) -> dict[str, float]:
+    return {
+        "contact_closures": float(sum(unit.closures for unit in ledger)),
+        "contact_time_s": float(sum(unit.contact_time_s for unit in ledger)),
+        "contact_max_penetration_m": max((unit.max_penetration_m for unit in ledger), default=0.0),
+        "slip_work_kj": sum(unit.slip_work_j for unit in ledger) / KJ,
+        "cone_violation_ratio": max((unit.cone_violation_ratio for unit in ledger), default=0.0),
+    }
+
+
+def _peak(series: Iterable[Series]) -> float:
+    """Return the largest magnitude of all series, 0 without any."""
+    return max((float(np.abs(values).max()) for values in series), default=0.0)
+
+
+def _highest(series: Iterable[Series]) -> float:
+    """Return the largest value of all series, at least 0."""
+    return max(0.0, *(float(values.max()) for values in series))

@@ -1,0 +1,129 @@
+"""Steps that do not converge: what is tried, in order, as data."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import openseespy.opensees as ops
+
+from skewbridge.analysis.settings import Command
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attempt:
+    """One way to get over a step.
+
+    Attributes:
+        algorithm: Arguments of the algorithm command.
+        substeps: Equal parts that the step is cut into; each rung's number is a multiple of the
+            one before, so that a rung can go on from where the last one stopped.
+    """
+
+    algorithm: Command
+    substeps: int = 1
+
+
+# KrylovNewton is cheapest, the line search gets over cycles of stick and slip that it does not.
+LADDER: Final = (
+    Attempt(algorithm=("KrylovNewton",)),
+    Attempt(algorithm=("NewtonLineSearch",)),
+    Attempt(algorithm=("Newton",)),
+    Attempt(algorithm=("KrylovNewton",), substeps=4),
+    Attempt(algorithm=("NewtonLineSearch",), substeps=4),
+    Attempt(algorithm=("NewtonLineSearch",), substeps=20),
+    Attempt(algorithm=("Broyden", 20), substeps=100),
+)
+
+
+@dataclass(slots=True, kw_only=True)
+class Effort:
+    """What the steps have cost so far.
+
+    Attributes:
+        iterations: Equilibrium iterations, those of failed attempts included.
+        failed_attempts: Attempts that did not converge.
+        substeps: Sub-steps beyond the regular steps.
+        highest_rung: Highest rung of the ladder that took a step.
+    """
+
+    iterations: int = 0
+    failed_attempts: int = 0
+    substeps: int = 0
+    highest_rung: int = 0
+
+
+class Stepper:
+    """Advances the domain by regular steps, climbing the ladder where one does not converge.
+
+    Args:
+        integrator: Arguments of the integrator command.
+        dt_s: Regular step.
+        max_iterations: Cost of an attempt that failed.
+        before: Called with the size of a (sub-)step that is retried, before each attempt.
+        after: Called with the size of each converged (sub-)step.
+        ladder: What to try.
+    """
+
+    def __init__(
+        self,
+        *,
+        integrator: Command,
+        dt_s: float,
+        max_iterations: int,
+        before: Callable[[float], None],
+        after: Callable[[float], None],
+        ladder: Sequence[Attempt] = LADDER,
+    ) -> None:
+        self.effort = Effort()
+        self._integrator = integrator
+        self._dt_s = dt_s
+        self._max_iterations = max_iterations
+        self._before = before
+        self._after = after
+        self._ladder = ladder
+        ops.algorithm(*ladder[0].algorithm)
+        ops.integrator(*integrator)
+
+    def step(self) -> bool:
+        """Advance one regular step; False when the whole ladder failed."""
+        if ops.analyze(1, self._dt_s) == 0:
+            self.effort.iterations += ops.testIter()
+            self._after(self._dt_s)
+            return True
+        self._count_failure()
+        done = self._climb()
+        ops.algorithm(*self._ladder[0].algorithm)
+        # Houbolt keeps what a failed step left behind: a retry without this is silently wrong.
+        ops.integrator(*self._integrator)
+        self._before(self._dt_s)
+        return done
+
+    def _climb(self) -> bool:
+        finest = self._ladder[-1].substeps
+        left = finest  # of the step, in parts of the finest rung
+        for rung, attempt in enumerate(self._ladder[1:], start=1):
+            part = finest // attempt.substeps
+            ops.algorithm(*attempt.algorithm)
+            ops.integrator(*self._integrator)
+            left -= part * self._take(left // part, self._dt_s / attempt.substeps)
+            if attempt.substeps > 1 or left == 0:
+                self.effort.highest_rung = max(self.effort.highest_rung, rung)
+            if left == 0:
+                return True
+        return False
+
+    def _take(self, count: int, size_s: float) -> int:
+        """Take equal steps until one fails; return how many were taken."""
+        self._before(size_s)
+        for taken in range(count):
+            if ops.analyze(1, size_s) != 0:
+                self._count_failure()
+                return taken
+            self.effort.iterations += ops.testIter()
+            self.effort.substeps += size_s < self._dt_s
+            self._after(size_s)
+        return count
+
+    def _count_failure(self) -> None:
+        self.effort.failed_attempts += 1
+        self.effort.iterations += self._max_iterations

@@ -1,0 +1,46 @@
+"""What an analysis returns: plain data, whatever became of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+type Status = Literal["ok", "collapse", "numerical_failure", "timeout", "crash"]
+
+RAN: Final = ("ok", "collapse")
+"""Statuses of an analysis that did what it should."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnalysisResult:
+    """One analysis, with the peaks up to where it got.
+
+    Attributes:
+        status: How it ended.
+        collapse_criterion: Demand whose limit was passed, or empty.
+        time_reached_s: Time of the last converged step.
+        duration_s: Time that was asked for.
+        recovery_rung: Highest rung of the recovery ladder in use, 0 none.
+        substeps: Sub-steps taken beyond the regular steps.
+        failed_attempts: Attempts at a step that did not converge.
+        iterations: Equilibrium iterations, those of failed attempts included.
+        demands: The demand columns of the table, in their units.
+        energy_kj: Energy balance by term; empty when it was not kept.
+        histories: Columns of the history table, each of shape (steps + 1,), or None.
+        messages: What a reader of the row should know.
+    """
+
+    status: Status
+    collapse_criterion: str
+    time_reached_s: float
+    duration_s: float
+    recovery_rung: int
+    substeps: int
+    failed_attempts: int
+    iterations: int
+    demands: dict[str, float]
+    energy_kj: Mapping[str, float]
+    histories: dict[str, NDArray[np.float64]] | None
+    messages: tuple[str, ...]

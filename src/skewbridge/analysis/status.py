@@ -1,0 +1,116 @@
+"""When an analysis stops: physical limits first, then the bounds of a solution that has left."""
+
+from collections.abc import Sequence
+from math import hypot
+from typing import Final
+
+from skewbridge.analysis.monitor import Layout
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge.handles import BridgeModel, PlanVector
+
+# A diverging solution goes on converging, with forces of any size: these end it. They are far
+# beyond what a bridge can do, and are no criteria of collapse.
+MAX_STEP_DRIFT: Final = 0.05
+MAX_STEP_DISP_M: Final = 0.5
+MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact over the weight of the bridge
+
+
+class Watch:
+    """Compares each step with the limits.
+
+    Args:
+        model: Handles of the model.
+        layout: Meaning of a row.
+        start: Row under gravity.
+        settings: Limits of drift and deck displacement.
+    """
+
+    def __init__(
+        self,
+        model: BridgeModel,
+        layout: Layout,
+        start: Sequence[float],
+        settings: AnalysisSettings,
+    ) -> None:
+        self._max_drift = settings.collapse_drift_ratio
+        self._max_disp_m = settings.collapse_deck_disp_m
+        self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
+        self._normals = layout.normals()
+        self._deck = _Point(layout, start, model.deck_centre_node)
+        self._columns = tuple(
+            (
+                _Point(layout, start, column.top_node),
+                _Point(layout, start, column.base_node),
+                column.clear_height_m,
+            )
+            for column in model.columns
+        )
+        self._corners = tuple(
+            (_Point(layout, start, corner.node), abutment.normal, abutment.seat_width_m)
+            for abutment in model.abutments
+            for corner in abutment.corners
+        )
+        self._last_drift = 0.0
+        self._last_disp_m = 0.0
+
+    def diverged(self, row: Sequence[float]) -> str:
+        """Return why the state cannot be a solution, or an empty text.
+
+        To be asked before `collapsed`: a solution that has left is no proof of collapse.
+        """
+        drift, disp_m = self._drift(row), self._disp_m(row)
+        step_drift, step_disp_m = drift - self._last_drift, disp_m - self._last_disp_m
+        self._last_drift, self._last_disp_m = drift, disp_m
+        # Negated comparisons, so that a value that is no number is caught.
+        if not abs(step_drift) <= MAX_STEP_DRIFT:
+            return f"drift changed by {step_drift:.3g} in one step"
+        if not abs(step_disp_m) <= MAX_STEP_DISP_M:
+            return f"the deck moved by {step_disp_m:.3g} m in one step"
+        largest = max(row[self._normals], default=0.0)
+        if not largest <= self._max_normal_n:
+            return f"a contact carries {largest:.3g} N"
+        return ""
+
+    def collapsed(self, row: Sequence[float]) -> str:
+        """Return the name of the demand whose limit is passed, or an empty text."""
+        if self._drift(row) >= self._max_drift:
+            return "column_drift_ratio"
+        for point, normal, seat_m in self._corners:
+            if -point.along(row, normal) > seat_m:
+                return "unseating_m"
+        if self._disp_m(row) > self._max_disp_m:
+            return "deck_disp_m"
+        return ""
+
+    def _disp_m(self, row: Sequence[float]) -> float:
+        return hypot(*self._deck.disp(row))
+
+    def _drift(self, row: Sequence[float]) -> float:
+        largest = 0.0
+        for top, base, height_m in self._columns:
+            (top_x, top_y), (base_x, base_y) = top.disp(row), base.disp(row)
+            drift = hypot(top_x - base_x, top_y - base_y) / height_m
+            if not drift <= largest:
+                largest = drift
+        return largest
+
+
+class _Point:
+    """A node's place in a row, with its displacement under gravity."""
+
+    __slots__ = ("_at", "_x", "_y")
+
+    def __init__(self, layout: Layout, start: Sequence[float], node: int) -> None:
+        self._at = layout.node(node) if node in layout.nodes else -1
+        self._x, self._y = (start[self._at], start[self._at + 1]) if self._at >= 0 else (0.0, 0.0)
+
+    def disp(self, row: Sequence[float]) -> PlanVector:
+        """Return the plan displacement since gravity."""
+        if self._at < 0:
+            return 0.0, 0.0
+        return row[self._at] - self._x, row[self._at + 1] - self._y
+
+    def along(self, row: Sequence[float], direction: PlanVector) -> float:
+        """Return the displacement along a plan direction."""
+        x, y = self.disp(row)
+        return x * direction[0] + y * direction[1]

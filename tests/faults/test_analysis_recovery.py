@@ -1,0 +1,131 @@
+"""A step that does not converge is taken by the next rung of the ladder, or reported."""
+
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.analysis.recovery import LADDER, Attempt, Stepper
+
+DT_S = 0.01
+STIFFNESS = 100.0
+
+
+@pytest.fixture(autouse=True)
+def clean_domain():
+    ops.wipe()
+    yield
+    ops.wipe()
+
+
+def build_oscillator(tolerance=1e-12, iterations=10):
+    ops.model("basic", "-ndm", 1, "-ndf", 1)
+    ops.node(1, 0.0)
+    ops.node(2, 0.0)
+    ops.fix(1, 1)
+    ops.mass(2, 1.0)
+    ops.uniaxialMaterial("Elastic", 1, STIFFNESS)
+    ops.element("zeroLength", 1, 1, 2, "-mat", 1, "-dir", 1)
+    ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
+    ops.pattern("Plain", 1, 1)
+    ops.load(2, 10.0)
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("ProfileSPD")
+    ops.test("NormDispIncr", tolerance, iterations)
+
+
+def stepper(integrator, ladder=LADDER, before=None, after=None):
+    made = Stepper(
+        integrator=integrator,
+        dt_s=DT_S,
+        max_iterations=10,
+        before=before or (lambda _: None),
+        after=after or (lambda _: None),
+        ladder=ladder,
+    )
+    ops.analysis("Transient", "-noWarnings")
+    return made
+
+
+def history(integrator, failing_steps, ladder=LADDER):
+    """Run 100 steps; make the first attempt of some of them impossible."""
+    ops.wipe()
+    build_oscillator()
+    steps = stepper(integrator, ladder, before=lambda _: ops.test("NormDispIncr", 1e-12, 10))
+    values = []
+    for number in range(100):
+        if number in failing_steps:
+            ops.test("NormDispIncr", -1.0, 2)
+        assert steps.step()
+        values.append(ops.nodeDisp(2, 1))
+    return values, steps.effort
+
+
+@pytest.mark.parametrize(
+    ("integrator", "tolerance"),
+    [
+        # Two trapezoidal starting steps of Houbolt at each of four failures; without a fresh
+        # integrator the same case is 97 % wrong.
+        (("Houbolt",), 0.01),
+        # One-step methods start again from the committed state: nothing but rounding.
+        (("Newmark", 0.6, 0.3025), 1e-12),
+        (("HHT", 0.8), 1e-12),
+    ],
+)
+def test_failed_attempts_do_not_corrupt_the_history(integrator, tolerance):
+    smooth, _ = history(integrator, ())
+    rough, effort = history(integrator, (20, 21, 45, 70), LADDER[:2])
+    assert effort.failed_attempts == 4
+    assert effort.highest_rung == 1
+    peak = max(map(abs, smooth))
+    assert max(abs(a - b) for a, b in zip(smooth, rough, strict=True)) <= tolerance * peak
+
+
+def test_substeps_end_at_the_time_of_the_regular_step():
+    build_oscillator()
+    sizes = []
+
+    def before(size):  # only sub-steps converge
+        ops.test("NormDispIncr", 1e-12 if size < 0.5 * DT_S else -1.0, 10)
+
+    steps = stepper(("Newmark", 0.5, 0.25), before=before, after=sizes.append)
+    before(DT_S)
+    assert steps.step()
+    assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
+    assert sizes == [DT_S / 4] * 4
+    assert steps.effort.substeps == 4
+    assert steps.effort.highest_rung == 3
+
+
+def test_a_finer_rung_goes_on_where_the_coarser_one_stopped():
+    build_oscillator()
+    ladder = tuple(Attempt(algorithm=("Newton",), substeps=n) for n in (1, 4, 20))
+    taken = []
+
+    def before(size):
+        ops.test("NormDispIncr", -1.0 if size == DT_S else 1e-12, 10)
+
+    def after(size):
+        taken.append(size)
+        if size == DT_S / 4:  # the second quarter is impossible
+            ops.test("NormDispIncr", -1.0, 2)
+
+    steps = stepper(("Newmark", 0.5, 0.25), ladder, before, after)
+    before(DT_S)
+    assert steps.step()
+    assert taken == [DT_S / 4] + [DT_S / 20] * 15
+    assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
+
+
+def test_a_step_that_nothing_solves_is_reported_and_its_cost_counted():
+    build_oscillator(tolerance=-1.0, iterations=2)
+    steps = stepper(("Newmark", 0.5, 0.25))
+    assert not steps.step()
+    assert ops.getTime() == 0.0
+    assert steps.effort.failed_attempts == len(LADDER)
+    assert steps.effort.iterations == 10 * len(LADDER)
+
+
+def test_every_rung_divides_the_finest():
+    finest = LADDER[-1].substeps
+    assert all(finest % attempt.substeps == 0 for attempt in LADDER)
+    assert [a.substeps for a in LADDER] == sorted(a.substeps for a in LADDER)
