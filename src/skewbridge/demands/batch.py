@@ -154,7 +154,7 @@ def analyse_row(task: Task, log_folder: Path, owner_pid: int) -> Row:
         outcome = {
             **result.demands,
             "status": result.status,
-            "collapse_criterion": result.collapse_criterion,
+            "collapse_criterion": result.collapse_criterion or "; ".join(result.messages),
             "time_reached_s": result.time_reached_s,
             "duration_s": result.duration_s,
             "recovery_rung": result.recovery_rung,

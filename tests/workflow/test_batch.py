@@ -1,0 +1,111 @@
+"""A batch of analyses: the same rows on one core and on two, nothing lost when a worker dies."""
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.demands.batch import Task, plan_tasks, run_tasks
+from skewbridge.demands.journal import open_journal, read_journal
+from skewbridge.demands.schema import TIMING
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.suite import SuiteMotion
+from skewbridge.study.variant import Variant
+
+VARIANT = Variant(
+    bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=25, friction_pct=50
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeadlyOptions(ModelOptions):
+    """Options that end the process they are sent to."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os._exit, (1,)
+
+
+def pulse(number: int) -> SuiteMotion:
+    t_s = np.arange(0.0, 0.6, 0.01)
+    motion = GroundMotion(
+        motion_id=f"pulse{number}",
+        dt_s=0.01,
+        accel_1_mps2=4.0 * np.cos(2 * np.pi * t_s / 0.5),
+        accel_2_mps2=number * np.sin(2 * np.pi * t_s / 0.4),
+        sha256=f"pulse{number}",
+    )
+    return SuiteMotion(motion=motion, scale=1.0, measures=motion_measures(motion, 0.7))
+
+
+@pytest.fixture
+def tasks() -> list[Task]:
+    suite = [pulse(number) for number in (1, 2, 3)]
+    return plan_tasks(VARIANT, suite, [0.0], AnalysisSettings(), ModelOptions())
+
+
+def batch(tasks: list[Task], folder: Path, n_jobs: int) -> tuple[list[dict[str, Any]], int]:
+    """Rows of a batch and the number of analyses that it ran."""
+    new: list[dict[str, Any]] = []
+    path = folder / "v.jsonl"
+    with open_journal(path) as journal:
+        rows = run_tasks(
+            tasks,
+            journal,
+            read_journal(path),
+            n_jobs=n_jobs,
+            log_folder=folder,
+            on_finished=new.append,
+        )
+    return rows, len(new)
+
+
+def without_timing(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [{key: value for key, value in row.items() if key not in TIMING} for row in rows]
+
+
+def test_one_core_and_two_give_identical_rows(tasks: list[Task], tmp_path: Path) -> None:
+    one, _ = batch(tasks, tmp_path / "one", 1)
+    two, _ = batch(tasks, tmp_path / "two", 2)
+    assert without_timing(one) == without_timing(two)
+    assert {row["status"] for row in one} == {"ok"}
+
+
+def test_what_the_journal_has_is_not_run_again(tasks: list[Task], tmp_path: Path) -> None:
+    first, ran_first = batch(tasks[:2], tmp_path, 1)
+    again, ran_again = batch(tasks, tmp_path, 1)
+    assert (ran_first, ran_again) == (2, 1)
+    assert again[:2] == first
+
+
+def test_a_worker_that_dies_costs_only_its_own_analysis(tasks: list[Task], tmp_path: Path) -> None:
+    deadly = replace(tasks[1], options=DeadlyOptions())
+    rows, _ = batch([tasks[0], deadly, tasks[2]], tmp_path, 2)
+    assert [row["status"] for row in rows] == ["ok", "crash", "ok"]
+
+
+def test_a_motion_with_an_absurd_value_is_a_row_with_a_reason(
+    tasks: list[Task], tmp_path: Path
+) -> None:
+    wild = replace(tasks[0], motion=replace(tasks[0].motion, scale=1e6))
+    rows, _ = batch([wild], tmp_path, 1)
+    assert rows[0]["status"] == "invalid_input"
+    assert "peak acceleration" in rows[0]["collapse_criterion"]
+
+
+def test_the_key_of_an_analysis_depends_on_all_that_matters(tasks: list[Task]) -> None:
+    task = tasks[0]
+    others = [
+        replace(task, incidence_deg=90.0),
+        replace(task, motion=replace(task.motion, scale=1.1)),
+        replace(task, settings=AnalysisSettings(dt_s=0.0025)),
+        replace(task, options=ModelOptions(cohesion_n=1.0)),
+        replace(task, variant=replace(VARIANT, gap_mm=26)),
+        replace(task, variant=replace(VARIANT, bridge="osb1_fixed")),
+    ]
+    assert len({task.run_key, *(other.run_key for other in others)}) == 7
