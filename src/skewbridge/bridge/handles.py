@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.shear_capacity import ShearSection
+from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.study.variant import Variant
 
@@ -156,6 +157,7 @@ class BridgeModel:
         deck_masses_kg: Their translational masses, same order.
         wall_masses_kg: Further masses: wall and key nodes, by node.
         dead_loads_n: Downward nodal load by node.
+        dead_moments_nm: Fixed-end moments of the deck's line load about y, by node.
         deck_elements: Spine and cap elements.
         columns: Columns, bent by bent.
         abutments: Left, right.
@@ -164,7 +166,7 @@ class BridgeModel:
             backfill`` (wall, key, wing and restoring springs with their dashpots), ``contact``,
             ``links`` (stiff connections and foundation springs).
         damping_elements: Elements of the Rayleigh region: deck and columns only.
-        weight_n: Sum of the dead loads.
+        tags: Allocator of the model, for the patterns, series and regions of an analysis.
     """
 
     variant: Variant
@@ -176,12 +178,14 @@ class BridgeModel:
     deck_masses_kg: tuple[float, ...]
     wall_masses_kg: Mapping[int, float]
     dead_loads_n: Mapping[int, float]
+    dead_moments_nm: Mapping[int, float]
     deck_elements: tuple[int, ...]
     columns: tuple[ColumnHandle, ...]
     abutments: tuple[AbutmentHandle, AbutmentHandle]
     contacts: ContactSet | None
     energy_elements: Mapping[str, tuple[int, ...]]
     damping_elements: tuple[int, ...]
+    tags: TagAllocator
 
     @property
     def weight_n(self) -> float:

@@ -28,6 +28,8 @@ class ModelOptions:
         normal_stiffness_n_per_m: Contact penalty per wall point; None applies the rule of
             `skewbridge.bridge.abutment.penalty`.
         tangent_stiffness_n_per_m: The same for the tangential springs.
+        normal_stiffness_factor: Factor on the normal penalty, for studies of its effect.
+        tangent_stiffness_factor: The same for the tangential springs.
         wall_dashpot_ratio: Critical damping ratio of the dashpots on wall and key nodes.
         wall_restoring_n_per_m: Weak elastic spring that brings an open backwall back, per wall.
         backfill: Hyperbolic curve or the bilinear one of SDC 2.0.
@@ -42,8 +44,6 @@ class ModelOptions:
         elastic_columns: Cracked elastic columns, for hand checks and modal comparisons.
         coupling: Friction bound of a step from the normal force predicted at its end, or from the
             last committed one as in the paper.
-        friction_springs: Whether `contact` models carry the tangential springs of
-            `contact_friction` at zero bound; None follows the abutment model.
     """
 
     arrays: Arrays = "rigid"
@@ -53,6 +53,8 @@ class ModelOptions:
     backwall_points: int = 5
     normal_stiffness_n_per_m: float | None = None
     tangent_stiffness_n_per_m: float | None = None
+    normal_stiffness_factor: float = 1.0
+    tangent_stiffness_factor: float = 1.0
     wall_dashpot_ratio: float = 0.10  # ASSUME light walls radiate: 10 % of critical
     wall_restoring_n_per_m: float = 5.0e6  # ASSUME at most 5e3 kN/m per wall: stiffer ones matter
     backfill: Backfill = "hyperbolic"
@@ -64,13 +66,14 @@ class ModelOptions:
     deck_elements_per_span: int = 4
     elastic_columns: bool = False
     coupling: Coupling = "extrapolated"
-    friction_springs: bool | None = None
 
     def __post_init__(self) -> None:
         for field, value, low, high in (
             ("transverse_gap_m", self.transverse_gap_m, 0.0, 100.0),
             ("cohesion_n", self.cohesion_n, 0.0, 1.0e9),
             ("backwall_points", self.backwall_points, 2, 41),
+            ("normal_stiffness_factor", self.normal_stiffness_factor, 1.0e-3, 1.0e3),
+            ("tangent_stiffness_factor", self.tangent_stiffness_factor, 1.0e-3, 1.0e3),
             ("wall_dashpot_ratio", self.wall_dashpot_ratio, 0.0, 1.0),
             ("wall_restoring_n_per_m", self.wall_restoring_n_per_m, 1.0, 1.0e9),
             ("backfill_variation", self.backfill_variation, 0.0, 0.9),

@@ -1,1 +1,1 @@
-"""Room: bridge/abutment."""
+"""Seat abutments: the ladder from `roller` to `contact_friction`, one interface."""

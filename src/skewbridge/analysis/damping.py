@@ -1,0 +1,31 @@
+"""Rayleigh damping of deck and columns on the committed stiffness."""
+
+from math import pi
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.catalogue import BridgeData
+from skewbridge.bridge.handles import BridgeModel
+
+
+def rayleigh_factors(bridge: BridgeData) -> tuple[float, float]:
+    """Return a0 (1/s) and a1 (s) that give the damping ratio at the two periods of a bridge."""
+    data = bridge.damping
+    low, high = 2 * pi / data.long_period_s, 2 * pi / data.short_period_s
+    return 2 * data.ratio * low * high / (low + high), 2 * data.ratio / (low + high)
+
+
+def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
+    """Damp deck and columns, and nothing else: penalty springs and gaps stay undamped.
+
+    The mass part acts on the nodes of the region's elements, so wall and key nodes have none.
+
+    Returns:
+        The factors, for the energy balance.
+    """
+    a0, a1 = rayleigh_factors(model.bridge)
+    ops.region(
+        *(model.tags.region(), "-ele", *model.damping_elements),
+        *("-rayleigh", a0, 0.0, 0.0, a1),
+    )
+    return a0, a1

@@ -1,0 +1,53 @@
+"""Dead load, applied once and kept."""
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.handles import BridgeModel
+
+GRAVITY_STEPS = 5
+TOLERANCE_M = 1.0e-10
+
+
+class GravityError(RuntimeError):
+    """A model did not carry its own weight."""
+
+
+def apply_gravity(model: BridgeModel) -> None:
+    """Bring a fresh model under its dead load and hold it; the time is zero afterwards.
+
+    Nodal loads: the corotational transformation ignores element loads.
+
+    Raises:
+        GravityError: No equilibrium was found.
+    """
+    series, pattern = model.tags.series(), model.tags.pattern()
+    ops.timeSeries("Linear", series)
+    ops.pattern("Plain", pattern, series)
+    for node, load_n in model.dead_loads_n.items():
+        ops.load(node, 0.0, 0.0, -load_n, 0.0, model.dead_moments_nm.get(node, 0.0), 0.0)
+    ops.constraints("Transformation")
+    ops.numberer("RCM")
+    ops.system("ProfileSPD")
+    ops.test("NormDispIncr", TOLERANCE_M, 50)
+    ops.algorithm("Newton")
+    ops.integrator("LoadControl", 1.0 / GRAVITY_STEPS)
+    ops.analysis("Static", "-noWarnings")
+    if ops.analyze(GRAVITY_STEPS) != 0:
+        msg = f"{model.variant.slug} finds no equilibrium under dead load"
+        raise GravityError(msg)
+    ops.loadConst("-time", 0.0)
+    ops.wipeAnalysis()
+
+
+def column_axial_forces_n(model: BridgeModel) -> list[float]:
+    """Return the compression at the base of every column, from the element forces."""
+    return [float(ops.eleResponse(column.element, "force")[2]) for column in model.columns]
+
+
+def support_reactions_n(model: BridgeModel) -> list[float]:
+    """Return the vertical force on each abutment (left, right) from its supports."""
+    ops.reactions()
+    return [
+        sum(float(ops.nodeReaction(bearing.seat_node, 3)) for bearing in abutment.bearings)
+        for abutment in model.abutments
+    ]

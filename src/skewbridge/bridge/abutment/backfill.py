@@ -1,0 +1,126 @@
+"""Passive resistance of the backfill and of the wing walls: pure functions."""
+
+from dataclasses import dataclass
+from math import degrees, exp
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.units import FOOT, INCH, KIP, KN
+
+type FloatArray = NDArray[np.float64]
+
+MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
+FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Passive:
+    """Resistance against closure in N, with d the closure in m.
+
+    Hyperbolic: ``d / (1/stiffness + failure_ratio d / ultimate)``; bilinear where
+    ``failure_ratio`` is zero: ``min(stiffness d, ultimate)``.
+    """
+
+    stiffness_n_per_m: float
+    ultimate_n: float
+    failure_ratio: float
+
+    def force_n(self, closure_m: ArrayLike) -> FloatArray:
+        """Return the force at a closure of first loading."""
+        closure = np.maximum(np.asarray(closure_m, dtype=np.float64), 0.0)
+        if self.failure_ratio == 0.0:
+            return np.minimum(self.stiffness_n_per_m * closure, self.ultimate_n)
+        flexibility = 1.0 / self.stiffness_n_per_m
+        return closure / (flexibility + self.failure_ratio * closure / self.ultimate_n)
+
+    def scaled(self, factor: float) -> "Passive":
+        """Return strength and stiffness times a factor: a share of the wall, or a reduction."""
+        return Passive(
+            stiffness_n_per_m=self.stiffness_n_per_m * factor,
+            ultimate_n=self.ultimate_n * factor,
+            failure_ratio=self.failure_ratio,
+        )
+
+
+def skew_reduction(skew_rad: float) -> float:
+    """Return exp(-|skew| / 45 deg), the same for both signs of the skew.
+
+    References:
+        Caltrans SDC 2.0 section 6.3.1.2 (Shamsabadi and Rollins), limited to 66 degrees.
+    """
+    return exp(-min(abs(degrees(skew_rad)), MAX_REDUCTION_SKEW_DEG) / 45.0)
+
+
+def sdc_backfill(width_m: float, height_m: float) -> Passive:
+    """Return the bilinear curve of Caltrans SDC 2.0 section 6.3.1.2 at zero skew.
+
+    K = w (5.5 h + 20) kip/in and F = w 5.5 h^2.5 / (1 + 2.37 h) kip, w and h in ft.
+    """
+    w, h = width_m / FOOT, height_m / FOOT
+    return Passive(
+        stiffness_n_per_m=w * (5.5 * h + 20.0) * KIP / INCH,
+        ultimate_n=w * 5.5 * h**2.5 / (1.0 + 2.37 * h) * KIP,
+        failure_ratio=0.0,
+    )
+
+
+def hyperbolic_backfill(abutment: AbutmentData) -> Passive:
+    """Return the hyperbola of a bridge at zero skew, by the rule of its catalogue file."""
+    data = abutment.backfill
+    if data.rule == "ucsd":
+        scale = abutment.wall_width_m * abutment.wall_height_m / data.reference_height_m
+        return Passive(
+            stiffness_n_per_m=data.stiffness_mn_per_m * 1e6 * scale,
+            ultimate_n=data.ultimate_kn * KN * scale,
+            failure_ratio=data.failure_ratio,
+        )
+    # source: PyPBEE, hyperbola through (F / 2, F / 2 K50) and (F, y_max), failure ratio 1
+    half, force = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
+    end_m = data.ultimate_closure_ratio * abutment.wall_height_m
+    stiffness = 2.0 * half - force / end_m
+    return Passive(
+        stiffness_n_per_m=stiffness,
+        ultimate_n=stiffness / (2.0 * (half / force - 1.0 / end_m)),
+        failure_ratio=1.0,
+    )
+
+
+def wall_backfill(abutment: AbutmentData, kind: str, skew_rad: float) -> Passive:
+    """Return the whole wall's curve, reduced for skew; ``kind`` is hyperbolic or sdc."""
+    straight = (
+        sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
+        if kind == "sdc"
+        else hyperbolic_backfill(abutment)
+    )
+    return straight.scaled(skew_reduction(skew_rad))
+
+
+def variation_factors(
+    stations: list[float], skew_rad: float, variation: float, acute_sign: float
+) -> list[float]:
+    """Return factors along the wall, 1 in the middle, linear, largest at the acute deck corner.
+
+    References:
+        Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.
+    """
+    half = max(abs(s) for s in stations)
+    slope = variation * min(abs(degrees(skew_rad)) / FULL_VARIATION_SKEW_DEG, 1.0)
+    return [1.0 + slope * acute_sign * s / half for s in stations]
+
+
+def wing_wall(abutment: AbutmentData, skew_rad: float) -> Passive:
+    """Return the transverse resistance of the wing walls of one abutment, both directions.
+
+    The SDC curve of the backwall times wing length over wall width, participation and
+    effectiveness.
+
+    References:
+        Aviram, Mackie and Stojadinovic (2008), PEER 2008/03.
+    """
+    factor = (
+        abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
+    )
+    straight = sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
+    return straight.scaled(factor * skew_reduction(skew_rad))

@@ -1,0 +1,140 @@
+"""`contact` and `contact_friction`: pads, backwall and keys behind contact units.
+
+Ground - backfill and wing-wall springs - wall node - contact unit - deck, at the corners of the
+backwall and between them; ground - backbone - key node - contact unit - deck at both keys. The
+gaps live in the contact units only.
+
+References:
+    Rahman and Mackie, section 4 of the paper (figure 9).
+"""
+
+from skewbridge.bridge.abutment.backfill import wing_wall
+from skewbridge.bridge.abutment.parts import SideContext, SideParts
+from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
+from skewbridge.bridge.abutment.spring import key_inward_normal
+from skewbridge.bridge.abutment.springs import (
+    Frame,
+    dashpot_material,
+    elastic_material,
+    grounded_node,
+    key_material,
+    key_stiffness_n_per_m,
+    passive_material,
+    plane_node,
+    plastic_material,
+    spring_element,
+)
+from skewbridge.bridge.abutment.supports import build_pads
+from skewbridge.bridge.handles import SpringHandle
+from skewbridge.contact import ContactSet
+
+
+def build_contact(context: SideContext) -> SideParts:
+    """Create pads, walls, keys and their contacts on one side."""
+    parts = SideParts(
+        bearings=build_pads(context.data.pads, context.end, context.arrays, context.tags)
+    )
+    if context.contacts is None:
+        msg = "the contact abutment needs a ContactSet"
+        raise TypeError(msg)
+    _build_wall(context, context.contacts, parts)
+    for sign in (-1.0, 1.0):
+        _build_key(context, context.contacts, parts, sign)
+    return parts
+
+
+def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) -> None:
+    """Create the wall points: independent nodes, each with its share of wall and soil.
+
+    All points get the penalty of the stiffest, so that the force spreads by soil alone.
+    """
+    end, options, tags = context.end, context.options, context.tags
+    inward = (-end.normal[0], -end.normal[1])
+    frame = Frame(x=inward)
+    points = context.wall_parts()
+    wing = wing_wall(context.data, end.skew_rad)
+    kn = normal_penalty(max(passive.stiffness_n_per_m for *_, passive in points), options)
+    for along, share, passive in points:
+        mass_kg = context.wall_mass_kg() * share
+        wall = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
+        ground = grounded_node(end.point("outer", along), 0.0, tags)
+        side, ratio = wing.scaled(share), options.wall_dashpot_ratio
+        normal_stiffness = passive.stiffness_n_per_m
+        element = spring_element(
+            (ground, wall),
+            frame,
+            [
+                passive_material(passive, 0.0, tags),
+                elastic_material(options.wall_restoring_n_per_m * share, tags),
+                dashpot_material(ratio, normal_stiffness, mass_kg, tags),
+            ],
+            [
+                plastic_material(side.stiffness_n_per_m, side.ultimate_n, tags),
+                dashpot_material(ratio, side.stiffness_n_per_m, mass_kg, tags),
+            ],
+            tags,
+        )
+        unit = contacts.add(
+            wall,
+            context.arrays.at("outer", along),
+            (*inward, 0.0),
+            context.gap_m,
+            context.friction,
+            options.cohesion_n * share,
+            kn=kn,
+            kt=tangent_penalty(kn, options),
+            tangent=(*frame.y, 0.0),
+            name=f"{end.side} backwall {len(parts.wall_units) + 1}",
+        )
+        parts.wall_units.append(unit)
+        parts.wall_nodes.append(wall)
+        parts.masses_kg[wall] = mass_kg
+        nodes = (ground, wall)
+        wing_component = 2 if ratio == 0.0 else 3
+        parts.wall_springs.append(
+            SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
+        )
+        parts.wing_springs.append(
+            SpringHandle(element=element, component=wing_component, direction=frame.y, nodes=nodes)
+        )
+
+
+def _build_key(
+    context: SideContext, contacts: ContactSet, parts: SideParts, sign: float
+) -> None:
+    """Create one exterior key; along its face it is as stiff as at first across it."""
+    end, options, tags = context.end, context.options, context.tags
+    along = sign * end.wall_length_m / 2
+    inward = key_inward_normal(context, sign)
+    frame = Frame(x=inward)
+    stiffness, mass_kg = key_stiffness_n_per_m(context.key), context.key_mass_kg()
+    node = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
+    ground = grounded_node(end.point("outer", along), 0.0, tags)
+    dashpot = options.wall_dashpot_ratio, stiffness, mass_kg
+    element = spring_element(
+        (ground, node),
+        frame,
+        [key_material(context.key, tags), dashpot_material(*dashpot, tags)],
+        # ASSUME a key resists sliding along its face elastically
+        [elastic_material(stiffness, tags), dashpot_material(*dashpot, tags)],
+        tags,
+    )
+    kn = normal_penalty(stiffness, options)
+    unit = contacts.add(
+        node,
+        context.arrays.at("outer", along),
+        (*inward, 0.0),
+        options.transverse_gap_m,
+        context.friction,
+        0.0,
+        kn=kn,
+        kt=tangent_penalty(kn, options),
+        tangent=(*frame.y, 0.0),
+        name=f"{end.side} key {'+' if sign > 0.0 else '-'}",
+    )
+    parts.key_units.append(unit)
+    parts.key_nodes.append(node)
+    parts.masses_kg[node] = mass_kg
+    parts.key_springs.append(
+        SpringHandle(element=element, component=0, direction=inward, nodes=(ground, node))
+    )

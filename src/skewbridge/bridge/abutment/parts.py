@@ -1,0 +1,114 @@
+"""What the abutment models share: the context of one side, and the handle they fill."""
+
+from dataclasses import dataclass, field
+
+from skewbridge.bridge.abutment.arrays import Arrays
+from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
+from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
+from skewbridge.bridge.handles import AbutmentHandle, BearingHandle, CornerHandle, SpringHandle
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.plan import DeckEnd, tributary_shares
+from skewbridge.bridge.tags import TagAllocator
+from skewbridge.contact import ContactSet
+from skewbridge.units import TONNE
+
+CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SideContext:
+    """Everything an abutment model needs to build one side."""
+
+    end: DeckEnd
+    arrays: Arrays
+    data: AbutmentData
+    options: ModelOptions
+    tags: TagAllocator
+    gap_m: float
+    friction: float
+    contacts: ContactSet | None
+
+    @property
+    def key(self) -> KeyData:
+        """Backbone of the shear keys by the option."""
+        if self.options.keys == "monolithic":
+            return self.data.monolithic_key
+        return self.data.sacrificial_key
+
+    @property
+    def stations(self) -> list[float]:
+        """Contact points along the wall."""
+        return self.end.wall_stations(self.options.backwall_points)
+
+    def wall_parts(self) -> list[tuple[float, float, Passive]]:
+        """Return position, share of the wall and backfill of each wall point."""
+        options, end = self.options, self.end
+        whole = wall_backfill(self.data, options.backfill, end.skew_rad)
+        stations = self.stations
+        shares = tributary_shares(len(stations))
+        factors = variation_factors(
+            stations, end.skew_rad, options.backfill_variation, end.acute_sign
+        )
+        return [
+            (along, share, whole.scaled(share * factor))
+            for along, share, factor in zip(stations, shares, factors, strict=True)
+        ]
+
+    def wall_mass_kg(self) -> float:
+        """Return the mass of the backwall."""
+        data = self.data
+        volume = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
+        return volume * CONCRETE_KG_PER_M3
+
+    def key_mass_kg(self) -> float:
+        """Return the mass of one exterior key."""
+        return self.data.key_mass_t * TONNE
+
+
+@dataclass(slots=True, kw_only=True)
+class SideParts:
+    """What an abutment model built on one side."""
+
+    bearings: tuple[BearingHandle, ...] = ()
+    wall_units: list[int] = field(default_factory=list[int])
+    key_units: list[int] = field(default_factory=list[int])
+    wall_nodes: list[int] = field(default_factory=list[int])
+    key_nodes: list[int] = field(default_factory=list[int])
+    wall_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
+    key_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
+    wing_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
+    other_springs: list[int] = field(default_factory=list[int])
+    masses_kg: dict[int, float] = field(default_factory=dict[int, float])
+
+
+def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
+    """Return the handle of a built side."""
+    end, half = context.end, context.end.wall_length_m / 2
+    corners = tuple(
+        CornerHandle(
+            node=context.arrays.at("outer", sign * half),
+            kind="acute" if sign == end.acute_sign else "obtuse",
+            plan_m=end.point("outer", sign * half),
+        )
+        for sign in (-1.0, 1.0)
+    )
+    return AbutmentHandle(
+        side=end.side,
+        normal=end.normal,
+        tangent=end.tangent,
+        skew_rad=end.skew_rad,
+        gap_m=context.gap_m,
+        transverse_gap_m=context.options.transverse_gap_m,
+        seat_width_m=context.data.seat_width_m,
+        centre_node=context.arrays.centre_node,
+        corners=corners,
+        bearings=parts.bearings,
+        wall_units=tuple(parts.wall_units),
+        key_units=tuple(parts.key_units),
+        wall_nodes=tuple(parts.wall_nodes),
+        key_nodes=tuple(parts.key_nodes),
+        wall_springs=tuple(parts.wall_springs),
+        key_springs=tuple(parts.key_springs),
+        wing_springs=tuple(parts.wing_springs),
+        other_springs=tuple(parts.other_springs),
+    )

@@ -1,0 +1,57 @@
+"""`simplified`: a rigid bar of deck width with a gap and a bilinear spring at each end.
+
+References:
+    Aviram, Mackie and Stojadinovic (2008), PEER 2008/03.
+"""
+
+from skewbridge.bridge.abutment.backfill import (
+    sdc_backfill,
+    skew_reduction,
+    variation_factors,
+    wing_wall,
+)
+from skewbridge.bridge.abutment.parts import SideContext, SideParts
+from skewbridge.bridge.abutment.springs import (
+    Frame,
+    grounded_node,
+    passive_material,
+    plastic_material,
+    spring_element,
+)
+from skewbridge.bridge.abutment.supports import build_vertical_supports
+from skewbridge.bridge.handles import SpringHandle
+
+
+def build_simplified(context: SideContext) -> SideParts:
+    """Create bar ends with half of the backfill and half of the transverse resistance each."""
+    end, data, tags = context.end, context.data, context.tags
+    parts = SideParts(
+        bearings=build_vertical_supports(data.pads, end, context.arrays, tags)
+    )
+    frame = Frame(x=(-end.normal[0], -end.normal[1]))
+    straight = sdc_backfill(data.wall_width_m, data.wall_height_m)
+    longitudinal = straight.scaled(0.5 * skew_reduction(end.skew_rad))
+    # ASSUME the transverse springs act at once, as in the published model
+    transverse = wing_wall(data, end.skew_rad).scaled(0.5)
+    ends = [-end.wall_length_m / 2, end.wall_length_m / 2]
+    factors = variation_factors(
+        ends, end.skew_rad, context.options.backfill_variation, end.acute_sign
+    )
+    for along, factor in zip(ends, factors, strict=True):
+        deck_node = context.arrays.at("outer", along)
+        ground = grounded_node(end.point("outer", along), 0.0, tags)
+        nodes = (ground, deck_node)
+        element = spring_element(
+            nodes,
+            frame,
+            [passive_material(longitudinal.scaled(factor), context.gap_m, tags)],
+            [plastic_material(transverse.stiffness_n_per_m, transverse.ultimate_n, tags)],
+            tags,
+        )
+        parts.wall_springs.append(
+            SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
+        )
+        parts.key_springs.append(
+            SpringHandle(element=element, component=1, direction=frame.y, nodes=nodes)
+        )
+    return parts

@@ -1,0 +1,163 @@
+"""Bents: integral cap, columns, bases and optional foundation springs."""
+
+from dataclasses import dataclass
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.catalogue.data import BentData, BridgeData, FoundationData
+from skewbridge.bridge.column import (
+    build_elastic_column,
+    build_integration,
+    column_handle,
+    shear_modulus_pa,
+)
+from skewbridge.bridge.deck import Deck, add_weight, bent_positions_m, column_weight_n
+from skewbridge.bridge.handles import ColumnHandle
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.tags import TagAllocator
+from skewbridge.units import G_MPS2, GPA, KN
+
+RIGID_TWIST = 100.0  # times the polar moment of the cap
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bents:
+    """All columns, and the foundation springs under them."""
+
+    columns: tuple[ColumnHandle, ...]
+    foundations: tuple[int, ...]
+
+
+def build_bents(
+    bridge: BridgeData, spine: Deck, options: ModelOptions, tags: TagAllocator
+) -> Bents:
+    """Create caps, columns and bases, and put their weight on the spine and cap nodes."""
+    is_pinned = bridge.base == "pinned"
+    upright, level = tags.transformation(), tags.transformation()
+    ops.geomTransf("PDelta", upright, 1.0, 0.0, 0.0)
+    ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
+    integration, hinges = 0, tuple[int, ...]()
+    if bridge.bents and not options.elastic_columns:
+        integration, hinges = build_integration(
+            bridge.column, is_pinned=is_pinned, options=options, tags=tags
+        )
+    columns: list[ColumnHandle] = []
+    foundations: list[int] = []
+    for number, (bent, x) in enumerate(zip(bridge.bents, bent_positions_m(bridge), strict=True)):
+        joints = _build_cap(bridge, bent, spine, number, x, level, tags)
+        dead_axial_n = _dead_axial_n(bridge, number)
+        for joint, y in joints:
+            nodes = _build_column_nodes(bent, joint, (x, y), tags)
+            foundations.extend(_support(bridge, nodes[0], tags))
+            if options.elastic_columns:
+                element = build_elastic_column(bridge.column, nodes, upright, tags)
+            else:
+                element = tags.element()
+                ops.element("forceBeamColumn", element, *nodes, upright, integration)
+            columns.append(
+                column_handle(
+                    bridge.column,
+                    bent,
+                    element=element,
+                    nodes=nodes,
+                    hinge_sections=hinges,
+                    dead_axial_n=dead_axial_n,
+                    is_pinned=is_pinned,
+                )
+            )
+            # ASSUME the base section, which governs, carries the whole weight of the column;
+            # half of its mass moves with the cap
+            weight = column_weight_n(bridge, bent)
+            add_weight(spine, joint, weight, weight / 2 / G_MPS2)
+    return Bents(columns=tuple(columns), foundations=tuple(foundations))
+
+
+def _dead_axial_n(bridge: BridgeData, bent_number: int) -> float:
+    """Estimate a column's axial force from three-moment reactions of equal stiffness.
+
+    Half of both spans, a quarter more over the single bent of a two-span bridge, a tenth more
+    otherwise (continuous beams under uniform load).
+    """
+    left, right = bridge.spans_m[bent_number], bridge.spans_m[bent_number + 1]
+    factor = 1.25 if len(bridge.spans_m) == 2 else 1.10
+    bent = bridge.bents[bent_number]
+    deck = factor * bridge.deck.line_load_kn_per_m * KN * (left + right) / 2
+    shared = (deck + bent.cap_weight_kn * KN) / bent.columns
+    return shared + column_weight_n(bridge, bent)
+
+
+def _build_cap(
+    bridge: BridgeData,
+    bent: BentData,
+    spine: Deck,
+    number: int,
+    x: float,
+    transformation: int,
+    tags: TagAllocator,
+) -> list[tuple[int, float]]:
+    """Create the cap; return its joints above the columns with their y."""
+    centre = spine.bent_nodes[number]
+    add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
+    deck = bridge.deck
+    modulus = deck.elastic_modulus_gpa * GPA
+    width, depth = bent.cap_width_m, bent.cap_depth_m
+    # ASSUME webs and slabs between the columns carry the column moments straight into the deck:
+    # an integral cap does not twist against it
+    torsion = RIGID_TWIST * width * depth * (width**2 + depth**2) / 12
+    joints: list[tuple[int, float]] = []
+    middle = (bent.columns - 1) / 2
+    for i in range(bent.columns):
+        y = (i - middle) * bent.column_spacing_m
+        if y == 0.0:
+            joints.append((centre, y))
+            continue
+        node = tags.node()
+        ops.node(node, x, y, deck.centroid_above_soffit_m)
+        joints.append((node, y))
+    chain = sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
+    for (i, _), (j, _) in zip(chain, chain[1:], strict=False):
+        spine.elements.append(tags.element())
+        ops.element(
+            *("elasticBeamColumn", spine.elements[-1], i, j, width * depth, modulus),
+            *(shear_modulus_pa(modulus), torsion, width * depth**3 / 12),
+            *(depth * width**3 / 12, transformation),
+        )
+    return joints
+
+
+def _build_column_nodes(
+    bent: BentData, joint: int, plan_m: tuple[float, float], tags: TagAllocator
+) -> tuple[int, int]:
+    """Create base and top; the top hangs rigidly on the joint at the deck's centroid."""
+    base, top = tags.node(), tags.node()
+    ops.node(base, *plan_m, -bent.clear_height_m)
+    ops.node(top, *plan_m, 0.0)
+    ops.rigidLink("beam", joint, top)
+    return base, top
+
+
+def _support(bridge: BridgeData, base: int, tags: TagAllocator) -> list[int]:
+    """Fix a base, or set it on springs; a pinned base keeps its torsion."""
+    bends = 0 if bridge.base == "pinned" else 1
+    if bridge.foundation is None:
+        ops.fix(base, 1, 1, 1, bends, bends, 1)
+        return []
+    ground = tags.node()
+    ops.node(ground, *ops.nodeCoord(base))
+    ops.fix(ground, 1, 1, 1, 1, 1, 1)
+    stiffness = _foundation_stiffness(bridge.foundation)
+    held = [dof for dof in range(1, 7) if bends or dof not in (4, 5)]
+    materials = [tags.material() for _ in held]
+    for material, dof in zip(materials, held, strict=True):
+        ops.uniaxialMaterial("Elastic", material, stiffness[dof - 1])
+    element = tags.element()
+    ops.element("zeroLength", element, ground, base, "-mat", *materials, "-dir", *held)
+    return [element]
+
+
+def _foundation_stiffness(data: FoundationData) -> tuple[float, ...]:
+    values = (
+        *(data.kx_mn_per_m, data.ky_mn_per_m, data.kz_mn_per_m),
+        *(data.krx_mnm_per_rad, data.kry_mnm_per_rad, data.krz_mnm_per_rad),
+    )
+    return tuple(1e6 * value for value in values)

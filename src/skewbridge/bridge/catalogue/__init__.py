@@ -1,0 +1,9 @@
+"""The bridges: one YAML file each, every number with its source, and their typed reading.
+
+A user adds a bridge by adding a file; see `skewbridge.bridge.catalogue.loading` for the form.
+"""
+
+from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.bridge.catalogue.loading import bridge_names, load_bridge, load_bridge_file
+
+__all__ = ["BridgeData", "bridge_names", "load_bridge", "load_bridge_file"]

@@ -1,0 +1,177 @@
+"""Reinforced concrete columns: fiber sections, elements, and the data to judge them."""
+
+from functools import lru_cache
+from math import pi
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.catalogue.data import BentData, ColumnData
+from skewbridge.bridge.handles import ColumnHandle
+from skewbridge.bridge.materials import STEELS, core_concrete, cover_concrete
+from skewbridge.bridge.moment_curvature import MomentCurvature, moment_curvature
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.shear_capacity import ShearSection
+from skewbridge.bridge.tags import TagAllocator
+from skewbridge.units import GPA, MM, MPA
+
+LOBATTO_POINTS = 5  # source: usual choice for force-based columns; the paper gives no number
+HINGE_RADAU_SECTIONS = 6  # OpenSees numbers the points of HingeRadau 1 to 6
+
+
+@lru_cache(maxsize=32)
+def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
+    """Return the moment-curvature of a column, kept: it is asked for once per column and model."""
+    return moment_curvature(column, axial_n)
+
+
+def shear_modulus_pa(modulus_pa: float) -> float:
+    """Return E / 2.4 (Poisson's ratio 0.2)."""
+    return modulus_pa / 2.4
+
+
+def gross_inertia_m4(column: ColumnData) -> float:
+    """Return the second moment of area of the gross section."""
+    return pi * column.diameter_m**4 / 64
+
+
+def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllocator) -> int:
+    """Create the fiber section of a column and return its tag.
+
+    Concrete01 for confined core and spalling cover, Steel02 for the bars; torsion is elastic.
+    """
+    core, cover = core_concrete(column), cover_concrete(column)
+    steel = STEELS[column.steel]
+    core_tag, cover_tag, bar_tag = tags.material(), tags.material(), tags.material()
+    crushed_pa = float(core.stress_pa(core.ultimate_strain))
+    ops.uniaxialMaterial(
+        *("Concrete01", core_tag, -core.peak_pa, -core.peak_strain),
+        *(-crushed_pa, -core.ultimate_strain),
+    )
+    ops.uniaxialMaterial(
+        *("Concrete01", cover_tag, -cover.peak_pa, -cover.peak_strain),
+        *(0.0, -cover.ultimate_strain),
+    )
+    # source: transition parameters recommended in the OpenSees manual for Steel02
+    ops.uniaxialMaterial(
+        *("Steel02", bar_tag, steel.yield_pa, steel.modulus_pa, steel.hardening_ratio),
+        *(18.5, 0.925, 0.15),
+    )
+    rings, wedges, cover_rings = options.column_fibers
+    section = tags.section()
+    ops.section("Fiber", section, "-GJ", torsion_stiffness_nm2(column))
+    core_radius, radius = column.hoop_circle_m / 2, column.diameter_m / 2
+    full = (0.0, 360.0)
+    ops.patch("circ", core_tag, wedges, rings, 0.0, 0.0, 0.0, core_radius, *full)
+    ops.patch("circ", cover_tag, wedges, cover_rings, 0.0, 0.0, core_radius, radius, *full)
+    bar_m2 = column.bar_area_mm2 * MM**2
+    ops.layer("circ", bar_tag, column.bar_count, bar_m2, 0.0, 0.0, column.bar_circle_m / 2)
+    return section
+
+
+def torsion_stiffness_nm2(column: ColumnData) -> float:
+    """Return the cracked torsional stiffness of a column."""
+    shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
+    return column.torsion_ratio * shear * 2 * gross_inertia_m4(column)
+
+
+def build_elastic_section(column: ColumnData, tags: TagAllocator) -> int:
+    """Create the cracked elastic section of a column and return its tag."""
+    section = tags.section()
+    modulus = column.elastic_modulus_gpa * GPA
+    inertia = column.cracked_stiffness_ratio * gross_inertia_m4(column)
+    polar = column.torsion_ratio * 2 * gross_inertia_m4(column)
+    ops.section(
+        *("Elastic", section, modulus, column.gross_area_m2, inertia, inertia),
+        *(shear_modulus_pa(modulus), polar),
+    )
+    return section
+
+
+def build_integration(
+    column: ColumnData, *, is_pinned: bool, options: ModelOptions, tags: TagAllocator
+) -> tuple[int, tuple[int, ...]]:
+    """Create the beam integration shared by the columns of a bridge.
+
+    A pinned base never yields, so its hinge carries the elastic section (no change of demands).
+
+    Returns:
+        Tag, and the integration points where plastic curvature is read.
+    """
+    fiber = build_fiber_section(column, options, tags)
+    elastic = build_elastic_section(column, tags)
+    integration = tags.integration()
+    if options.column_integration == "lobatto5":
+        ops.beamIntegration("Lobatto", integration, fiber, LOBATTO_POINTS)
+        return integration, (LOBATTO_POINTS,) if is_pinned else (1, LOBATTO_POINTS)
+    length = column.hinge_length_m
+    base = elastic if is_pinned else fiber
+    ops.beamIntegration("HingeRadau", integration, base, length, fiber, length, elastic)
+    return integration, (HINGE_RADAU_SECTIONS,) if is_pinned else (1, HINGE_RADAU_SECTIONS)
+
+
+def build_elastic_column(
+    column: ColumnData, nodes: tuple[int, int], transformation: int, tags: TagAllocator
+) -> int:
+    """Create a cracked elastic column and return its tag."""
+    element = tags.element()
+    modulus = column.elastic_modulus_gpa * GPA
+    inertia = column.cracked_stiffness_ratio * gross_inertia_m4(column)
+    polar = column.torsion_ratio * 2 * gross_inertia_m4(column)
+    ops.element(
+        *("elasticBeamColumn", element, *nodes, column.gross_area_m2, modulus),
+        *(shear_modulus_pa(modulus), polar, inertia, inertia, transformation),
+    )
+    return element
+
+
+def column_handle(
+    column: ColumnData,
+    bent: BentData,
+    *,
+    element: int,
+    nodes: tuple[int, int],
+    hinge_sections: tuple[int, ...],
+    dead_axial_n: float,
+    is_pinned: bool,
+) -> ColumnHandle:
+    """Return the handle of a column with its yield point and shear data.
+
+    The idealised yield displacement is that of a cantilever from the contraflexure point,
+    ``phi_y L^2 / 3``, twice of it for a fixed base (double curvature).
+
+    References:
+        Caltrans SDC 1.7 section 3.1.3.
+    """
+    curve = section_response(column, dead_axial_n)
+    height = bent.clear_height_m
+    # ASSUME the pinned column bends in single, the fixed one in symmetric double curvature
+    span = height if is_pinned else height / 2
+    yield_disp = curve.yield_curvature_per_m * span**2 / 3 * (1.0 if is_pinned else 2.0)
+    return ColumnHandle(
+        element=element,
+        base_node=nodes[0],
+        top_node=nodes[1],
+        clear_height_m=height,
+        hinge_sections=hinge_sections,
+        yield_curvature_per_m=curve.yield_curvature_per_m,
+        yield_drift_ratio=yield_disp / height,
+        shear=shear_section(column, span, curve),
+        dead_axial_n=dead_axial_n,
+    )
+
+
+def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> ShearSection:
+    """Return what the shear strength of a column depends on."""
+    gross = column.gross_area_m2
+    return ShearSection(
+        diameter_m=column.diameter_m,
+        core_diameter_m=column.hoop_circle_m,
+        cover_m=column.cover_to_hoop_m + column.hoop_diameter_mm * MM / 2,
+        hoop_area_m2=column.hoop_area_mm2 * MM**2,
+        hoop_spacing_m=column.hoop_spacing_mm * MM,
+        hoop_yield_pa=column.hoop_yield_mpa * MPA,
+        concrete_strength_pa=column.concrete_strength_mpa * MPA,
+        longitudinal_ratio=column.bar_count * column.bar_area_mm2 * MM**2 / gross,
+        shear_span_m=span_m,
+        neutral_axis_depth_m=curve.neutral_axis_depth_m,
+    )
