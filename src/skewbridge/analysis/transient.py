@@ -25,6 +25,7 @@ from skewbridge.analysis.status import Watch
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactError
 from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion
@@ -79,7 +80,7 @@ def analyse(
         model = build(variant, settings.model_options(options))
         apply_gravity(model)
         rayleigh = apply_rayleigh(model)
-        ground.apply()
+        ground.apply(model.tags)
         return _Run(model, ground, settings, rayleigh, histories=histories).go(progress)
 
 
@@ -132,13 +133,12 @@ class GroundInput:
         self.duration_s = self.steps * settings.dt_s
         self._times_s = np.arange(len(self.accel_mps2)) * motion.dt_s
 
-    def apply(self) -> None:
+    def apply(self, tags: TagAllocator) -> None:
         """Load the domain: uniform excitation along x and y."""
         for direction, values in enumerate(self.accel_mps2.T, start=1):
-            tag = 1 + max([*ops.getPatterns(), 0])
-            # Each series gets the tag of its pattern; series of the gravity load have lower ones.
-            ops.timeSeries("Path", tag, "-dt", self.dt_s, "-values", *values.tolist())
-            ops.pattern("UniformExcitation", tag, direction, "-accel", tag)
+            series = tags.series()
+            ops.timeSeries("Path", series, "-dt", self.dt_s, "-values", *values.tolist())
+            ops.pattern("UniformExcitation", tags.pattern(), direction, "-accel", series)
 
     def at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the ground acceleration at given times, shape (n, 2)."""
