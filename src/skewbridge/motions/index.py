@@ -18,7 +18,7 @@ _NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "r
 COLUMNS: Final = (
     "motion_id", "file_1", "file_2", "event", "magnitude", "distance_km", "vs30_mps", "station",
     "azimuth_1_deg", "azimuth_2_deg", "unit", "dt_s", "npts", "sha256", "scale", "scale_t1_s",
-    "licence", "source",
+    "scale_low_g", "scale_high_g", "licence", "source",
 )  # fmt: skip
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
 
@@ -41,6 +41,8 @@ class IndexEntry:
         azimuth_2_deg: Direction of component 2.
         sha256: Expected digest of the files; empty: not checked.
         scale: Factor of the study; nan: computed.
+        scale_low_g: Lowest level the factor was made for; nan: any.
+        scale_high_g: Highest level the factor was made for; nan: any.
         source: Licence and origin.
     """
 
@@ -57,6 +59,8 @@ class IndexEntry:
     azimuth_2_deg: float = float("nan")
     sha256: str = ""
     scale: float = float("nan")
+    scale_low_g: float = float("nan")
+    scale_high_g: float = float("nan")
     source: str = ""
 
 
@@ -159,6 +163,8 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         azimuth_2_deg=number("azimuth_2_deg"),
         sha256=row.get("sha256", "").strip().lower(),
         scale=scale,
+        scale_low_g=number("scale_low_g"),
+        scale_high_g=number("scale_high_g"),
         source="; ".join(text for text in (row.get("licence", ""), row.get("source", "")) if text),
     )
 

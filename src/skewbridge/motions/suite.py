@@ -80,7 +80,8 @@ def prepare_suite(
         folder: Folder with an `index.csv`, or with component files that pair by name.
         count: How many motions, from the first; None for all.
         t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
-        level_range_g: Range of Sa_avg the motions are spread over, where the index has no factor.
+        level_range_g: Range of Sa_avg the motions are spread over, where the index has no factor
+            for these levels.
 
     Returns:
         One row per motion in suite order: motion_id, scale, dt_s, npts, sha256, event, magnitude,
@@ -96,14 +97,15 @@ def prepare_suite(
         msg = f"motions.count = {wanted}, but {folder} has {len(entries)} motions"
         raise InputError(msg, folder=str(folder))
     # Whole blocks are measured even if not all are wanted: a factor must not depend on the count.
-    stored = not any(math.isnan(entry.scale) for entry in entries[:wanted])
+    factors = [_stored_factor(entry, level_range_g) for entry in entries]
+    stored = not any(math.isnan(factor) for factor in factors[:wanted])
     needed = wanted if stored else math.ceil(wanted / BLOCK) * BLOCK
     motions = [read_entry(entry) for entry in entries[:needed]]
     measures = [motion_measures(motion, t1_s) for motion in motions]
     computed = block_factors([row["im_saavg_rotd50_g"] for row in measures], level_range_g)
     rows = [
-        _row(motion, _known(entry.scale, float(factor)), values)
-        for entry, motion, factor, values in zip(entries, motions, computed, measures, strict=False)
+        _row(motion, _known(kept, float(factor)), values)
+        for kept, motion, factor, values in zip(factors, motions, computed, measures, strict=False)
     ]
     return pd.DataFrame(rows[:wanted])
 
@@ -163,6 +165,16 @@ def _row(motion: GroundMotion, scale: float, measures: dict[str, float]) -> dict
         "accel_2_mps2": motion.accel_2_mps2,
         "messages": json.dumps(list(motion.messages)),
     }
+
+
+def _stored_factor(entry: IndexEntry, level_range_g: tuple[float, float]) -> float:
+    """Return the factor of the index, nan if there is none or it was made for other levels."""
+    made_for = (entry.scale_low_g, entry.scale_high_g)
+    fits = all(
+        math.isnan(kept) or math.isclose(kept, asked)
+        for kept, asked in zip(made_for, level_range_g, strict=True)
+    )
+    return entry.scale if fits else float("nan")
 
 
 def _known(value: float, otherwise: float) -> float:

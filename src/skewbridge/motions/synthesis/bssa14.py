@@ -1,0 +1,94 @@
+"""Median and dispersion of RotD50 spectra by Boore, Stewart, Seyhan and Atkinson (2014).
+
+Earthquake Spectra 30(3):1057-1085, global attenuation, basin depth unknown. Correlation between
+periods by Baker and Jayaram (2008), Earthquake Spectra 24(1):299-317.
+"""
+
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from skewbridge.errors import InputError
+from skewbridge.motions.synthesis.scenario import Scenario
+
+type Vector = NDArray[np.float64]
+
+
+@cache
+def _table() -> pd.DataFrame:
+    path = files("skewbridge.motions").joinpath("data/bssa14.csv")
+    with path.open(encoding="utf-8") as stream:
+        return pd.read_csv(stream, comment="#").set_index("period")
+
+
+def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
+    """Return median RotD50 PSA in g and total standard deviation of its logarithm.
+
+    Args:
+        scenario: Earthquake and site.
+        periods_s: Tabulated periods in s (0 is PGA; -1 is PGV, in cm/s), shape (n,).
+
+    Raises:
+        InputError: A period that is not in the table.
+    """
+    periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
+    unknown = [float(period) for period in periods if period not in _table().index]
+    if unknown:
+        msg = f"periods_s must be tabulated ones of BSSA14, got {unknown}"
+        raise InputError(msg)
+    c = _coefficients(periods.tolist())
+    rock_pga_g = float(np.exp(_source_and_path(scenario, _coefficients([0.0])))[0])
+    median = np.exp(_source_and_path(scenario, c) + _site(scenario.vs30_mps, rock_pga_g, c))
+    return median, _sigma(scenario, c)
+
+
+def _coefficients(periods_s: list[float]) -> dict[str, Vector]:
+    rows = _table().loc[periods_s]
+    return {str(name): rows[name].to_numpy(dtype=np.float64) for name in rows.columns}
+
+
+def _source_and_path(scenario: Scenario, c: dict[str, Vector]) -> Vector:
+    magnitude = scenario.magnitude
+    event = c["e_3"] if scenario.mechanism == "reverse" else c["e_1"]
+    over = magnitude - c["M_h"]
+    growth = np.where(over <= 0.0, c["e_4"] * over + c["e_5"] * over**2, c["e_6"] * over)
+    distance_km = np.sqrt(scenario.joyner_boore_km**2 + c["h"] ** 2)
+    spreading = (c["c_1"] + c["c_2"] * (magnitude - c["M_ref"])) * np.log(distance_km / c["R_ref"])
+    anelastic = (c["c_3"] + c["dc_3global"]) * (distance_km - c["R_ref"])
+    return event + growth + spreading + anelastic
+
+
+def _site(vs30_mps: float, rock_pga_g: float, c: dict[str, Vector]) -> Vector:
+    linear = c["c"] * np.log(np.minimum(vs30_mps, c["V_c"]) / c["V_ref"])
+    softness = np.exp(c["f_5"] * (min(vs30_mps, 760.0) - 360.0)) - np.exp(c["f_5"] * 400.0)
+    return linear + c["f_1"] + c["f_4"] * softness * np.log((rock_pga_g + c["f_3"]) / c["f_3"])
+
+
+def _sigma(scenario: Scenario, c: dict[str, Vector]) -> Vector:
+    large = np.clip(scenario.magnitude - 4.5, 0.0, 1.0)
+    tau = c["tau_1"] + (c["tau_2"] - c["tau_1"]) * large
+    phi = c["phi_1"] + (c["phi_2"] - c["phi_1"]) * large
+    distance_km = max(scenario.joyner_boore_km, 1.0e-3)
+    far = np.log(distance_km / c["R_1"]) / np.log(c["R_2"] / c["R_1"])
+    phi = phi + c["dphi_R"] * np.clip(far, 0.0, 1.0)
+    soft = np.log(c["V_2"] / scenario.vs30_mps) / np.log(c["V_2"] / c["V_1"])
+    phi = phi - c["dphi_V"] * np.clip(soft, 0.0, 1.0)
+    return np.hypot(tau, phi)
+
+
+def baker_jayaram_correlation(periods_s: ArrayLike) -> Vector:
+    """Return the correlation of the residuals of ln PSA between periods, shape (n, n)."""
+    periods = np.asarray(periods_s, dtype=np.float64)
+    low = np.minimum(periods[:, None], periods[None, :])
+    high = np.maximum(periods[:, None], periods[None, :])
+    c1 = 1.0 - np.cos(0.5 * np.pi - 0.366 * np.log(high / np.maximum(low, 0.109)))
+    fade = 1.0 - 1.0 / (1.0 + np.exp(np.minimum(100.0 * high - 5.0, 700.0)))
+    c2 = np.where(high < 0.2, 1.0 - 0.105 * fade * (high - low) / (high - 0.0099), 0.0)
+    c3 = np.where(high < 0.109, c2, c1)
+    c4 = c1 + 0.5 * (np.sqrt(c3) - c3) * (1.0 + np.cos(np.pi * low / 0.109))
+    rho = np.where(high < 0.2, np.minimum(c2, c4), c4)
+    rho = np.where(low > 0.109, c1, rho)
+    return np.where(high < 0.109, c2, rho)

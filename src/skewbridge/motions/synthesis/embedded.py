@@ -1,0 +1,109 @@
+"""The suite shipped with the project: 40 pairs, 20 s of shaking and 5 s of free vibration."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from skewbridge.motions.conditioning import cut_to_strongest, effect_on_measures
+from skewbridge.motions.intensity import arias_build_up, motion_measures
+from skewbridge.motions.read import files_digest, read_motion
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.scaling import LEVEL_RANGE_G, block_factors
+from skewbridge.motions.synthesis.generate import SOURCE, SynthesisOptions, synthesize
+from skewbridge.motions.synthesis.scenario import Scenario
+from skewbridge.motions.write import write_at2, write_index
+
+# ASSUME one strong strike-slip earthquake near the bridge on firm soil: its median Sa_avg is the
+# middle of the default levels (0.1 to 1.5 g), which keeps scale factors near 1.
+SCENARIO: Final = Scenario(magnitude=6.5, distance_km=8.0, vs30_mps=400.0)
+SEED: Final = 2023
+COUNT: Final = 40
+SHAKING_S: Final = 20.0
+FREE_VIBRATION_S: Final = 5.0
+# ASSUME motions that shake much longer than the window are left out: what is kept of the others is
+# nearly the whole motion, at the price of a suite without the longest durations.
+MIN_ARIAS_KEPT: Final = 0.95
+LICENCE: Final = "BSD-3-Clause"
+
+
+def default_motions(count: int = COUNT) -> Iterator[tuple[GroundMotion, GroundMotion]]:
+    """Yield each motion of the default suite, as synthesized and as cut."""
+    found = index = 0
+    while found < count:
+        whole = synthesize(SCENARIO, index=index, seed=SEED, options=SynthesisOptions())
+        cut = cut_to_strongest(whole, SHAKING_S, FREE_VIBRATION_S)
+        if _arias_mps(cut) >= MIN_ARIAS_KEPT * _arias_mps(whole):
+            found += 1
+            yield whole, cut
+        index += 1
+
+
+def write_default_suite(
+    folder: Path, t1_s: float, level_range_g: tuple[float, float] = LEVEL_RANGE_G
+) -> list[dict[str, float]]:
+    """Write the default suite: `synthetic/*.AT2` and `index.csv` in a folder.
+
+    Args:
+        folder: Where to write.
+        t1_s: Conditioning period of osb1, for the scale factors; kept in the index.
+        level_range_g: Sa_avg levels the factors spread the motions over.
+
+    Returns:
+        The effect of the cut on each motion, see `effect_on_measures`.
+    """
+    effects: list[dict[str, float]] = []
+    rows: list[dict[str, object]] = []
+    for whole, cut in default_motions():
+        effects.append(effect_on_measures(whole, cut))
+        files = write_at2(cut, folder / "synthetic")
+        rows.append(index_row(cut, files, folder))
+    add_scale_factors(rows, folder, t1_s, level_range_g)
+    write_index(folder / "index.csv", rows)
+    return effects
+
+
+def index_row(motion: GroundMotion, files: tuple[Path, Path], folder: Path) -> dict[str, object]:
+    """Return the index row of a motion written to two files."""
+    return {
+        "motion_id": motion.motion_id,
+        "file_1": files[0].relative_to(folder).as_posix(),
+        "file_2": files[1].relative_to(folder).as_posix(),
+        "event": motion.event,
+        "magnitude": motion.magnitude,
+        "distance_km": motion.distance_km,
+        "vs30_mps": motion.vs30_mps,
+        "station": motion.station,
+        "azimuth_1_deg": motion.azimuth_1_deg,
+        "azimuth_2_deg": motion.azimuth_2_deg,
+        "unit": "g",
+        "dt_s": motion.dt_s,
+        "npts": motion.npts,
+        "sha256": files_digest(*files),
+        "licence": LICENCE if motion.source == SOURCE else "",
+        "source": motion.source,
+    }
+
+
+def add_scale_factors(
+    rows: list[dict[str, object]],
+    folder: Path,
+    t1_s: float,
+    level_range_g: tuple[float, float] = LEVEL_RANGE_G,
+) -> None:
+    """Put the factor of each motion, and what it was computed for, into index rows."""
+    levels_g: list[float] = []
+    for row in rows:
+        motion = read_motion(folder / str(row["file_1"]), folder / str(row["file_2"]))
+        levels_g.append(motion_measures(motion, t1_s)["im_saavg_rotd50_g"])
+    factors = block_factors(levels_g, level_range_g)
+    for row, factor in zip(rows, factors, strict=True):
+        row["scale"] = float(f"{factor:.6g}")
+        row["scale_t1_s"] = t1_s
+        row["scale_low_g"], row["scale_high_g"] = level_range_g
+
+
+def _arias_mps(motion: GroundMotion) -> float:
+    return float(
+        arias_build_up(motion.accel_1_mps2, motion.dt_s)[-1]
+        + arias_build_up(motion.accel_2_mps2, motion.dt_s)[-1]
+    )

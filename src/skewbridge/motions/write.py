@@ -1,0 +1,75 @@
+"""Write motions as PEER acceleration files with an index."""
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.errors import InputError
+from skewbridge.motions.index import COLUMNS
+from skewbridge.motions.record import GroundMotion
+from skewbridge.units import G_MPS2
+
+_PER_LINE: Final = 5
+
+
+def at2_text(motion: GroundMotion, component: int) -> str:
+    """Return one component (1 or 2) as the text of a PEER file, in g with 8 digits."""
+    accel_mps2, azimuth_deg = (
+        (motion.accel_1_mps2, motion.azimuth_1_deg)
+        if component == 1
+        else (motion.accel_2_mps2, motion.azimuth_2_deg)
+    )
+    azimuth = (
+        f"{azimuth_deg:.0f}" if np.isfinite(azimuth_deg) else "360" if component == 1 else "90"
+    )
+    header = (
+        "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE\n"
+        f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth}\n"
+        "ACCELERATION TIME SERIES IN UNITS OF G\n"
+        f"NPTS= {motion.npts:6d}, DT= {motion.dt_s:.6g} SEC\n"
+    )
+    return header + _rows(accel_mps2 / G_MPS2)
+
+
+def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
+    """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
+    paths = tuple(folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for component, path in enumerate(paths, start=1):
+            path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
+    except OSError as error:
+        msg = f"{folder} can't be written: {error}"
+        raise InputError(msg, folder=str(folder)) from error
+    return paths[0], paths[1]
+
+
+def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
+    """Write an `index.csv`; what a row has not is left empty, numbers get 8 digits."""
+    try:
+        with index.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            for row in rows:
+                writer.writerow({name: _cell(row.get(name, "")) for name in COLUMNS})
+    except OSError as error:
+        msg = f"{index} can't be written: {error}"
+        raise InputError(msg, file=str(index)) from error
+
+
+def _rows(accel_g: NDArray[np.float64]) -> str:
+    # Tiny numbers would need a three-digit exponent
+    values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g)
+    cells = [f"{value:15.7E}" for value in values.tolist()]
+    lines = ["".join(cells[i : i + _PER_LINE]) for i in range(0, len(cells), _PER_LINE)]
+    return "\n".join(lines) + "\n"
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, float):
+        return "" if np.isnan(value) else f"{value:.8g}"
+    return value
