@@ -1,1 +1,1 @@
-"""Room: fragility."""
+"""Fragility statistics: fits with stated status and interval, paired effects, exchange."""

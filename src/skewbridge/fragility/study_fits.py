@@ -1,0 +1,105 @@
+"""Fits of a whole study: every variant and limit state of a demands table, by every method."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.fit import FragilityFit
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.outcomes import COLLAPSE, VARIANT_COLUMNS, check_demands, outcomes_of
+from skewbridge.fragility.study_cloud import fit_variant_cloud
+from skewbridge.fragility.study_exceedance import fit_exceedance, fit_record_brackets
+from skewbridge.fragility.study_rows import curve_row
+from skewbridge.fragility.study_runs import FitSettings, Runs
+
+NOT_APPLICABLE: Final = "not_applicable"
+
+
+def fit_study(
+    demands: pd.DataFrame,
+    limit_states: Sequence[LimitState],
+    im_column: str,
+    settings: FitSettings | None = None,
+) -> pd.DataFrame:
+    """Fit every variant and limit state of a demands table.
+
+    Methods: ``cloud`` (log-log regression; Tobit where runs collapsed or failed) and
+    ``exceedance`` (probit on exceeded or not); where motions repeat at several levels also
+    ``ida_interval``. Intervals are Fieller's (cloud) and profile (others), but by record
+    bootstrap where motions repeat, since runs are not independent then.
+
+    Args:
+        demands: Table in the contract of results/demands.parquet.
+        limit_states: What to fit.
+        im_column: Intensity measure, a column of the table, at the level of the run.
+        settings: Level, seed, policy.
+
+    Returns:
+        One row per (variant, component, limit state, method); columns in
+        `skewbridge.fragility.study_rows.CURVE_COLUMNS`. Unless ``status`` is ``ok``, theta
+        and beta are NaN: nothing is extrapolated from data in which nothing exceeds.
+
+    Raises:
+        InputError: A column is missing or a value is unusable; names row and column.
+    """
+    options = settings or FitSettings()
+    if not limit_states:
+        msg = "no limit states to fit"
+        raise InputError(msg)
+    columns = list(dict.fromkeys(state.demand for state in limit_states))
+    check_demands(demands, im_column, columns)
+    rows: list[dict[str, Any]] = []
+    for _, part in demands.reset_index(drop=True).groupby("variant", sort=True):
+        runs = Runs(
+            im=part[im_column].to_numpy(dtype=np.float64),
+            status=part["status"].to_numpy(dtype=str),
+            records=np.unique(part["motion_id"].to_numpy(dtype=str), return_inverse=True)[1],
+        )
+        variant = {name: part[name].iloc[0] for name in VARIANT_COLUMNS}
+        for state in limit_states:
+            rows += [variant | row for row in _variant_rows(runs, part, state, im_column, options)]
+    return pd.DataFrame(rows)
+
+
+def _variant_rows(
+    runs: Runs, part: pd.DataFrame, state: LimitState, im_column: str, options: FitSettings
+) -> list[dict[str, Any]]:
+    demand = part[state.demand].to_numpy(dtype=np.float64)
+    outcomes = outcomes_of(demand, runs.status, state)
+    missing = np.isnan(demand) & outcomes.complete
+    counts = {
+        "n_runs": int(runs.im.size),
+        "n_records": int(np.max(runs.records)) + 1,
+        "n_exceed": int(np.sum(outcomes.exceed)),
+        "n_unknown": int(np.sum(outcomes.unknown)),
+        "n_collapse": int(np.sum(runs.status == COLLAPSE)),
+    }
+    if np.any(missing):
+        if not np.all(np.isnan(demand[outcomes.complete])):
+            motion = part["motion_id"].iloc[int(np.flatnonzero(missing)[0])]
+            row = int(part.index.to_numpy()[np.flatnonzero(missing)[0]])
+            msg = f"{state.demand} is missing for {part['variant'].iloc[0]} under {motion}"
+            raise InputError(msg, row=row, column=state.demand)
+        absent = FragilityFit(method="cloud", status=NOT_APPLICABLE, level=options.level)
+        return [
+            curve_row(replace(absent, method=name), state, im_column, counts, {})
+            for name in ("cloud", "exceedance")
+        ]
+    fits = [
+        fit_variant_cloud(runs, outcomes, state, options),
+        fit_exceedance(runs, outcomes, options),
+    ]
+    if runs.repeated and _several_levels(runs):
+        fits.append(fit_record_brackets(runs, outcomes, options))
+    slope = float(fits[0][0].details.get("b", nan))
+    return [curve_row(fit, state, im_column, counts, bounds, slope=slope) for fit, bounds in fits]
+
+
+def _several_levels(runs: Runs) -> bool:
+    spread = pd.Series(runs.im).groupby(runs.records).nunique()
+    return bool((spread > 1).any())
