@@ -1,8 +1,11 @@
 """Dead load, applied once and kept."""
 
+from collections.abc import Mapping
+
 import openseespy.opensees as ops
 
 from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.tags import TagAllocator
 
 GRAVITY_STEPS = 5
 TOLERANCE_M = 1.0e-10
@@ -15,16 +18,27 @@ class GravityError(RuntimeError):
 def apply_gravity(model: BridgeModel) -> None:
     """Bring a fresh model under its dead load and hold it; the time is zero afterwards.
 
+    Raises:
+        GravityError: No equilibrium was found.
+    """
+    hold_dead_load(model.dead_loads_n, model.dead_moments_nm, model.tags)
+
+
+def hold_dead_load(
+    loads_n: Mapping[int, float], moments_nm: Mapping[int, float], tags: TagAllocator
+) -> None:
+    """Apply downward loads and moments about y by node, and hold them from time zero on.
+
     Nodal loads: the corotational transformation ignores element loads.
 
     Raises:
         GravityError: No equilibrium was found.
     """
-    series, pattern = model.tags.series(), model.tags.pattern()
+    series, pattern = tags.series(), tags.pattern()
     ops.timeSeries("Linear", series)
     ops.pattern("Plain", pattern, series)
-    for node, load_n in model.dead_loads_n.items():
-        ops.load(node, 0.0, 0.0, -load_n, 0.0, model.dead_moments_nm.get(node, 0.0), 0.0)
+    for node, load_n in loads_n.items():
+        ops.load(node, 0.0, 0.0, -load_n, 0.0, moments_nm.get(node, 0.0), 0.0)
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("ProfileSPD")
@@ -33,7 +47,7 @@ def apply_gravity(model: BridgeModel) -> None:
     ops.integrator("LoadControl", 1.0 / GRAVITY_STEPS)
     ops.analysis("Static", "-noWarnings")
     if ops.analyze(GRAVITY_STEPS) != 0:
-        msg = f"{model.variant.slug} finds no equilibrium under dead load"
+        msg = "the model finds no equilibrium under its dead load"
         raise GravityError(msg)
     ops.loadConst("-time", 0.0)
     ops.wipeAnalysis()

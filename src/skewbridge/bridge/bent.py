@@ -1,6 +1,7 @@
 """Bents: integral cap, columns, bases and optional foundation springs."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import openseespy.opensees as ops
 
@@ -115,7 +116,7 @@ def _build_cap(
         ops.node(node, x, y, deck.centroid_above_soffit_m)
         joints.append((node, y))
     chain = sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
-    for (i, _), (j, _) in zip(chain, chain[1:], strict=False):
+    for (i, _), (j, _) in pairwise(chain):
         spine.elements.append(tags.element())
         ops.element(
             *("elasticBeamColumn", spine.elements[-1], i, j, width * depth, modulus),

@@ -7,7 +7,7 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BentData, ColumnData
 from skewbridge.bridge.handles import ColumnHandle
-from skewbridge.bridge.materials import STEELS, core_concrete, cover_concrete
+from skewbridge.bridge.materials import STEELS, Concrete, core_concrete, cover_concrete
 from skewbridge.bridge.moment_curvature import MomentCurvature, moment_curvature
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.shear_capacity import ShearSection
@@ -41,16 +41,10 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     """
     core, cover = core_concrete(column), cover_concrete(column)
     steel = STEELS[column.steel]
-    core_tag, cover_tag, bar_tag = tags.material(), tags.material(), tags.material()
     crushed_pa = float(core.stress_pa(core.ultimate_strain))
-    ops.uniaxialMaterial(
-        *("Concrete01", core_tag, -core.peak_pa, -core.peak_strain),
-        *(-crushed_pa, -core.ultimate_strain),
-    )
-    ops.uniaxialMaterial(
-        *("Concrete01", cover_tag, -cover.peak_pa, -cover.peak_strain),
-        *(0.0, -cover.ultimate_strain),
-    )
+    core_tag = _concrete_material(core, crushed_pa, tags)
+    cover_tag = _concrete_material(cover, 0.0, tags)
+    bar_tag = tags.material()
     # source: transition parameters recommended in the OpenSees manual for Steel02
     ops.uniaxialMaterial(
         *("Steel02", bar_tag, steel.yield_pa, steel.modulus_pa, steel.hardening_ratio),
@@ -66,6 +60,21 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     bar_m2 = column.bar_area_mm2 * MM**2
     ops.layer("circ", bar_tag, column.bar_count, bar_m2, 0.0, 0.0, column.bar_circle_m / 2)
     return section
+
+
+def _concrete_material(concrete: Concrete, crushed_pa: float, tags: TagAllocator) -> int:
+    """Create Concrete01 with the strength, initial modulus and end of a Mander curve.
+
+    Its parabola starts at twice strength over peak strain. The peak strain is set to meet the
+    initial modulus; between, the parabola is then above the curve by less than 8 % of the strength.
+    """
+    material = tags.material()
+    peak_strain = 2 * concrete.peak_pa / concrete.modulus_pa
+    ops.uniaxialMaterial(
+        *("Concrete01", material, -concrete.peak_pa, -peak_strain),
+        *(-crushed_pa, -concrete.ultimate_strain),
+    )
+    return material
 
 
 def torsion_stiffness_nm2(column: ColumnData) -> float:

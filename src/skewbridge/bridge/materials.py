@@ -114,9 +114,7 @@ def confinement_pressure_pa(column: ColumnData) -> float:
 
 def hoop_volume_ratio(column: ColumnData) -> float:
     """Return the volume of hoops over the volume of the core."""
-    return (
-        4 * column.hoop_area_mm2 * 1e-6 / (column.hoop_circle_m * 1e-3 * column.hoop_spacing_mm)
-    )
+    return 4 * column.hoop_area_mm2 * 1e-6 / (column.hoop_circle_m * 1e-3 * column.hoop_spacing_mm)
 
 
 def core_concrete(column: ColumnData) -> Concrete:

@@ -64,30 +64,41 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
         InputError: No such bridge, or bad data in its file.
         DomainError: Not within a fresh `domain()`.
     """
-    _require_fresh_domain()
+    require_fresh_domain()
     variant = variant.normalised()
     bridge = load_bridge(variant.bridge)
     tags = TagAllocator()
     spine = build_spine(bridge, options.deck_elements_per_span, tags)
     bents = build_bents(bridge, spine, options, tags)
-    contacts = None
-    if variant.abutment in CONTACT_MODELS:
-        contacts = ContactSet(
-            tags, update=variant.abutment == "contact_friction", coupling=options.coupling
-        )
+    contacts = build_contact_set(variant, options, tags)
     sides: list[tuple[AbutmentHandle, SideParts, Arrays]] = []
-    for side, node in (("left", spine.nodes[0]), ("right", spine.nodes[-1])):
-        sides.append(_build_side(side, node, variant, bridge, options, tags, contacts))
+    ends: list[tuple[Side, int]] = [("left", spine.nodes[0]), ("right", spine.nodes[-1])]
+    for side, node in ends:
+        sides.append(build_side(side, node, variant, bridge, options, tags, contacts))
     return _assemble(variant, bridge, options, tags, spine, bents, sides, contacts)
 
 
-def _require_fresh_domain() -> None:
+def require_fresh_domain() -> None:
+    """Refuse to build outside `domain()` or into a domain that has nodes."""
     if ops.getNDM() is None or ops.getNodeTags():
         msg = "build() works inside `with domain():`, once per domain"
         raise DomainError(msg)
 
 
-def _build_side(
+def build_contact_set(
+    variant: Variant, options: ModelOptions, tags: TagAllocator
+) -> ContactSet | None:
+    """Return the empty contact set of a variant; None for models without contact.
+
+    `contact` has the elements of `contact_friction`, never updated.
+    """
+    if variant.abutment not in CONTACT_MODELS:
+        return None
+    has_friction = variant.abutment == "contact_friction"
+    return ContactSet(tags, update=has_friction, coupling=options.coupling)
+
+
+def build_side(
     side: Side,
     deck_node: int,
     variant: Variant,
@@ -96,6 +107,7 @@ def _build_side(
     tags: TagAllocator,
     contacts: ContactSet | None,
 ) -> tuple[AbutmentHandle, SideParts, Arrays]:
+    """Build one abutment under an end node of the spine."""
     deck = bridge.deck
     end = deck_end(
         side, bridge.length_m, variant.skew_deg, deck.width_m, deck.diaphragm_thickness_m

@@ -56,7 +56,8 @@ class ModelOptions:
     normal_stiffness_factor: float = 1.0
     tangent_stiffness_factor: float = 1.0
     wall_dashpot_ratio: float = 0.10  # ASSUME light walls radiate: 10 % of critical
-    wall_restoring_n_per_m: float = 5.0e6  # ASSUME at most 5e3 kN/m per wall: stiffer ones matter
+    wall_restoring_n_per_m: float = 3.0e5  # ASSUME a pushed backwall comes back slowly: this adds
+    # 0.4 % to the backbone at 76 mm, 5e6 would add 7 %
     backfill: Backfill = "hyperbolic"
     backfill_variation: float = 0.0
     keys: KeyKind = "sacrificial"

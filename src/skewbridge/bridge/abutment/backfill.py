@@ -119,8 +119,6 @@ def wing_wall(abutment: AbutmentData, skew_rad: float) -> Passive:
     References:
         Aviram, Mackie and Stojadinovic (2008), PEER 2008/03.
     """
-    factor = (
-        abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
-    )
+    factor = abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
     straight = sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
     return straight.scaled(factor * skew_reduction(skew_rad))

@@ -99,9 +99,7 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
         )
 
 
-def _build_key(
-    context: SideContext, contacts: ContactSet, parts: SideParts, sign: float
-) -> None:
+def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sign: float) -> None:
     """Create one exterior key; along its face it is as stiff as at first across it."""
     end, options, tags = context.end, context.options, context.tags
     along = sign * end.wall_length_m / 2

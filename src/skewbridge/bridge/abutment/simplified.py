@@ -25,9 +25,7 @@ from skewbridge.bridge.handles import SpringHandle
 def build_simplified(context: SideContext) -> SideParts:
     """Create bar ends with half of the backfill and half of the transverse resistance each."""
     end, data, tags = context.end, context.data, context.tags
-    parts = SideParts(
-        bearings=build_vertical_supports(data.pads, end, context.arrays, tags)
-    )
+    parts = SideParts(bearings=build_vertical_supports(data.pads, end, context.arrays, tags))
     frame = Frame(x=(-end.normal[0], -end.normal[1]))
     straight = sdc_backfill(data.wall_width_m, data.wall_height_m)
     longitudinal = straight.scaled(0.5 * skew_reduction(end.skew_rad))

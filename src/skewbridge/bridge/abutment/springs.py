@@ -39,9 +39,7 @@ def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
     gap = max(gap_m, NO_GAP_M)
     stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     if passive.failure_ratio == 0.0:
-        ops.uniaxialMaterial(
-            *("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage")
-        )
+        ops.uniaxialMaterial(*("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage"))
     else:
         ops.uniaxialMaterial(
             *("HyperbolicGapMaterial", material, stiffness, stiffness),

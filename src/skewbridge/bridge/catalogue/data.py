@@ -7,7 +7,7 @@ them where they enter the model.
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 type Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 type NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -15,11 +15,11 @@ type Ratio = Annotated[float, Field(gt=0.0, le=1.0)]
 type Count = Annotated[int, Field(ge=1, le=60)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
+class _Part(BaseModel, frozen=True, extra="forbid"):
+    """Frozen, and without unknown keys."""
 
 
-class DeckData(_Part):
+class DeckData(_Part, frozen=True):
     """Superstructure: a prismatic spine at the centroid.
 
     ``inertia_vertical_m4`` bends in the vertical plane, ``inertia_transverse_m4`` in plan.
@@ -46,7 +46,7 @@ class DeckData(_Part):
         return self
 
 
-class FoundationData(_Part):
+class FoundationData(_Part, frozen=True):
     """Springs under every column base; rotations about the global axes."""
 
     kx_mn_per_m: Positive
@@ -57,7 +57,7 @@ class FoundationData(_Part):
     krz_mnm_per_rad: Positive
 
 
-class BentData(_Part):
+class BentData(_Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap."""
 
     columns: Annotated[int, Field(ge=1, le=8)]
@@ -68,7 +68,7 @@ class BentData(_Part):
     cap_weight_kn: NotNegative
 
 
-class ColumnData(_Part):
+class ColumnData(_Part, frozen=True):
     """The circular reinforced concrete column that all bents of a bridge share."""
 
     diameter_m: Positive
@@ -121,7 +121,7 @@ class ColumnData(_Part):
         return self
 
 
-class BackfillData(_Part):
+class BackfillData(_Part, frozen=True):
     """Passive resistance behind one backwall, at zero skew.
 
     ``rule: ucsd`` takes per metre of wall width at ``reference_height_m`` (linear in height);
@@ -137,7 +137,7 @@ class BackfillData(_Part):
     ultimate_closure_ratio: Positive
 
 
-class PadData(_Part):
+class PadData(_Part, frozen=True):
     """Elastomeric pads of one abutment, equally spaced across the deck."""
 
     count: Annotated[int, Field(ge=2, le=30)]
@@ -149,7 +149,7 @@ class PadData(_Part):
     height_m: Positive
 
 
-class KeyData(_Part):
+class KeyData(_Part, frozen=True):
     """Backbone of one exterior shear key, three points; the last force stays as residual."""
 
     displacement_mm: tuple[Positive, Positive, Positive]
@@ -164,7 +164,7 @@ class KeyData(_Part):
         return self
 
 
-class AbutmentData(_Part):
+class AbutmentData(_Part, frozen=True):
     """Both abutments of a bridge."""
 
     wall_width_m: Positive
@@ -183,7 +183,7 @@ class AbutmentData(_Part):
     embankment_height_m: Positive
 
 
-class DampingData(_Part):
+class DampingData(_Part, frozen=True):
     """Rayleigh damping of deck and columns: one ratio at two periods."""
 
     ratio: Annotated[float, Field(gt=0.0, lt=0.5)]
@@ -191,7 +191,7 @@ class DampingData(_Part):
     short_period_s: Positive
 
 
-class BridgeData(_Part):
+class BridgeData(_Part, frozen=True):
     """One bridge of the catalogue.
 
     Attributes:

@@ -1,0 +1,91 @@
+"""Periods and participating masses of a model under dead load, its gaps open."""
+
+from contextlib import nullcontext
+from dataclasses import dataclass
+from math import inf, pi, sqrt
+
+import openseespy.opensees as ops
+
+from skewbridge.analysis.gravity import apply_gravity, column_axial_forces_n, support_reactions_n
+from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.study.variant import Variant
+from skewbridge.units import KN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mode:
+    """One mode; mass ratios of the free mass, 0 to 1.
+
+    Attributes:
+        period_s: Natural period, infinite for a mechanism.
+        mass_x: Longitudinal participating mass.
+        mass_y: Transverse.
+        mass_z: Vertical.
+        mass_rz: Rotation in plan.
+    """
+
+    period_s: float
+    mass_x: float
+    mass_y: float
+    mass_z: float
+    mass_rz: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModalResult:
+    """Dead-load state and modes of a variant."""
+
+    weight_kn: float
+    column_axial_kn: tuple[float, ...]
+    abutment_reaction_kn: tuple[float, float]
+    modes: tuple[Mode, ...]
+
+    def period_s(self, direction: str) -> float:
+        """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``.
+
+        By participation and never by number: contacts bring local modes of their own.
+        """
+        return max(self.modes, key=lambda mode: getattr(mode, f"mass_{direction}")).period_s
+
+
+def modal_properties(
+    variant: Variant, options: ModelOptions | None = None, *, count: int = 14
+) -> ModalResult:
+    """Build a variant, apply gravity and return its modes.
+
+    Raises:
+        InputError: Bad bridge or variant.
+        GravityError: The model does not carry its weight.
+    """
+    with domain():
+        model = build(variant, options or ModelOptions())
+        apply_gravity(model)
+        left, right = support_reactions_n(model)
+        return ModalResult(
+            weight_kn=model.weight_n / KN,
+            column_axial_kn=tuple(force / KN for force in column_axial_forces_n(model)),
+            abutment_reaction_kn=(left / KN, right / KN),
+            modes=modes_of(model, count),
+        )
+
+
+def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
+    """Return the modes of a model under dead load; open friction springs count as soft."""
+    # Springs that hang on nothing but an open contact are pushed out of the first modes.
+    soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
+    with soft:
+        squares = [float(value) for value in ops.eigen(count)]
+        ratios = ops.modalProperties("-return")
+    columns = [ratios[f"partiMassRatios{name}"] for name in ("MX", "MY", "MZ", "RMZ")]
+    return tuple(
+        Mode(
+            period_s=2 * pi / sqrt(square) if square > 0.0 else inf,
+            mass_x=x / 100,
+            mass_y=y / 100,
+            mass_z=z / 100,
+            mass_rz=rz / 100,
+        )
+        for square, x, y, z, rz in zip(squares, *columns, strict=True)
+    )

@@ -1,0 +1,236 @@
+"""Static pushes of a whole bridge, or of one abutment with the deck end it supports."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import cos, radians, sin
+
+import numpy as np
+import openseespy.opensees as ops
+from numpy.typing import NDArray
+
+from skewbridge.analysis.gravity import apply_gravity, hold_dead_load
+from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
+from skewbridge.bridge.tags import TagAllocator
+from skewbridge.contact import ContactSet
+from skewbridge.errors import InputError
+from skewbridge.study.variant import Variant
+
+type FloatArray = NDArray[np.float64]
+
+# Each algorithm gets the failed step in turn, then the step is halved.
+ALGORITHMS = (("KrylovNewton",), ("NewtonLineSearch",), ("Newton", "-initial"))
+MAX_HALVINGS = 10
+MAX_ITERATIONS = 50
+TOLERANCE_M = 1.0e-9
+LAST_PART = 1.0e-12
+MAX_DISPLACEMENT_M = 5.0
+MAX_STEPS = 100_000
+GUIDE_N_PER_M = 1.0e12  # the curve is read on the pushed side of this spring: it costs nothing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PushCurve:
+    """Force against displacement along the direction of the push.
+
+    Attributes:
+        disp_m: Controlled displacement, from zero.
+        force_n: Force that holds it, same length.
+        is_complete: Whether the target was reached.
+    """
+
+    disp_m: FloatArray
+    force_n: FloatArray
+    is_complete: bool
+
+    @property
+    def peak_n(self) -> float:
+        """Largest force."""
+        return float(self.force_n.max())
+
+    @property
+    def disp_at_peak_m(self) -> float:
+        """Displacement there."""
+        return float(self.disp_m[int(self.force_n.argmax())])
+
+    @property
+    def initial_stiffness_n_per_m(self) -> float:
+        """Secant of the first step."""
+        return float(self.force_n[1] / self.disp_m[1])
+
+
+def push_bridge(
+    variant: Variant,
+    options: ModelOptions,
+    *,
+    angle_deg: float,
+    max_disp_m: float,
+    steps: int = 200,
+) -> PushCurve:
+    """Push the deck horizontally with forces in proportion to its masses.
+
+    Args:
+        variant: What to push.
+        options: Modelling choices.
+        angle_deg: Direction, counter-clockwise from x.
+        max_disp_m: Displacement of the mass centre along the push.
+        steps: Number of steps.
+
+    Returns:
+        Base shear (the sum of the forces) against the displacement of the mass centre.
+    """
+    _require_range(max_disp_m, steps)
+    direction = (cos(radians(angle_deg)), sin(radians(angle_deg)))
+    with domain():
+        model = build(variant, options)
+        apply_gravity(model)
+        return _push(model, direction, max_disp_m, steps)
+
+
+def push_abutment(
+    variant: Variant,
+    options: ModelOptions,
+    *,
+    angle_deg: float,
+    max_disp_m: float,
+    steps: int = 200,
+) -> PushCurve:
+    """Push one abutment (the right one) by its deck end, without the bridge.
+
+    The deck end carries its dead-load reaction and is guided: it moves along the push only, and
+    does not rotate in plan.
+
+    Args:
+        variant: What to push.
+        options: Modelling choices.
+        angle_deg: Direction, counter-clockwise from x: 0 pushes into the backfill, 180 away from
+            it; the skew pushes normal to the wall.
+        max_disp_m: Displacement along the push.
+        steps: Number of steps.
+
+    Returns:
+        Component of the holding force along the push, against its displacement.
+    """
+    _require_range(max_disp_m, steps)
+    direction = (cos(radians(angle_deg)), sin(radians(angle_deg)))
+    with domain():
+        abutment = build_abutment(variant, options)
+        guide, driver = _build_guide(abutment, direction)
+        hold_dead_load({abutment.connector: abutment.dead_load_n}, {}, abutment.tags)
+        _move(driver, direction, abutment.tags)
+        start = _along(abutment.connector, direction)
+        disp, force = [0.0], [0.0]
+
+        def record() -> None:
+            disp.append(_along(abutment.connector, direction) - start)
+            force.append(float(ops.basicForce(guide)[0]))
+
+        done = _march(abutment.contacts, max_disp_m, steps, record, ("LoadControl",))
+        return PushCurve(disp_m=np.asarray(disp), force_n=np.asarray(force), is_complete=done)
+
+
+def _push(
+    model: BridgeModel,
+    direction: tuple[float, float],
+    max_disp_m: float,
+    steps: int,
+) -> PushCurve:
+    """Push by forces in proportion to the masses, controlling the centre's larger component."""
+    series, pattern = model.tags.series(), model.tags.pattern()
+    ops.timeSeries("Linear", series)
+    ops.pattern("Plain", pattern, series)
+    total = sum(model.deck_masses_kg)
+    for node, mass in zip(model.deck_mass_nodes, model.deck_masses_kg, strict=True):
+        share = mass / total
+        ops.load(node, share * direction[0], share * direction[1], 0.0, 0.0, 0.0, 0.0)
+    control = 0 if abs(direction[0]) >= abs(direction[1]) else 1
+    start = _along(model.deck_centre_node, direction)
+    disp, force = [0.0], [0.0]
+
+    def record() -> None:
+        disp.append(_along(model.deck_centre_node, direction) - start)
+        force.append(float(ops.getTime()))  # unit loads: the load factor is the base shear
+
+    integrator = ("DisplacementControl", model.deck_centre_node, control + 1)
+    target = max_disp_m * direction[control]
+    done = _march(model.contacts, target, steps, record, integrator)
+    return PushCurve(disp_m=np.asarray(disp), force_n=np.asarray(force), is_complete=done)
+
+
+def _build_guide(abutment: AbutmentModel, direction: tuple[float, float]) -> tuple[int, int]:
+    """Tie the connector to a driver, still fixed; return the tie (axis 1 along the push) and it."""
+    tags, connector = abutment.tags, abutment.connector
+    driver, element, stiff = tags.node(), tags.element(), tags.material()
+    ops.node(driver, *ops.nodeCoord(connector))
+    ops.fix(driver, 1, 1, 1, 1, 1, 1)
+    ops.uniaxialMaterial("Elastic", stiff, GUIDE_N_PER_M)
+    ops.element(
+        *("zeroLength", element, connector, driver, "-mat", stiff, stiff, "-dir", 1, 2),
+        *("-orient", *direction, 0.0, -direction[1], direction[0], 0.0),
+    )
+    return element, driver
+
+
+def _move(driver: int, direction: tuple[float, float], tags: TagAllocator) -> None:
+    """Let a fixed node move one metre per unit of time along a direction."""
+    series, pattern = tags.series(), tags.pattern()
+    ops.timeSeries("Linear", series)
+    ops.pattern("Plain", pattern, series)
+    for dof, component in enumerate(direction, start=1):
+        ops.remove("sp", driver, dof)
+        ops.sp(driver, dof, component)
+
+
+def _march(
+    contacts: ContactSet | None,
+    target: float,
+    steps: int,
+    record: Callable[[], None],
+    integrator: tuple[str | int, ...],
+) -> bool:
+    """Advance to a target in steps, halving those that fail; return whether it was reached."""
+    ops.constraints("Transformation")
+    ops.numberer("RCM")
+    ops.system("BandGeneral")
+    ops.test("NormDispIncr", TOLERANCE_M, MAX_ITERATIONS)
+    ops.algorithm(*ALGORITHMS[0])
+    ops.integrator(*integrator, target / steps)
+    ops.analysis("Static", "-noWarnings")
+    left, halvings = 1.0, 0
+    while left > LAST_PART:
+        part = min(0.5**halvings / steps, left)
+        if not _converges(integrator, target * part):
+            halvings += 1
+            if halvings > MAX_HALVINGS:
+                return False
+            continue
+        left -= part
+        halvings = max(halvings - 1, 0)
+        if contacts is not None:
+            contacts.after_step(part)
+        record()
+    return True
+
+
+def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
+    for algorithm in ALGORITHMS:
+        ops.algorithm(*algorithm)
+        ops.integrator(*integrator, increment)
+        if ops.analyze(1) == 0:
+            return True
+    return False
+
+
+def _along(node: int, direction: tuple[float, float]) -> float:
+    return float(ops.nodeDisp(node, 1) * direction[0] + ops.nodeDisp(node, 2) * direction[1])
+
+
+def _require_range(max_disp_m: float, steps: int) -> None:
+    if not 0.0 < max_disp_m <= MAX_DISPLACEMENT_M:
+        msg = f"max_disp_m must be within 0..{MAX_DISPLACEMENT_M:g}, got {max_disp_m:g}"
+        raise InputError(msg)
+    if not 2 <= steps <= MAX_STEPS:
+        msg = f"steps must be within 2..{MAX_STEPS}, got {steps}"
+        raise InputError(msg)

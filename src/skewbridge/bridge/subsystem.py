@@ -1,0 +1,102 @@
+"""One abutment with the deck end it supports, without the bridge: the paper's sub-structure."""
+
+from dataclasses import dataclass
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.abutment.arrays import LINK_NM_PER_RAD
+from skewbridge.bridge.abutment.parts import SideParts
+from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.handles import AbutmentHandle
+from skewbridge.bridge.model import build_contact_set, build_side, require_fresh_domain
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.tags import TagAllocator
+from skewbridge.contact import ContactSet
+from skewbridge.study.variant import Variant
+from skewbridge.units import G_MPS2, KN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbutmentModel:
+    """A right abutment under a connector node that stands for the deck.
+
+    Attributes:
+        handle: The abutment.
+        connector: Node at the deck's centroid; moves in plan, may turn in plan if asked.
+        mass_kg: Mass of the connector: dead-load reaction over gravity.
+        dead_load_n: Downward load on the connector.
+        contacts: Its contact units, or None.
+        parts: Masses and elements as built.
+        tags: Allocator.
+    """
+
+    handle: AbutmentHandle
+    connector: int
+    mass_kg: float
+    dead_load_n: float
+    contacts: ContactSet | None
+    parts: SideParts
+    tags: TagAllocator
+
+
+def dead_reaction_n(bridge: BridgeData) -> float:
+    """Return the dead-load reaction of one abutment of a continuous deck by hand.
+
+    0.375 w L of the end span over one interior support, 0.4 w L over more, half for a single
+    span, and the end diaphragm.
+    """
+    factor = {1: 0.5, 2: 0.375}.get(len(bridge.spans_m), 0.4)
+    line = bridge.deck.line_load_kn_per_m * KN
+    return factor * line * bridge.spans_m[-1] + bridge.deck.diaphragm_weight_kn * KN
+
+
+def build_abutment(
+    variant: Variant, options: ModelOptions, *, turns: bool = False
+) -> AbutmentModel:
+    """Build the right abutment of a variant in the open domain.
+
+    Args:
+        variant: Bridge, abutment model, skew, gap and friction.
+        options: Modelling choices.
+        turns: Whether the connector may rotate in plan (it then gets the rotational inertia of
+            its mass spread over the deck's width).
+    """
+    require_fresh_domain()
+    variant = variant.normalised()
+    bridge = load_bridge(variant.bridge)
+    tags = TagAllocator()
+    load_n = dead_reaction_n(bridge)
+    # ASSUME the deck's inertia at an abutment is that of the dead load it carries
+    mass_kg = load_n / G_MPS2
+    connector = tags.node()
+    ops.node(connector, bridge.length_m / 2, 0.0, bridge.deck.centroid_above_soffit_m)
+    _hold_rotation(connector, turns, tags)
+    spin = mass_kg * bridge.deck.width_m**2 / 12
+    ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, spin if turns else 0.0)
+    contacts = build_contact_set(variant, options, tags)
+    handle, parts, _ = build_side("right", connector, variant, bridge, options, tags, contacts)
+    return AbutmentModel(
+        handle=handle,
+        connector=connector,
+        mass_kg=mass_kg,
+        dead_load_n=load_n,
+        contacts=contacts,
+        parts=parts,
+        tags=tags,
+    )
+
+
+def _hold_rotation(connector: int, turns: bool, tags: TagAllocator) -> None:
+    """Hold the rotations of the connector by stiff springs.
+
+    Not by fixing: a retained node of a rigid link with single-point constraints of its own takes
+    every increment more than once under the Transformation handler (seen in OpenSees 3.8).
+    """
+    ground, element, stiff = tags.node(), tags.element(), tags.material()
+    ops.node(ground, *ops.nodeCoord(connector))
+    ops.fix(ground, 1, 1, 1, 1, 1, 1)
+    ops.uniaxialMaterial("Elastic", stiff, LINK_NM_PER_RAD)
+    held = (4, 5) if turns else (4, 5, 6)
+    ops.element(
+        "zeroLength", element, ground, connector, "-mat", *[stiff] * len(held), "-dir", *held
+    )
