@@ -76,10 +76,10 @@ class EffectSettings:
         seed: Of the record bootstrap.
     """
 
-    level: float = EFFECT_LEVEL
-    margin: float = MARGIN
-    replicates: int = 1999
-    seed: int = 20240501
+    level: float
+    margin: float
+    replicates: int
+    seed: int
 
 
 def verdict_of(ci_low: float, ci_high: float, margin: float = MARGIN) -> str:
@@ -100,7 +100,11 @@ def verdict_of(ci_low: float, ci_high: float, margin: float = MARGIN) -> str:
 def paired_effects(
     demands: pd.DataFrame,
     columns: Sequence[str] | None = None,
-    settings: EffectSettings | None = None,
+    *,
+    level: float = EFFECT_LEVEL,
+    margin: float = MARGIN,
+    bootstrap: int = 1999,
+    seed: int = 20240501,
 ) -> pd.DataFrame:
     """Return the paired ratios of demand along skew, gap and friction.
 
@@ -112,7 +116,10 @@ def paired_effects(
     Args:
         demands: Table in the contract of results/demands.parquet.
         columns: Demand columns; by default those of `DEFAULT_DEMANDS` that the table has.
-        settings: Level, margin, replicates, seed.
+        level: Confidence level; 0.90 makes ``negligible`` two one-sided tests at 5 %.
+        margin: Relative change that counts as negligible.
+        bootstrap: Replicates of the record bootstrap.
+        seed: Of the record bootstrap.
 
     Returns:
         Rows with the columns `EFFECT_COLUMNS`, per pair of variants and pooled over them.
@@ -120,7 +127,7 @@ def paired_effects(
     Raises:
         InputError: A column is missing, or a run occurs twice.
     """
-    options = settings or EffectSettings()
+    options = EffectSettings(level=level, margin=margin, replicates=bootstrap, seed=seed)
     names = [c for c in DEFAULT_DEMANDS if c in demands] if columns is None else list(columns)
     for column in (*KEY_COLUMNS, *names):
         if column not in demands.columns:

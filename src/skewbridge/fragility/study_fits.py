@@ -9,13 +9,14 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.fit import FragilityFit
+from skewbridge.fragility.bootstrap import DEFAULT_REPLICATES
+from skewbridge.fragility.fit import DEFAULT_LEVEL, FragilityFit
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.outcomes import COLLAPSE, VARIANT_COLUMNS, check_demands, outcomes_of
 from skewbridge.fragility.study_cloud import fit_variant_cloud
 from skewbridge.fragility.study_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.fragility.study_rows import curve_row
-from skewbridge.fragility.study_runs import FitSettings, Runs
+from skewbridge.fragility.study_runs import DEFAULT_SEED, FitSettings, Runs
 
 NOT_APPLICABLE: Final = "not_applicable"
 
@@ -24,7 +25,12 @@ def fit_study(
     demands: pd.DataFrame,
     limit_states: Sequence[LimitState],
     im_column: str,
-    settings: FitSettings | None = None,
+    *,
+    level: float = DEFAULT_LEVEL,
+    bootstrap: int = DEFAULT_REPLICATES,
+    seed: int = DEFAULT_SEED,
+    accept_bounds: bool = False,
+    assumed_beta: float = 0.4,
 ) -> pd.DataFrame:
     """Fit every variant and limit state of a demands table.
 
@@ -37,7 +43,11 @@ def fit_study(
         demands: Table in the contract of results/demands.parquet.
         limit_states: What to fit.
         im_column: Intensity measure, a column of the table, at the level of the run.
-        settings: Level, seed, policy.
+        level: Confidence level.
+        bootstrap: Replicates of the record bootstrap, used where motions repeat in a variant.
+        seed: Of the record bootstrap.
+        accept_bounds: Give a headline number though unknown outcomes move it by over 15 %.
+        assumed_beta: Dispersion for one-sided bounds where no run (or every run) exceeds.
 
     Returns:
         One row per (variant, component, limit state, method); columns in
@@ -47,7 +57,13 @@ def fit_study(
     Raises:
         InputError: A column is missing or a value is unusable; names row and column.
     """
-    options = settings or FitSettings()
+    options = FitSettings(
+        level=level,
+        seed=seed,
+        replicates=bootstrap,
+        accept_bounds=accept_bounds,
+        assumed_beta=assumed_beta,
+    )
     if not limit_states:
         msg = "no limit states to fit"
         raise InputError(msg)

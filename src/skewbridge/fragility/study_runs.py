@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.fragility.bootstrap import DEFAULT_REPLICATES
-from skewbridge.fragility.fit import DEFAULT_LEVEL, OK, FragilityFit
+from skewbridge.fragility.fit import OK, FragilityFit
 from skewbridge.fragility.links import FloatArray
 from skewbridge.fragility.outcomes import Outcomes
 
+DEFAULT_SEED: Final = 20240501
 MAX_UNKNOWN_SHARE: Final = 0.05
 MAX_BOUNDS_RATIO: Final = 1.15  # of the medians when unknown outcomes all, or none, exceed
 BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
@@ -29,11 +29,11 @@ class FitSettings:
         assumed_beta: Dispersion for one-sided bounds where no run (or every run) exceeds.
     """
 
-    level: float = DEFAULT_LEVEL
-    seed: int = 20240501
-    replicates: int = DEFAULT_REPLICATES
-    accept_bounds: bool = False
-    assumed_beta: float = 0.4
+    level: float
+    seed: int
+    replicates: int
+    accept_bounds: bool
+    assumed_beta: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
