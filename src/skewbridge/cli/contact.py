@@ -1,7 +1,94 @@
-"""Commands of the contact room."""
+"""Commands of the contact room: a unit process, the rigid skew deck, the verification studies."""
+
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
+
+from skewbridge.cli.output import (
+    EXIT_FAILED,
+    JsonOption,
+    clear_errors,
+    emit_json,
+    emit_table,
+    messages,
+)
+
+CaseArgument = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="The case file.")]
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
+    app.command("contact")(contact)
+    app.command("deck")(deck)
+    app.command("verify")(verify)
+
+
+@clear_errors
+def contact(
+    case: CaseArgument,
+    out: Annotated[Path, typer.Option(metavar="F.csv", help="Forces at the times of the path.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Drive one contact unit along a path of displacements and write its forces."""
+    from skewbridge.verification.contact_case import run_contact_case
+    from skewbridge.verification.unit_path import DrivenPathError
+
+    try:
+        summary = run_contact_case(case, out)
+    except DrivenPathError as error:
+        _stop(str(error), as_json=as_json)
+    _emit(summary, as_json=as_json)
+
+
+@clear_errors
+def deck(
+    case: CaseArgument,
+    out: Annotated[Path, typer.Option(metavar="F.parquet", help="Histories.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Run the rigid skew deck under a pulse or a record: OpenSees, penalty ODE or LCP."""
+    from skewbridge.verification.deck import DeckFailedError, run_deck_case
+
+    try:
+        summary = run_deck_case(case, out)
+    except DeckFailedError as error:
+        _stop(str(error), as_json=as_json)
+    _emit(summary, as_json=as_json)
+
+
+@clear_errors
+def verify(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME...]")] = None,
+    out: Annotated[Path, typer.Option(help="Folder of tables and figures.")] = Path(
+        "results/verification"
+    ),
+    as_json: JsonOption = False,
+) -> None:
+    """Repeat the studies of the paper against independent references."""
+    from skewbridge.verification.registry import run_studies
+
+    rows = run_studies(names or [], out, tell=messages.print)
+    if as_json:
+        emit_json(rows)
+    else:
+        emit_table(rows, title="Verification")
+    if not all(row["pass"] for row in rows):
+        raise typer.Exit(EXIT_FAILED)
+
+
+def _emit(summary: dict[str, Any], *, as_json: bool) -> None:
+    if as_json:
+        emit_json(summary)
+        return
+    flat: dict[str, Any] = {}
+    for key, value in summary.items():
+        flat |= value if isinstance(value, dict) else {key: value}
+    emit_table([{"quantity": key, "value": value} for key, value in flat.items()])
+
+
+def _stop(message: str, *, as_json: bool) -> None:
+    if as_json:
+        emit_json({"status": "failed", "message": message})
+    messages.print(f"failed: {message}", style="red", markup=False)
+    raise typer.Exit(EXIT_FAILED)

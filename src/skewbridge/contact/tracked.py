@@ -32,7 +32,7 @@ class TrackedUnit:
         *("kn", "kt", "friction", "cohesion", "dashpot", "drive", "account"),
         *("closed", "opening", "normal_n", "force_1", "force_2", "slip_1", "slip_2"),
         *("slip_speed", "approach_speed", "_dt", "_is_space", "_is_watched", "_gap_closing"),
-        *("_opening_before", "_e1", "_e2", "_e1_before", "_e2_before"),
+        *("_opening_before", "_e1", "_e2", "_step_1", "_step_2", "_bend_1", "_bend_2"),
         *("_stick_1", "_stick_2", "_slip_1_before", "_slip_2_before", "_b1", "_b2"),
     )
 
@@ -57,7 +57,7 @@ class TrackedUnit:
         self.closed = self._is_watched = False
         self.opening = self._opening_before = law.open_gap_m
         self.normal_n = self.force_1 = self.force_2 = 0.0
-        self._e1 = self._e2 = self._e1_before = self._e2_before = 0.0
+        self._e1 = self._e2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
         self._slip_1_before = self._slip_2_before = 0.0
         self._b1 = self._b2 = self._gap_closing = 0.0
@@ -97,11 +97,12 @@ class TrackedUnit:
         """Read the springs as they are and forget the motion that led there."""
         deformation, forces = ops.basicDeformation(self.element), ops.basicForce(self.element)
         self.opening = self._opening_before = self.gap_m + deformation[0]
-        self._e1 = self._e1_before = deformation[1]
+        self._e1 = deformation[1]
         self.normal_n, self.force_1 = -forces[0], forces[1]
         if self._is_space:
-            self._e2 = self._e2_before = deformation[2]
+            self._e2 = deformation[2]
             self.force_2 = forces[2]
+        self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
         self.closed = self._is_watched = self.opening < 0.0
         self.slip_1 = self._stick_1 = self._e1 - self.force_1 / self.kt
         self.slip_2 = self._stick_2 = self._e2 - self.force_2 / self.kt

@@ -16,6 +16,8 @@ from skewbridge.contact.tracked import TrackedUnit
 # Force read back against force expected, relative: the springs are evaluated in double precision,
 # and the largest loss is that of a small offset between large displacements.
 FORCE_ROUNDING: Final = 1e-6
+# Steps that differ by less are of one length: their difference is rounding of the times.
+SAME_STEP: Final = 1e-6
 
 _basic_deformation = ops.basicDeformation
 _basic_force = ops.basicForce
@@ -32,9 +34,17 @@ class ContactUnit(TrackedUnit):
         deformation = _basic_deformation(self.element)
         self._opening_before = self.opening
         self.opening = opening = self.gap_m + deformation[0]
-        self._e1_before, self._e1 = self._e1, deformation[1]
+        e1_before, self._e1 = self._e1, deformation[1]
         if self._is_space:
-            self._e2_before, self._e2 = self._e2, deformation[2]
+            e2_before, self._e2 = self._e2, deformation[2]
+            step_1, step_2 = self._e1 - e1_before, self._e2 - e2_before
+            if abs(dt_s - self._dt) < SAME_STEP * dt_s:
+                self._bend_1, self._bend_2 = step_1 - self._step_1, step_2 - self._step_2
+            else:
+                self._bend_1 = self._bend_2 = 0.0
+            self._step_1, self._step_2 = step_1, step_2
+        else:
+            self._step_1 = self._e1 - e1_before
         self._dt = dt_s
         if self._is_watched or opening < 0.0:
             return self._read_forces(dt_s)
@@ -81,7 +91,9 @@ class ContactUnit(TrackedUnit):
                 self.approach_speed = (self._opening_before - opening) / dt_s
         self._slip_1_before, self._slip_2_before = self.slip_1, self.slip_2
         self.slip_1, self.slip_2, self.force_1, self.force_2 = slip_1, slip_2, force_1, force_2
-        self.normal_n, self.closed, self._is_watched = normal, closed, closed
+        self.normal_n, self.closed = normal, closed
+        # A pair that has just opened still holds the friction of the step: look once more.
+        self._is_watched = closed or size > 0.0 or normal != 0.0
         self._move_stick_point(limit)
         return closed != was_closed
 
@@ -153,11 +165,18 @@ class ContactUnit(TrackedUnit):
             normal -= self.dashpot * (opening - self._opening_before) / self._dt
         limit = self.cohesion + self.friction * normal if normal > 0.0 else 0.0
         # While the pair is open the stick point goes along: only the part after closing counts.
-        share = ratio if opening <= 0.0 else ratio * predicted / (predicted - opening)
-        e1, e2 = self._e1, self._e2
-        offset_1 = e1 - self._stick_1 + share * (e1 - self._e1_before)
-        offset_2 = e2 - self._stick_2 + share * (e2 - self._e2_before)
-        return limit, offset_1, offset_2
+        offset_1, offset_2 = self._e1 - self._stick_1, self._e2 - self._stick_2
+        if opening > 0.0:
+            share = ratio * predicted / (predicted - opening)
+            return limit, offset_1 + share * self._step_1, offset_2 + share * self._step_2
+        # The direction of slip turns fastest where the speed is small: there the curvature of the
+        # path counts. Only the direction depends on it, so plane models do without.
+        bend = 0.5 * ratio * (ratio + 1.0)
+        return (
+            limit,
+            offset_1 + ratio * self._step_1 + bend * self._bend_1,
+            offset_2 + ratio * self._step_2 + bend * self._bend_2,
+        )
 
     def _update(self, bound_1: float, bound_2: float) -> None:
         if bound_1 != self._b1:

@@ -1,0 +1,158 @@
+"""Contact laws beyond Coulomb and the linear penalty, as drives of the declared parameters.
+
+Each law is a pure function and a `Drive` that applies it. A drive acts in the coming step, so it
+uses the opening and its rate predicted to the end of that step; the error is of second order in
+the time step while the contact lasts and of first order at its ends.
+"""
+
+from math import exp
+
+from skewbridge.contact.state import Drive, UnitState
+from skewbridge.errors import InputError
+
+
+def stribeck_friction(
+    slip_speed_mps: float,
+    *,
+    static: float,
+    kinetic: float,
+    stribeck_speed_mps: float,
+    viscous_s_per_m: float = 0.0,
+) -> float:
+    """Return the friction coefficient at a slip speed.
+
+    mu = kinetic + (static - kinetic) exp(-(v / v_s)^2) + viscous v.
+
+    References:
+        Armstrong-Helouvry, Dupont and Canudas de Wit (1994), Automatica 30.
+    """
+    fade = exp(-((slip_speed_mps / stribeck_speed_mps) ** 2))
+    return kinetic + (static - kinetic) * fade + viscous_s_per_m * slip_speed_mps
+
+
+def stribeck_drive(
+    *,
+    static: float,
+    kinetic: float,
+    stribeck_speed_mps: float,
+    viscous_s_per_m: float = 0.0,
+) -> Drive:
+    """Return a drive of the friction coefficient by the slip speed of the last step.
+
+    Raises:
+        InputError: The coefficients are not 0 <= kinetic <= static, or the speed is not positive.
+    """
+    if not 0.0 <= kinetic <= static:
+        msg = f"friction must be 0 <= kinetic <= static, got kinetic {kinetic}, static {static}"
+        raise InputError(msg)
+    _require_positive("stribeck_speed_mps", stribeck_speed_mps)
+
+    def friction(state: UnitState, time_s: float) -> dict[str, float]:
+        del time_s
+        value = stribeck_friction(
+            state.slip_speed_mps,
+            static=static,
+            kinetic=kinetic,
+            stribeck_speed_mps=stribeck_speed_mps,
+            viscous_s_per_m=viscous_s_per_m,
+        )
+        return {"friction": value}
+
+    return Drive(parameters=("friction",), function=friction)
+
+
+def power_law_drive(*, stiffness_n_per_m_p: float, exponent: float) -> Drive:
+    """Return a drive of the secant stiffness of F = k x^p; Hertz's sphere has p = 3/2.
+
+    Raises:
+        InputError: A value is not positive.
+    """
+    return hunt_crossley_drive(
+        stiffness_n_per_m_p=stiffness_n_per_m_p, exponent=exponent, damping=0.0
+    )
+
+
+def hunt_crossley_drive(*, stiffness_n_per_m_p: float, exponent: float, damping: float) -> Drive:
+    """Return a drive of the secant stiffness of F = k x^p (1 + d / v0 x'), clipped at zero.
+
+    Args:
+        stiffness_n_per_m_p: The stiffness k in N/m^p.
+        exponent: The exponent p.
+        damping: The damping d for the approach speed v0, of `hunt_crossley_damping`.
+
+    Raises:
+        InputError: A stiffness or exponent is not positive, or the damping is negative.
+    """
+    _require_positive("stiffness_n_per_m_p", stiffness_n_per_m_p)
+    _require_positive("exponent", exponent)
+    if damping < 0.0:
+        msg = f"damping must not be negative, got {damping}"
+        raise InputError(msg)
+
+    def secant(state: UnitState, time_s: float) -> dict[str, float]:
+        del time_s
+        penetration = -state.predicted_opening_m
+        if penetration <= 0.0:
+            return {"kn_n_per_m": 0.0}
+        rate = -state.opening_rate_mps
+        approach = state.approach_speed_mps if state.is_closed else rate
+        growth = 1.0 + damping * rate / approach if damping and approach > 0.0 else 1.0
+        stiffness = stiffness_n_per_m_p * penetration ** (exponent - 1.0)
+        return {"kn_n_per_m": stiffness * max(0.0, growth)}
+
+    return Drive(parameters=("kn_n_per_m",), function=secant)
+
+
+def approach_stiffness_drive(
+    *, kn_n_per_m: float, reference_speed_mps: float, exponent: float
+) -> Drive:
+    """Return a drive Kn = k (v / v_ref)^q, v the speed at which the pair approaches.
+
+    The stiffness is set while the pair is open and kept until it opens again.
+
+    Raises:
+        InputError: The stiffness or the reference speed is not positive.
+    """
+    _require_positive("kn_n_per_m", kn_n_per_m)
+    _require_positive("reference_speed_mps", reference_speed_mps)
+
+    def stiffness(state: UnitState, time_s: float) -> dict[str, float]:
+        del time_s
+        approach = -state.opening_rate_mps
+        if state.is_closed or approach <= 0.0:
+            return {}
+        return {"kn_n_per_m": kn_n_per_m * (approach / reference_speed_mps) ** exponent}
+
+    return Drive(parameters=("kn_n_per_m",), function=stiffness)
+
+
+def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
+    """Return a drive of a dashpot beside the normal spring that acts in compression only.
+
+    In the step in which the pair closes, the dashpot acts with the part of the step after
+    closing; it is switched off before the sum of spring and dashpot would pull.
+
+    Raises:
+        InputError: The stiffness is not positive or the dashpot negative.
+    """
+    _require_positive("kn_n_per_m", kn_n_per_m)
+    if dashpot_n_s_per_m < 0.0:
+        msg = f"dashpot_n_s_per_m must not be negative, got {dashpot_n_s_per_m}"
+        raise InputError(msg)
+
+    def dashpot(state: UnitState, time_s: float) -> dict[str, float]:
+        del time_s
+        predicted, rate = state.predicted_opening_m, state.opening_rate_mps
+        if predicted >= 0.0 or kn_n_per_m * predicted + dashpot_n_s_per_m * rate >= 0.0:
+            return {"dashpot_n_s_per_m": 0.0}
+        opening = state.opening_m
+        share = 1.0 if opening <= 0.0 else predicted / (predicted - opening)
+        return {"dashpot_n_s_per_m": share * dashpot_n_s_per_m}
+
+    return Drive(parameters=("dashpot_n_s_per_m",), function=dashpot)
+
+
+def _require_positive(field: str, value: float) -> None:
+    if not value > 0.0:
+        msg = f"{field} must be positive, got {value}"
+        raise InputError(msg)
