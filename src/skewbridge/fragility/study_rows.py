@@ -59,6 +59,7 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "demand": "demand column",
     "threshold": "median capacity, in the unit of the demand column",
     "capacity_dispersion": "dispersion of the capacity",
+    "collapse_rule": "exceeds | peak: whether a collapsed run exceeds by definition",
     "citation": "source of the capacity",
 }
 
@@ -126,6 +127,7 @@ def curve_row(
         "demand": state.demand,
         "threshold": state.threshold,
         "capacity_dispersion": state.dispersion,
+        "collapse_rule": state.collapse,
         "citation": state.citation,
     }
     for name in ("exclude", "all_exceed", "none_exceed"):

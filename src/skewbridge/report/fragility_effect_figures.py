@@ -1,0 +1,151 @@
+"""Figures of the paired effects: the verdict map and the ratios with their intervals."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+
+from skewbridge.fragility.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
+from skewbridge.report.fragility_style import STYLE, label, note
+
+_VERDICT_COLOURS: Final = {
+    NEGLIGIBLE: "#cfe3f5",
+    UNDECIDED: "#f2f2f2",
+    MATTERS: "#f2a65a",
+}
+_VERDICT_TEXT: Final = {
+    NEGLIGIBLE: f"negligible (within ±{100 * MARGIN:g} %)",
+    MATTERS: f"matters (beyond ±{100 * MARGIN:g} %)",
+    UNDECIDED: "undecided",
+}
+
+
+def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
+    """Draw for every demand and variant whether the axis matters, with the paired ratio.
+
+    Args:
+        effects: Table of `skewbridge.fragility.effects.paired_effects`.
+        axis: ``friction`` (default), ``gap_mm`` or ``skew_deg``.
+    """
+    table = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
+    others = [name for name in ("skew_deg", "gap_mm", "friction") if name != axis]
+    keys = ["bridge", "abutment", *others, "from_value", "to_value"]
+    columns = table[keys].drop_duplicates().sort_values(keys).reset_index(drop=True)
+    rows = list(dict.fromkeys(table["demand"]))
+    found = table.set_index([*keys, "demand"])
+    with mpl.rc_context(STYLE | {"axes.grid": False}):
+        width = 2.6 + 0.72 * len(columns)
+        figure = Figure(figsize=(max(width, 5.0), 1.9 + 0.3 * len(rows)), layout="constrained")
+        axes = figure.subplots()
+        for x, key in enumerate(columns.itertuples(index=False, name=None)):
+            for y, demand in enumerate(rows):
+                _verdict_cell(axes, x, y, found.loc[(*key, demand)])
+        axes.set_xlim(-0.5, len(columns) - 0.5)
+        axes.set_ylim(len(rows) - 0.5, -0.5)
+        axes.set_yticks(range(len(rows)), [label(name) for name in rows])
+        axes.set_xticks(range(len(columns)), _column_labels(columns, others))
+        axes.tick_params(length=0)
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        axes.set_title(_map_title(columns, axis), loc="left", fontsize=10)
+        handles = [
+            Patch(facecolor=_VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text)
+            for name, text in _VERDICT_TEXT.items()
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    return figure
+
+
+def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
+    """Draw the paired ratios of every demand with their intervals against the margin.
+
+    Args:
+        effects: Table of `skewbridge.fragility.effects.paired_effects`.
+        axis: ``friction``, ``gap_mm`` or ``skew_deg``.
+    """
+    table = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")].dropna(
+        subset=["ratio"]
+    )
+    if table.empty:
+        return note(f"No pair of variants differs in {axis} only")
+    demands = list(dict.fromkeys(table["demand"]))
+    hue = "skew_deg" if axis != "skew_deg" else "to_value"
+    values = sorted(table[hue].unique())
+    palette = dict(zip(values, sns.color_palette("viridis", len(values) + 1), strict=False))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.2, 1.4 + 0.42 * len(demands)), layout="constrained")
+        axes = figure.subplots()
+        axes.axvspan(1 - MARGIN, 1 + MARGIN, color="#cfe3f5", zorder=0)
+        axes.axvline(1.0, color="#777777", linewidth=0.8)
+        for y, demand in enumerate(demands):
+            part = table[table["demand"] == demand].sort_values([hue, "gap_mm"])
+            offsets = np.linspace(-0.32, 0.32, len(part)) if len(part) > 1 else [0.0]
+            for offset, item in zip(offsets, part.to_dict("records"), strict=True):
+                colour = palette[item[hue]]
+                axes.plot([item["ci_low"], item["ci_high"]], [y + offset] * 2, color=colour, lw=1.4)
+                axes.plot(item["ratio"], y + offset, "o", color=colour, ms=3.2)
+        axes.set_yticks(range(len(demands)), [label(name) for name in demands])
+        axes.set_ylim(len(demands) - 0.5, -0.5)
+        axes.grid(axis="y", visible=False)
+        start = table["from_value"].iloc[0]
+        ends = ", ".join(f"{value:g}" for value in sorted(table["to_value"].unique()))
+        level = 100 * float(table["level"].iloc[0])
+        axes.set_xlabel(f"Demand at {label(axis).lower()} {ends} over demand at {start:g}")
+        axes.set_title(
+            f"Same motions, geometric mean and {level:g} % interval", loc="left", fontsize=9
+        )
+        handles = [Line2D([], [], marker="o", color=palette[v], label=f"{v:g}") for v in values]
+        name = label(axis if hue == "to_value" else hue)
+        axes.legend(handles=handles, title=name, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return figure
+
+
+def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
+    axes.add_patch(
+        Rectangle(
+            (x - 0.48, y - 0.46),
+            0.96,
+            0.92,
+            facecolor=_VERDICT_COLOURS[str(item["verdict"])],
+            edgecolor="white",
+        )
+    )
+    ratio = float(item["ratio"])
+    percent = 100.0 * (ratio - 1.0)
+    text = "–"
+    if np.isfinite(percent):
+        # adding zero turns a rounded -0.0 into 0.0
+        text = (
+            f"{round(percent) + 0:+.0f} %"
+            if abs(percent) > 9.5
+            else f"{round(percent, 1) + 0:+.1f} %"
+        )
+    bold = "bold" if item["verdict"] == MATTERS else "normal"
+    axes.text(x, y, text, ha="center", va="center", fontsize=7.5, fontweight=bold)
+
+
+def _column_labels(columns: pd.DataFrame, others: Sequence[str]) -> list[str]:
+    out: list[str] = []
+    form = {"skew_deg": "{:g}°", "gap_mm": "{:g} mm", "friction": "μ {:g}"}
+    several = columns["to_value"].nunique() > 1
+    for item in columns.to_dict("records"):
+        lines = [form[name].format(item[name]) for name in others]
+        if several:
+            lines.append(f"→ {item['to_value']:g}")
+        if columns["bridge"].nunique() > 1:
+            lines.append(str(item["bridge"]))
+        out.append("\n".join(lines))
+    return out
+
+
+def _map_title(columns: pd.DataFrame, axis: str) -> str:
+    ends = ", ".join(f"{value:g}" for value in sorted(columns["to_value"].unique()))
+    starts = ", ".join(f"{value:g}" for value in sorted(columns["from_value"].unique()))
+    return f"Change of demand, {label(axis).lower()} {starts} to {ends}, same motions"
