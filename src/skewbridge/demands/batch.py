@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from joblib import Parallel, delayed
 
+from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
 from skewbridge.bridge.catalogue import load_bridge
@@ -151,20 +152,25 @@ def analyse_row(task: Task, log_folder: Path, owner_pid: int) -> Row:
         logger.exception("%s under %s", task.variant.slug, task.motion.motion.motion_id)
         outcome = _no_result("crash", f"{type(error).__name__}: {error}")
     else:
-        outcome = {
-            **result.demands,
-            "status": result.status,
-            "collapse_criterion": result.collapse_criterion or "; ".join(result.messages),
-            "time_reached_s": result.time_reached_s,
-            "duration_s": result.duration_s,
-            "recovery_rung": result.recovery_rung,
-            "substeps": result.substeps,
-        }
+        outcome = outcome_of(result)
     return {
-        **_identity(task),
+        **identity_of(task),
         **outcome,
         "wall_s": time.perf_counter() - wall_s,
         "cpu_s": time.process_time() - cpu_s,
+    }
+
+
+def outcome_of(result: AnalysisResult) -> Row:
+    """Return the columns of a row that an analysis gives: demands and what became of it."""
+    return {
+        **result.demands,
+        "status": result.status,
+        "collapse_criterion": result.collapse_criterion or "; ".join(result.messages),
+        "time_reached_s": result.time_reached_s,
+        "duration_s": result.duration_s,
+        "recovery_rung": result.recovery_rung,
+        "substeps": result.substeps,
     }
 
 
@@ -181,10 +187,11 @@ def _alone(task: Task, log_folder: Path) -> Row:
         return next(_stream([task], 2, log_folder))
     except BrokenProcessPool:
         crash = _no_result("crash", "the worker process died")
-        return {**_identity(task), **crash, "wall_s": math.nan, "cpu_s": math.nan}
+        return {**identity_of(task), **crash, "wall_s": math.nan, "cpu_s": math.nan}
 
 
-def _identity(task: Task) -> Row:
+def identity_of(task: Task) -> Row:
+    """Return the columns of a row that are known before the analysis."""
     motion = task.motion
     return {
         **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
