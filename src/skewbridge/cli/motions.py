@@ -1,7 +1,237 @@
 """Commands of the motions room."""
 
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
 import typer
+
+from skewbridge.cli.output import (
+    EXIT_BAD_INPUT,
+    JsonOption,
+    clear_errors,
+    emit_json,
+    emit_table,
+    messages,
+)
+from skewbridge.errors import InputError
+
+if TYPE_CHECKING:
+    from skewbridge.motions.formats.trace import Given
+
+Files = Annotated[list[Path], typer.Argument(help="Component files.")]
+DtOption = Annotated[float | None, typer.Option("--dt-s", help="Time step for files without one.")]
+UnitOption = Annotated[
+    str | None, typer.Option("--unit", help="g, cm/s2 or m/s2, for files without one.")
+]
+OutOption = Annotated[Path, typer.Option("--out", help="Folder to write to.")]
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
+    group = typer.Typer(
+        no_args_is_help=True, help="Read, check, measure, draw and make ground motions."
+    )
+    group.command("check")(check)
+    group.command("im")(im)
+    group.command("plot")(plot)
+    group.command("synthesize")(synthesize)
+    group.command("default-suite")(default_suite)
+    app.add_typer(group, name="motions")
+
+
+@clear_errors
+def check(
+    paths: Annotated[list[Path], typer.Argument(help="Files, or folders with motions.")],
+    dt_s: DtOption = None,
+    unit: UnitOption = None,
+    *,
+    strict: Annotated[bool, typer.Option("--strict", help="Make errors of warnings.")] = False,
+    write: Annotated[
+        bool, typer.Option("--write", help="Write (or bring up to date) the index of each folder.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Read motion files and say what is wrong or doubtful; exit 2 if any can't be used."""
+    from skewbridge.motions.check import check_paths, write_folder_index
+
+    if write:
+        for folder in paths:
+            if folder.is_dir():
+                messages.print(f"wrote {write_folder_index(folder)}", markup=False)
+    checks = check_paths(paths, _given(dt_s, unit), strict=strict)
+    if as_json:
+        emit_json({"files": [asdict(item) for item in checks]})
+    else:
+        emit_table(
+            [
+                {
+                    "file": Path(item.file).name,
+                    "verdict": item.verdict,
+                    "format": item.format or "",
+                    "dt (s)": item.dt_s or "",
+                    "values": item.npts or "",
+                    "PGA (g)": item.pga_g or "",
+                    "messages": "; ".join(item.messages),
+                }
+                for item in checks
+            ]
+        )
+    if not all(item.passes for item in checks):
+        raise typer.Exit(EXIT_BAD_INPUT)
+
+
+@clear_errors
+def im(
+    files: Files,
+    t1_s: Annotated[
+        float | None, typer.Option("--t1-s", help="Conditioning period, for Sa(T1) and Sa_avg.")
+    ] = None,
+    period_s: Annotated[
+        list[float] | None, typer.Option("--period-s", help="Periods of the spectra.")
+    ] = None,
+    dt_s: DtOption = None,
+    unit: UnitOption = None,
+    *,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure the intensity of a pair of components, or of one."""
+    from skewbridge.motions.summary import component_summary, pair_summary
+
+    if len(files) == 2:
+        answer = pair_summary(files[0], files[1], _given(dt_s, unit), t1_s, period_s)
+    elif len(files) == 1:
+        answer = component_summary(files[0], _given(dt_s, unit), period_s)
+    else:
+        msg = f"motions im takes one or two files, got {len(files)}"
+        raise InputError(msg)
+    for message in answer.pop("messages"):
+        messages.print(message, markup=False)
+    if as_json:
+        emit_json(answer)
+    else:
+        emit_table(
+            [{"measure": key, "value": value} for key, value in answer.items()
+             if not isinstance(value, list)]
+        )  # fmt: skip
+
+
+@clear_errors
+def plot(
+    files: Files,
+    out: OutOption,
+    dt_s: DtOption = None,
+    unit: UnitOption = None,
+    *,
+    as_json: JsonOption = False,
+) -> None:
+    """Draw the page of a record: histories, Arias build-up, spectra (PNG)."""
+    from skewbridge.motions.summary import read_components
+    from skewbridge.report.motion_figures import record_page
+
+    if len(files) > 2:
+        msg = f"motions plot takes one or two files, got {len(files)}"
+        raise InputError(msg)
+    name, step_s, components = read_components(files, _given(dt_s, unit))
+    path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        record_page(name, step_s, components).savefig(path, dpi=150)
+    except OSError as error:
+        msg = f"{path} can't be written: {error}"
+        raise InputError(msg, file=str(path)) from error
+    emit_json({"file": str(path)}) if as_json else messages.print(f"wrote {path}", markup=False)
+
+
+@clear_errors
+def synthesize(
+    magnitude: Annotated[float, typer.Option("--magnitude", help="Moment magnitude, 6.5 to 7.9.")],
+    distance_km: Annotated[float, typer.Option("--distance-km", help="Closest distance, to 31.")],
+    vs30_mps: Annotated[float, typer.Option("--vs30-mps", help="Site stiffness.")],
+    out: OutOption,
+    count: Annotated[int, typer.Option("--count", help="Number of pairs.")] = 40,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the suite.")] = 1,
+    mechanism: Annotated[str, typer.Option(help="strike_slip or reverse.")] = "strike_slip",
+    ztor_km: Annotated[float, typer.Option(help="Depth to the top of the rupture.")] = 0.0,
+    pulse: Annotated[str, typer.Option(help="none, all or probability.")] = "none",
+    rupture_to_site_km: Annotated[
+        float, typer.Option(help="Rupture length towards the site, for pulses.")
+    ] = 20.0,
+    calibrate: Annotated[str, typer.Option(help="bssa14 or none.")] = "bssa14",
+    orientation: Annotated[str, typer.Option(help="random or principal.")] = "random",
+    shaking_s: Annotated[
+        float | None, typer.Option("--shaking-s", help="Keep the strongest part of this length.")
+    ] = None,
+    free_vibration_s: Annotated[float, typer.Option(help="Zeros added at the end.")] = 0.0,
+    *,
+    as_json: JsonOption = False,
+) -> None:
+    """Make pairs of motions by the model of Dabaghi and Der Kiureghian (2018)."""
+    from skewbridge.motions.synthesis.generate import SynthesisOptions
+    from skewbridge.motions.synthesis.scenario import Scenario
+    from skewbridge.motions.synthesis.suite import write_synthetic_suite
+
+    scenario = Scenario(
+        magnitude=magnitude,
+        distance_km=distance_km,
+        vs30_mps=vs30_mps,
+        mechanism=mechanism,  # pyright: ignore[reportArgumentType] - checked by Scenario
+        ztor_km=ztor_km,
+        rupture_to_site_km=rupture_to_site_km,
+        pulse=pulse,  # pyright: ignore[reportArgumentType]
+    )
+    options = SynthesisOptions(
+        calibrate=calibrate,  # pyright: ignore[reportArgumentType]
+        orientation=orientation,  # pyright: ignore[reportArgumentType]
+    )
+    index = write_synthetic_suite(
+        out,
+        scenario,
+        count=count,
+        seed=seed,
+        options=options,
+        shaking_s=shaking_s,
+        free_vibration_s=free_vibration_s,
+    )
+    if as_json:
+        emit_json({"count": count, "index": str(index)})
+    else:
+        messages.print(f"wrote {count} pairs and {index}", markup=False)
+
+
+@clear_errors
+def default_suite(
+    out: OutOption,
+    t1_s: Annotated[
+        float | None, typer.Option("--t1-s", help="Conditioning period; that of osb1 if not given.")
+    ] = None,
+    *,
+    as_json: JsonOption = False,
+) -> None:
+    """Write the suite of the default study again, with its scale factors."""
+    import numpy as np
+
+    from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.motions.synthesis.embedded import write_default_suite
+
+    period_s = load_bridge("osb1").t1_s if t1_s is None else t1_s
+    effects = write_default_suite(out, period_s)
+    rows = [
+        {
+            "left by the cut": name,
+            "lowest": min(effect[name] for effect in effects),
+            "geometric mean": float(np.exp(np.mean(np.log([e[name] for e in effects])))),
+            "highest": max(effect[name] for effect in effects),
+        }
+        for name in effects[0]
+    ]
+    if as_json:
+        emit_json({"count": len(effects), "t1_s": period_s, "cut": rows})
+    else:
+        emit_table(rows, title=f"{len(effects)} motions, T1 = {period_s:g} s")
+
+
+def _given(dt_s: float | None, unit: str | None) -> "Given":
+    from skewbridge.motions.formats.trace import Given
+
+    return Given(dt_s=dt_s, unit=unit)

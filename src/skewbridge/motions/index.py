@@ -87,7 +87,10 @@ def list_motions(folder: Path) -> list[IndexEntry]:
 
 
 def motion_files(folder: Path) -> list[Path]:
-    """Return the files of a folder that look like motions, sorted by name."""
+    """Return the files of a folder that look like motions, sorted by name.
+
+    Velocities and displacements of a PEER download (`.VT2`, `.DT2`) are not motions.
+    """
     return [
         path
         for path in sorted(folder.iterdir())

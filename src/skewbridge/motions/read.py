@@ -9,7 +9,7 @@ import numpy as np
 
 from skewbridge.errors import InputError
 from skewbridge.motions.examine import doubts, refuse_impossible
-from skewbridge.motions.formats import peer_at2, values
+from skewbridge.motions.formats import csmip_v2, knet, peer_at2, two_column, values
 from skewbridge.motions.formats.trace import Given, Trace
 from skewbridge.motions.pairing import motion_name
 from skewbridge.motions.record import GroundMotion
@@ -32,7 +32,7 @@ class Format(Protocol):
 
 
 # The first that recognises a file reads it.
-FORMATS: Final = (peer_at2, values)
+FORMATS: Final = (knet, csmip_v2, peer_at2, two_column, values)
 
 _FOREIGN: Final = (
     (b"PK\x03\x04", "a zip archive: unpack it first"),

@@ -32,8 +32,14 @@ _UNITS = (
     (re.compile(r"\bCM/S(EC)?(\*\*2|\^2|2|/S(EC)?)", re.IGNORECASE), "cm/s2"),
     (re.compile(r"\bM/S(EC)?(\*\*2|\^2|2|/S(EC)?)", re.IGNORECASE), "m/s2"),
 )
-_TITLE = re.compile(
-    r"(?P<event>[^,]+),\s*(?P<date>[\d/ ]+),\s*(?P<station>.*),\s*(?P<azimuth>-?\d{1,3}|[A-Z]{1,3})"
+_TITLES = (
+    re.compile(
+        r"(?P<event>[^,]+),\s*[\d/ ]+,\s*(?P<station>.*),\s*(?P<azimuth>-?\d{1,3}|[A-Z]{1,3})"
+    ),
+    # the older database: EVENT 5/19/40 0439, STATION, 180 (USGS STATION 117)
+    re.compile(
+        r"(?P<event>[^,]+?)\s+\d+/\d+/\d+[^,]*,\s*(?P<station>.*),\s*(?P<azimuth>\d{1,3})\b.*"
+    ),
 )
 _FOOTER = re.compile(r"^\s*\*+\s*end\b", re.IGNORECASE)
 
@@ -126,6 +132,11 @@ def _refuse_cut_number(data: list[str], path: Path) -> None:
 def _title(header: list[str]) -> tuple[str, str, float]:
     """Return event, station and azimuth of `EVENT, 1/17/1994, STATION, 90`, where so written."""
     for line in header[:3]:
-        if match := _TITLE.fullmatch(line.strip()):
-            return match["event"].strip(), match["station"].strip(), azimuth_deg(match["azimuth"])
+        for pattern in _TITLES:
+            if match := pattern.fullmatch(line.strip()):
+                return (
+                    match["event"].strip(),
+                    match["station"].strip(),
+                    azimuth_deg(match["azimuth"]),
+                )
     return "", "", float("nan")

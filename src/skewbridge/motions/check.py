@@ -1,0 +1,221 @@
+"""Look at motion files before they are used: one verdict a file, and an index on request."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, Literal
+
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.motions.examine import peak_g
+from skewbridge.motions.formats.trace import DtMissingError, Given, Trace
+from skewbridge.motions.index import INDEX_NAME, list_motions, motion_files
+from skewbridge.motions.pairing import is_vertical, split_name
+from skewbridge.motions.read import join_traces, read_trace
+from skewbridge.motions.suite import read_entry
+from skewbridge.motions.write import write_index
+
+type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
+_PASSING: Final = frozenset({"ok", "warn"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FileCheck:
+    """What was found out about one file.
+
+    Attributes:
+        file: Path as given.
+        verdict: ``ok``, ``warn`` (usable, but doubtful), ``error`` (unusable), ``needs_dt``
+            (values only: the time step must be given) or ``pair_error`` (does not go with its
+            other component).
+        format: Name of the format, None if not read.
+        dt_s: Time step.
+        npts: Number of values.
+        pga_g: Largest absolute acceleration.
+        messages: In words.
+    """
+
+    file: str
+    verdict: Verdict
+    format: str | None = None
+    dt_s: float | None = None
+    npts: int | None = None
+    pga_g: float | None = None
+    messages: tuple[str, ...] = ()
+
+    @property
+    def passes(self) -> bool:
+        """Whether the file can be used."""
+        return self.verdict in _PASSING
+
+
+def check_paths(
+    paths: list[Path], given: Given | None = None, *, strict: bool = False
+) -> list[FileCheck]:
+    """Check files and folders; files that belong together by name are checked as pairs too.
+
+    Args:
+        paths: Files or folders. A folder with an `index.csv` is held against it.
+        given: Time step and unit for files without.
+        strict: Make errors of warnings.
+
+    Raises:
+        InputError: A path that does not exist, or an index that can't be read.
+    """
+    checks: list[FileCheck] = []
+    loose: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            if (path / INDEX_NAME).is_file():
+                checks.extend(_check_index(path, strict=strict))
+            else:
+                checks.extend(_note_lone(_check_files(_files_of(path), given, strict=strict)))
+        elif path.exists():
+            loose.append(path)
+        else:
+            msg = f"{path} does not exist"
+            raise InputError(msg, file=str(path))
+    return checks + _check_files(loose, given, strict=strict)
+
+
+def write_folder_index(folder: Path) -> Path:
+    """Write the `index.csv` of a folder, or bring the digests of an existing one up to date.
+
+    Raises:
+        InputError: A motion that can't be read, an unpaired file.
+    """
+    index = folder / INDEX_NAME
+    if index.is_file():
+        table = pd.read_csv(index, dtype=str, keep_default_na=False)
+        known = {str(row["motion_id"]): dict(row) for _, row in table.iterrows()}
+    else:
+        known = {}
+    rows: list[dict[str, object]] = []
+    for entry in list_motions(folder):
+        motion = read_entry(replace(entry, sha256=""))
+        rows.append(
+            {
+                "motion_id": entry.motion_id,
+                "file_1": entry.file_1.relative_to(folder).as_posix(),
+                "file_2": entry.file_2.relative_to(folder).as_posix(),
+                "event": motion.event,
+                "station": motion.station,
+                "azimuth_1_deg": motion.azimuth_1_deg,
+                "azimuth_2_deg": motion.azimuth_2_deg,
+                "dt_s": motion.dt_s,
+                **{k: v for k, v in known.get(entry.motion_id, {}).items() if v},
+                "npts": motion.npts,
+                "sha256": motion.sha256,
+            }
+        )
+    write_index(index, rows)
+    return index
+
+
+def _files_of(folder: Path) -> list[Path]:
+    files = motion_files(folder)
+    if not files:
+        msg = f"no motions in {folder}"
+        raise InputError(msg, folder=str(folder))
+    # A velocity or displacement that lies beside its acceleration is no mistake.
+    stems = {path.stem.lower() for path in files}
+    stray = [
+        path
+        for path in sorted(folder.iterdir())
+        if path.suffix.lower() in {".vt2", ".dt2"} and path.stem.lower() not in stems
+    ]
+    return sorted([*files, *stray])
+
+
+def _check_files(paths: list[Path], given: Given | None, *, strict: bool) -> list[FileCheck]:
+    checks: dict[Path, FileCheck] = {}
+    traces: dict[Path, Trace] = {}
+    for path in paths:
+        try:
+            trace = read_trace(path, given)
+        except DtMissingError as error:
+            checks[path] = FileCheck(file=str(path), verdict="needs_dt", messages=(str(error),))
+        except InputError as error:
+            checks[path] = FileCheck(file=str(path), verdict="error", messages=(str(error),))
+        else:
+            traces[path] = trace
+            checks[path] = _check_of(trace, strict=strict)
+    for first, second in _pairs(list(traces), explicit=len(paths) == 2):
+        try:
+            motion = join_traces(traces[first], traces[second], motion_id=split_name(first)[0])
+        except InputError as error:
+            checks[second] = _with(checks[second], str(error), "pair_error")
+        else:
+            for message in motion.messages[len(_own(traces[first])) + len(_own(traces[second])) :]:
+                checks[first] = _with(checks[first], f"with {second.name}: {message}")
+                checks[second] = _with(checks[second], f"with {first.name}: {message}")
+    return list(checks.values())
+
+
+def _note_lone(checks: list[FileCheck]) -> list[FileCheck]:
+    """Say of each file of a folder that a study would find no partner for it."""
+    count = Counter(split_name(Path(check.file))[0] for check in checks)
+    return [
+        check
+        if count[split_name(Path(check.file))[0]] == 2 or is_vertical(Path(check.file))
+        else _with(check, "no second component found by its name: a study needs pairs")
+        for check in checks
+    ]
+
+
+def _check_of(trace: Trace, *, strict: bool) -> FileCheck:
+    doubtful: Verdict = "error" if strict else "warn"
+    return FileCheck(
+        file=str(trace.path),
+        verdict=doubtful if trace.warnings else "ok",
+        format=trace.format,
+        dt_s=trace.dt_s,
+        npts=int(trace.accel_mps2.size),
+        pga_g=peak_g(trace.accel_mps2),
+        messages=_own(trace),
+    )
+
+
+def _own(trace: Trace) -> tuple[str, ...]:
+    return (*trace.warnings, *trace.notes)
+
+
+def _with(check: FileCheck, message: str, verdict: Verdict | None = None) -> FileCheck:
+    return replace(check, verdict=verdict or check.verdict, messages=(*check.messages, message))
+
+
+def _pairs(paths: list[Path], *, explicit: bool) -> list[tuple[Path, Path]]:
+    """Return the pairs among some readable files: two files given alone are a pair in any case.
+
+    A second component (`_h2`) without a first of its own name is held against the `_h1` before it.
+    """
+    if explicit and len(paths) == 2:
+        return [(min(paths), max(paths))]
+    horizontal = [path for path in paths if not is_vertical(path)]
+    groups: dict[tuple[Path, str], list[Path]] = {}
+    for path in horizontal:
+        groups.setdefault((path.parent, split_name(path)[0]), []).append(path)
+    found = [(files[0], files[1]) for files in groups.values() if len(files) == 2]
+    paired = {path for pair in found for path in pair}
+    last_first: Path | None = None
+    for path in horizontal:
+        ending = split_name(path)[1]
+        if ending == "h1":
+            last_first = path
+        elif ending == "h2" and path not in paired and last_first is not None:
+            found.append((last_first, path))
+    return found
+
+
+def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
+    checks: list[FileCheck] = []
+    for entry in list_motions(folder):
+        pair = _check_files([entry.file_1, entry.file_2], entry.given, strict=strict)
+        if all(check.passes for check in pair):
+            try:
+                read_entry(entry)
+            except InputError as error:
+                pair = [_with(check, str(error), "error") for check in pair]
+        checks.extend(pair)
+    return checks

@@ -1,0 +1,85 @@
+"""What the command line says of one motion: its measures and spectra under stable names."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.motions.examine import peak_g
+from skewbridge.motions.formats.trace import Given
+from skewbridge.motions.intensity import component_measures, housner_intensity, motion_measures
+from skewbridge.motions.read import read_motion, read_trace
+from skewbridge.motions.spectrum import component_psa, pair_psa
+from skewbridge.units import G_MPS2
+
+SPECTRUM_PERIODS_S: Final = (
+    0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0,
+    4.0, 5.0, 7.5, 10.0,
+)  # fmt: skip
+
+
+def pair_summary(
+    first: Path,
+    second: Path,
+    given: Given,
+    t1_s: float | None,
+    periods_s: list[float] | None = None,
+) -> dict[str, Any]:
+    """Return the measures and spectra of a pair of files, and what the reader noticed."""
+    motion = read_motion(first, second, given)
+    periods = periods_s or list(SPECTRUM_PERIODS_S)
+    spectra = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, periods)
+    components = (motion.accel_1_mps2, motion.accel_2_mps2)
+    return {
+        **motion_measures(motion, t1_s),
+        "pga_h1_g": peak_g(components[0]),
+        "pga_h2_g": peak_g(components[1]),
+        "housner_h1_m": housner_intensity(components[0], motion.dt_s),
+        "housner_h2_m": housner_intensity(components[1], motion.dt_s),
+        "dt_s": motion.dt_s,
+        "npts": motion.npts,
+        "periods_s": periods,
+        "psa_rotd50_g": (spectra.rotd50_mps2 / G_MPS2).tolist(),
+        "psa_rotd100_g": (spectra.rotd100_mps2 / G_MPS2).tolist(),
+        "psa_h1_g": (spectra.psa_1_mps2 / G_MPS2).tolist(),
+        "psa_h2_g": (spectra.psa_2_mps2 / G_MPS2).tolist(),
+        "messages": list(motion.messages),
+    }
+
+
+def component_summary(
+    path: Path, given: Given, periods_s: list[float] | None = None
+) -> dict[str, Any]:
+    """Return the measures and the spectrum of one file, and what the reader noticed."""
+    trace = read_trace(path, given)
+    periods = periods_s or list(SPECTRUM_PERIODS_S)
+    psa_mps2 = component_psa(trace.accel_mps2, trace.dt_s, periods)
+    measures = component_measures(trace.accel_mps2, trace.dt_s)
+    return {
+        **{_with_component(name): value for name, value in measures.items()},
+        "dt_s": trace.dt_s,
+        "npts": int(trace.accel_mps2.size),
+        "periods_s": periods,
+        "psa_h1_g": (psa_mps2 / G_MPS2).tolist(),
+        "messages": [*trace.warnings, *trace.notes],
+    }
+
+
+def read_components(
+    files: list[Path], given: Given
+) -> tuple[str, float, dict[str, NDArray[np.float64]]]:
+    """Return name, time step and components (m/s2, by file name) of one or two files."""
+    if len(files) == 1:
+        trace = read_trace(files[0], given)
+        return files[0].stem, trace.dt_s, {files[0].name: trace.accel_mps2}
+    motion = read_motion(files[0], files[1], given)
+    components = (motion.accel_1_mps2, motion.accel_2_mps2)
+    labels = [path.name for path in files]
+    return motion.motion_id, motion.dt_s, dict(zip(labels, components, strict=True))
+
+
+def _with_component(name: str) -> str:
+    """Return `pga_h1_g` for `pga_g`: the unit stays last."""
+    stem, _, unit = name.rpartition("_")
+    return f"{stem}_h1_{unit}"

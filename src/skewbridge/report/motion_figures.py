@@ -1,0 +1,135 @@
+"""Pictures of ground motions: a page per record, the spectra of a suite."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from skewbridge.motions.intensity import arias_build_up, displacement, velocity
+from skewbridge.motions.spectrum import component_psa, pair_psa
+from skewbridge.units import G_MPS2
+
+type Vector = NDArray[np.float64]
+
+PERIODS_S: Final = np.geomspace(0.02, 10.0, 120)
+_WIDTH_IN: Final = 10.0
+
+
+def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Figure:
+    """Return the page of one record: its histories, Arias build-up and spectra.
+
+    Args:
+        title: Name of the motion.
+        dt_s: Time step in s.
+        components: One or two components in m/s2 by their labels.
+    """
+    figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
+    grid = figure.add_gridspec(4, 2, width_ratios=(1.35, 1.0))
+    first: Axes = figure.add_subplot(grid[0, 0])
+    axes = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in range(1, 4))]
+    spectra: Axes = figure.add_subplot(grid[:, 1])
+    colors = sns.color_palette("colorblind")
+    for color, (label, accel_mps2) in zip(colors, components.items(), strict=False):
+        time_s = np.arange(accel_mps2.size) * dt_s
+        histories = (
+            accel_mps2 / G_MPS2,
+            velocity(accel_mps2, dt_s),
+            displacement(accel_mps2, dt_s),
+            arias_build_up(accel_mps2, dt_s),
+        )
+        for axis, values in zip(axes, histories, strict=True):
+            axis.plot(time_s, values, color=color, lw=0.7, label=label)
+    names = ("acceleration (g)", "velocity (m/s)", "displacement (m)", "Arias (m/s)")
+    for axis, name in zip(axes, names, strict=True):
+        axis.set_ylabel(name)
+        axis.axhline(0.0, color="0.6", lw=0.5, zorder=0)
+    for axis in axes[:-1]:
+        axis.tick_params(labelbottom=False)
+    axes[-1].set_xlabel("time (s)")
+    figure.align_ylabels(axes)
+    _draw_record_spectra(spectra, dt_s, components)
+    figure.suptitle(title)
+    sns.despine(figure)
+    return figure
+
+
+def _draw_record_spectra(axis: Axes, dt_s: float, components: Mapping[str, Vector]) -> None:
+    colors = sns.color_palette("colorblind")
+    for color, (label, accel_mps2) in zip(colors, components.items(), strict=False):
+        psa_g = component_psa(accel_mps2, dt_s, PERIODS_S) / G_MPS2
+        axis.loglog(PERIODS_S, psa_g, color=color, lw=1.0, label=label)
+    if len(components) == 2:
+        one, two = components.values()
+        both = pair_psa(one, two, dt_s, PERIODS_S)
+        axis.loglog(PERIODS_S, both.rotd50_mps2 / G_MPS2, color="black", lw=1.8, label="RotD50")
+        axis.loglog(
+            PERIODS_S, both.rotd100_mps2 / G_MPS2, color="black", lw=1.0, ls="--", label="RotD100"
+        )
+    axis.set(xlabel="period (s)", ylabel="PSA, 5 % damping (g)", xlim=(PERIODS_S[0], PERIODS_S[-1]))
+    axis.grid(visible=True, which="both", color="0.9", lw=0.5)
+    axis.legend(frameon=False, loc="lower left")
+
+
+def suite_spectra(
+    rotd50_g: Vector,
+    periods_s: Sequence[float] | Vector,
+    *,
+    title: str,
+    model_g: tuple[Vector, Vector] | None = None,
+    model_name: str = "",
+) -> Figure:
+    """Return the RotD50 spectra of a suite with median and 16-84 % band.
+
+    Args:
+        rotd50_g: RotD50 PSA in g, shape (motions, periods).
+        periods_s: Periods in s.
+        title: Title.
+        model_g: Median in g and standard deviation of the logarithm of a ground-motion model at
+            the same periods, to compare with; its dispersion goes to a second panel.
+        model_name: Its name.
+    """
+    periods = np.asarray(periods_s, dtype=np.float64)
+    log_psa = np.log(rotd50_g)
+    figure = Figure(figsize=(_WIDTH_IN, 4.5), layout="constrained")
+    panels: Any = figure.subplots(1, 2 if model_g else 1, squeeze=False)
+    axis: Axes = panels[0, 0]
+    axis.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
+    middle, low, high = (np.exp(np.percentile(log_psa, q, axis=0)) for q in (50, 16, 84))
+    color = sns.color_palette("colorblind")[0]
+    axis.loglog(periods, middle, color=color, lw=2.0, label=f"median of {len(rotd50_g)} motions")
+    axis.loglog(periods, low, color=color, lw=1.0, ls="--", label="16 and 84 %")
+    axis.loglog(periods, high, color=color, lw=1.0, ls="--")
+    axis.set(xlabel="period (s)", ylabel="RotD50 PSA, 5 % damping (g)")
+    axis.set_xlim(float(periods[0]), float(periods[-1]))
+    axis.grid(visible=True, which="both", color="0.92", lw=0.5)
+    if model_g:
+        _draw_model(axis, panels[0, 1], periods, log_psa, model_g, model_name)
+    axis.legend(frameon=False, loc="lower left")
+    figure.suptitle(title)
+    sns.despine(figure)
+    return figure
+
+
+def _draw_model(
+    axis: Axes,
+    dispersion: Axes,
+    periods: Vector,
+    log_psa: Vector,
+    model_g: tuple[Vector, Vector],
+    name: str,
+) -> None:
+    blue, orange = sns.color_palette("colorblind")[0], sns.color_palette("colorblind")[1]
+    median_g, sigma = model_g
+    axis.loglog(periods, median_g, color=orange, lw=1.6, label=f"median of {name}")
+    for sign in (-1.0, 1.0):
+        axis.loglog(periods, median_g * np.exp(sign * sigma), color=orange, lw=0.9, ls=":")
+    dispersion.semilogx(periods, log_psa.std(axis=0, ddof=1), color=blue, lw=2.0, label="motions")
+    dispersion.semilogx(periods, sigma, color=orange, lw=1.6, label=name)
+    dispersion.set(xlabel="period (s)", ylabel="standard deviation of ln PSA", ylim=(0.0, 1.0))
+    dispersion.set_xlim(float(periods[0]), float(periods[-1]))
+    dispersion.grid(visible=True, which="both", color="0.92", lw=0.5)
+    dispersion.legend(frameon=False, loc="lower left")
