@@ -5,7 +5,7 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.study.config import parse_config, require_writable
 from skewbridge.study.grid import expand_grid
-from skewbridge.study.provenance import ENGINE_ROOMS, source_digest
+from skewbridge.study.provenance import ENGINE_ROOMS, digest_of, source_digest
 
 try:
     STUDY = parse_config(config)
@@ -35,12 +35,11 @@ ANALYSIS_SECTIONS = {
 }
 
 
-def motion_files(wildcards):
-    """Every file of the motion folder: a changed record is read again."""
-    return sorted(
-        str(path)
-        for path in Path(STUDY.motions.folder).rglob("*")
-        if path.is_file() and not path.name.startswith(".") and path.suffix != ".md"
+def folder_state(folder):
+    """Digest of the files of a folder: a changed, new or removed record is read again."""
+    files = sorted(path for path in Path(folder).rglob("*") if path.is_file())
+    return digest_of(
+        *((str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in files)
     )
 
 

@@ -65,7 +65,7 @@ rule sensitivity:
         variant=max(
             VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg))
         ).slug,
-        count=STUDY.sensitivity.motions,
+        motions=STUDY.sensitivity.motions,
         sections=ANALYSIS_SECTIONS,
         digest=source_digest(*ENGINE_ROOMS, "demands"),
     script:

@@ -1,6 +1,5 @@
 rule prepare_motions:
     input:
-        files=motion_files,
         conditioning="src/skewbridge/bridge/catalogue/osb1.yaml",
     output:
         suite="results/motions/suite.parquet",
@@ -9,6 +8,7 @@ rule prepare_motions:
         "results/logs/prepare_motions.log",
     params:
         motions=section("motions"),
+        files=folder_state(STUDY.motions.folder),
         bridges=STUDY.grid.bridge,
         digest=source_digest("units", "motions"),
     script:

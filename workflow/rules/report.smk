@@ -5,12 +5,12 @@ rule figures:
         intensities="results/motions/intensities.parquet",
         curves="results/fragility/curves.parquet",
         effects="results/fragility/effects.parquet",
-        limit_states=STUDY.fragility.limit_states,
     output:
         folder=directory("results/figures"),
     log:
         "results/logs/figures.log",
     params:
+        im=STUDY.fragility.im,
         sections=ANALYSIS_SECTIONS,
         digest=source_digest("report", *ENGINE_ROOMS),
     script:

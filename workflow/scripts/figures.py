@@ -12,8 +12,8 @@ if __name__ == "__main__":
             demands=Path(snakemake.input.demands),
             curves=Path(snakemake.input.curves),
             effects=Path(snakemake.input.effects),
-            suite=Path(snakemake.input.suite),
-            limit_states=Path(snakemake.input.limit_states),
+            motions=snakemake.input,
+            im_column=snakemake.params.im,
             sections=snakemake.params.sections,
             folder=Path(snakemake.output.folder),
         )

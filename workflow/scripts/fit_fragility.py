@@ -19,5 +19,7 @@ if __name__ == "__main__":
             load_limit_states(Path(snakemake.input.limit_states)),
             im_column=settings.im,
             level=settings.confidence,
+            bootstrap=settings.bootstrap,
+            seed=settings.seed,
         )
         write_frame(curves, Path(snakemake.output.curves), provenance())

@@ -13,7 +13,7 @@ if __name__ == "__main__":
         write_sensitivity(
             setup,
             snakemake.params.variant,
-            count=snakemake.params.count,
+            count=snakemake.params.motions,
             n_jobs=snakemake.threads,
             output=Path(snakemake.output.table),
         )
