@@ -45,7 +45,7 @@ class ModalResult:
     def period_s(self, direction: str) -> float:
         """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``.
 
-        By participation and never by number: contacts bring local modes of their own.
+        By participation and never by number: modes couple and change places with skew.
         """
         return max(self.modes, key=lambda mode: getattr(mode, f"mass_{direction}")).period_s
 
@@ -72,8 +72,13 @@ def modal_properties(
 
 
 def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
-    """Return the modes of a model under dead load; open friction springs count as soft."""
-    # Springs that hang on nothing but an open contact are pushed out of the first modes.
+    """Return the modes of a model under dead load, its gaps open.
+
+    Open friction springs count as soft. Walls and keys are held from here on: behind open gaps
+    they are not coupled to the bridge, and their local modes would fill the list.
+    """
+    for node in model.wall_masses_kg:
+        ops.fix(node, 1, 1, 0, 0, 0, 0)
     soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
     with soft:
         squares = [float(value) for value in ops.eigen(count)]

@@ -1,7 +1,7 @@
 """How a variant is modelled: the choices that are not data of the bridge."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from skewbridge.errors import InputError
 
@@ -31,7 +31,8 @@ class ModelOptions:
         normal_stiffness_factor: Factor on the normal penalty, for studies of its effect.
         tangent_stiffness_factor: The same for the tangential springs.
         wall_dashpot_ratio: Critical damping ratio of the dashpots on wall and key nodes.
-        wall_restoring_n_per_m: Weak elastic spring that brings an open backwall back, per wall.
+        wall_restoring_n_per_m: Weak elastic spring that brings a pushed backwall back, per wall
+            at zero skew (reduced like the backfill).
         backfill: Hyperbolic curve or the bilinear one of SDC 2.0.
         backfill_variation: Relative change of backfill strength and stiffness from the middle to
             the ends of a wall skewed at 60 degrees, linear in skew; 0.3 is Kaviani's.
@@ -69,6 +70,18 @@ class ModelOptions:
     coupling: Coupling = "extrapolated"
 
     def __post_init__(self) -> None:
+        for field, value, choices in (
+            ("arrays", self.arrays, Arrays),
+            ("column_integration", self.column_integration, ColumnIntegration),
+            ("backfill", self.backfill, Backfill),
+            ("keys", self.keys, KeyKind),
+            ("key_frame", self.key_frame, KeyFrame),
+            ("coupling", self.coupling, Coupling),
+        ):
+            allowed = get_args(choices.__value__)
+            if value not in allowed:
+                msg = f"option {field} must be one of {', '.join(allowed)}, got {value!r}"
+                raise InputError(msg)
         for field, value, low, high in (
             ("transverse_gap_m", self.transverse_gap_m, 0.0, 100.0),
             ("cohesion_n", self.cohesion_n, 0.0, 1.0e9),

@@ -1,7 +1,195 @@
-"""Commands of the bridge room."""
+"""Commands of the bridge room: modes and static pushes of one variant."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from skewbridge.cli.output import (
+    EXIT_FAILED,
+    JsonOption,
+    clear_errors,
+    emit_json,
+    emit_table,
+    messages,
+)
+from skewbridge.cli.variant_options import (
+    AbutmentOption,
+    BridgeOption,
+    FrictionOption,
+    GapOption,
+    SkewOption,
+    variant_of,
+)
+from skewbridge.errors import InputError
+
+if TYPE_CHECKING:
+    from skewbridge.analysis.pushover import PushCurve
+    from skewbridge.bridge.options import ModelOptions
+
+DirectionOption = Annotated[
+    str, typer.Option("--direction", help="x (longitudinal) or y (transverse).")
+]
+AngleOption = Annotated[
+    float | None,
+    typer.Option("--angle-deg", help="Direction counter-clockwise from x; replaces --direction."),
+]
+MaxDispOption = Annotated[float, typer.Option("--max-disp-m", help="Where the push ends.")]
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
+BackfillOption = Annotated[str, typer.Option("--backfill", help="hyperbolic or sdc.")]
+KeysOption = Annotated[str, typer.Option("--keys", help="sacrificial or monolithic.")]
+IntegrationOption = Annotated[
+    str, typer.Option("--column-integration", help="hinge_radau or lobatto5.")
+]
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
+    app.command("modal")(modal)
+    app.command("pushover")(pushover)
+    app.command("static")(static)
+
+
+@clear_errors
+def modal(
+    bridge: BridgeOption = "osb1",
+    abutment: AbutmentOption = "contact-friction",
+    skew_deg: SkewOption = 0,
+    gap_mm: GapOption = 51,
+    friction: FrictionOption = 0.5,
+    column_integration: IntegrationOption = "hinge_radau",
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for modal.parquet.")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Weight, dead-load forces, periods and participating masses, gaps open."""
+    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
+    options = _options(column_integration=column_integration)
+    import pandas as pd
+
+    from skewbridge.analysis.modal import modal_properties
+
+    result = modal_properties(variant, options)
+    modes = [
+        {
+            "period_s": mode.period_s,
+            "mass_x": mode.mass_x,
+            "mass_y": mode.mass_y,
+            "mass_z": mode.mass_z,
+            "mass_rz": mode.mass_rz,
+        }
+        for mode in result.modes
+    ]
+    if out is not None:
+        pd.DataFrame(modes).to_parquet(_folder(out) / "modal.parquet", index=False)
+    if as_json:
+        emit_json(
+            {
+                "variant": variant.normalised().slug,
+                "weight_kn": result.weight_kn,
+                "column_axial_kn": list(result.column_axial_kn),
+                "abutment_reaction_kn": list(result.abutment_reaction_kn),
+                "modes": modes,
+            }
+        )
+        return
+    axial = ", ".join(f"{force:.0f}" for force in result.column_axial_kn)
+    messages.print(f"weight {result.weight_kn:.0f} kN; column base axial force {axial} kN")
+    emit_table(modes, title=variant.normalised().slug)
+
+
+@clear_errors
+def pushover(
+    out: OutOption,
+    bridge: BridgeOption = "osb1",
+    abutment: AbutmentOption = "roller",
+    skew_deg: SkewOption = 0,
+    gap_mm: GapOption = 51,
+    friction: FrictionOption = 0.5,
+    direction: DirectionOption = "x",
+    angle_deg: AngleOption = None,
+    max_disp_m: MaxDispOption = 0.30,
+    column_integration: IntegrationOption = "hinge_radau",
+    backfill: BackfillOption = "hyperbolic",
+    keys: KeysOption = "sacrificial",
+    as_json: JsonOption = False,
+) -> None:
+    """Push the whole bridge in proportion to its masses; base shear against displacement."""
+    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
+    angle = _angle(direction, angle_deg)
+    options = _options(column_integration=column_integration, backfill=backfill, keys=keys)
+    from skewbridge.analysis.pushover import push_bridge
+
+    curve = push_bridge(variant, options, angle_deg=angle, max_disp_m=max_disp_m)
+    _finish(curve, out, as_json=as_json)
+
+
+@clear_errors
+def static(
+    out: OutOption,
+    bridge: BridgeOption = "osb1",
+    abutment: AbutmentOption = "contact-friction",
+    skew_deg: SkewOption = 0,
+    gap_mm: GapOption = 51,
+    friction: FrictionOption = 0.5,
+    direction: DirectionOption = "x",
+    angle_deg: AngleOption = None,
+    max_disp_m: MaxDispOption = 0.20,
+    backfill: BackfillOption = "hyperbolic",
+    keys: KeysOption = "sacrificial",
+    as_json: JsonOption = False,
+) -> None:
+    """Push one abutment by its deck end (x: into the backfill, angle 180: away from it)."""
+    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
+    angle = _angle(direction, angle_deg)
+    options = _options(backfill=backfill, keys=keys)
+    from skewbridge.analysis.pushover import push_abutment
+
+    curve = push_abutment(variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400)
+    _finish(curve, out, as_json=as_json)
+
+
+def _angle(direction: str, angle_deg: float | None) -> float:
+    if angle_deg is not None:
+        return angle_deg
+    if direction not in ("x", "y"):
+        msg = f"direction must be x or y, got {direction!r}"
+        raise InputError(msg)
+    return 0.0 if direction == "x" else 90.0
+
+
+def _options(**chosen: Any) -> "ModelOptions":
+    from skewbridge.bridge.options import ModelOptions
+
+    return ModelOptions(**chosen)
+
+
+def _folder(out: Path) -> Path:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"out {out}: {error.strerror}"
+        raise InputError(msg) from error
+    return out
+
+
+def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:
+    """Write the curve and its summary; a push that stopped early ends with an error code."""
+    import pandas as pd
+
+    from skewbridge.units import KN
+
+    table = pd.DataFrame({"disp_m": curve.disp_m, "force_kn": curve.force_n / KN})
+    table.to_parquet(_folder(out) / "curve.parquet", index=False)
+    summary = {
+        "peak_kn": curve.peak_n / KN,
+        "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,
+        "disp_at_peak_m": curve.disp_at_peak_m,
+        "is_complete": curve.is_complete,
+    }
+    if as_json:
+        emit_json(summary)
+    else:
+        emit_table([summary])
+    if not curve.is_complete:
+        messages.print(f"the push stopped at {curve.disp_m[-1]:.4f} m: no equilibrium beyond")
+        raise typer.Exit(EXIT_FAILED)

@@ -8,7 +8,7 @@ References:
     Rahman and Mackie, section 4 of the paper (figure 9).
 """
 
-from skewbridge.bridge.abutment.backfill import wing_wall
+from skewbridge.bridge.abutment.backfill import skew_reduction, wing_wall
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
 from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
 from skewbridge.bridge.abutment.spring import key_inward_normal
@@ -53,6 +53,7 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
     frame = Frame(x=inward)
     points = context.wall_parts()
     wing = wing_wall(context.data, end.skew_rad)
+    restoring = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad)
     kn = normal_penalty(max(passive.stiffness_n_per_m for *_, passive in points), options)
     for along, share, passive in points:
         mass_kg = context.wall_mass_kg() * share
@@ -65,7 +66,7 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
             frame,
             [
                 passive_material(passive, 0.0, tags),
-                elastic_material(options.wall_restoring_n_per_m * share, tags),
+                elastic_material(restoring * share, tags),
                 dashpot_material(ratio, normal_stiffness, mass_kg, tags),
             ],
             [
