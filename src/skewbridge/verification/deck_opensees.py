@@ -1,0 +1,151 @@
+"""The rigid skew deck in OpenSees, with the contact units of the contact room."""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+import openseespy.opensees as ops
+
+from skewbridge.contact import ContactSet, Drive
+from skewbridge.contact.drives import kelvin_voigt_drive
+from skewbridge.verification.case_files import DeckCase
+from skewbridge.verification.deck_model import (
+    CORNERS,
+    Array,
+    Deck,
+    DeckHistory,
+    Excitation,
+    energy_residual,
+    step_times,
+)
+from skewbridge.verification.unit_path import clean_domain
+
+_CENTRE: Final = 1
+_GROUND: Final = 2
+_FIRST_CORNER: Final = 11
+_FIRST_WALL: Final = 21
+_INTEGRATORS: Final = {
+    "newmark": ("Newmark", 0.5, 0.25),
+    "houbolt": ("Houbolt",),
+    "hht": ("HHT", 0.8),
+}
+_TOLERANCE_J: Final = 1e-16
+
+
+class DeckFailedError(RuntimeError):
+    """A solver could not finish a deck case."""
+
+
+type Connect = Callable[[int, list[int], DeckCase], None]
+
+
+def run_opensees(
+    case: DeckCase, deck: Deck, excitation: Excitation, *, connect: Connect | None = None
+) -> DeckHistory:
+    """Run a deck case in OpenSees.
+
+    Args:
+        case: The case.
+        deck: Its numbers.
+        excitation: The ground acceleration.
+        connect: Connects the centre node to the corner nodes; by default rigid links.
+
+    Raises:
+        DeckFailedError: A step does not converge.
+    """
+    with clean_domain():
+        _model(deck)
+        corner_nodes = [_FIRST_CORNER + k for k in range(len(CORNERS))]
+        (connect or _rigid_links)(_CENTRE, corner_nodes, case)
+        contacts = _contacts(case, deck)
+        times, accel = _excite(case, excitation)
+        _analysis(case.integrator)
+        q, v = np.zeros((len(times), 3)), np.zeros((len(times), 3))
+        openings, normals, friction = (np.zeros((len(times), 4)) for _ in range(3))
+        openings[0] = case.gap_normal_m
+        for k in range(1, len(times)):
+            if ops.analyze(1, case.dt_s) != 0:
+                msg = f"OpenSees stopped at {times[k]:.6g} s of {times[-1]:.6g} s"
+                raise DeckFailedError(msg)
+            contacts.after_step(case.dt_s)
+            q[k], v[k] = ops.nodeDisp(_CENTRE), ops.nodeVel(_CENTRE)
+            openings[k], normals[k] = contacts.openings_m, contacts.normals_n
+            friction[k] = [force[0] for force in contacts.tangentials_n]
+    residual = energy_residual(deck, (q, v, openings, normals, friction), accel)
+    return DeckHistory(
+        t_s=times,
+        q=q,
+        openings_m=openings,
+        normals_n=normals,
+        tangentials_n=friction,
+        energy_residual_ratio=residual,
+    )
+
+
+def _model(deck: Deck) -> None:
+    ops.model("basic", "-ndm", 2, "-ndf", 3)
+    ops.node(_CENTRE, 0.0, 0.0)
+    ops.node(_GROUND, 0.0, 0.0)
+    ops.fix(_GROUND, 1, 1, 1)
+    ops.mass(_CENTRE, *deck.mass)
+    for dof, (stiffness, damping) in enumerate(
+        zip(deck.stiffness, deck.damping, strict=True), start=1
+    ):
+        ops.uniaxialMaterial("Elastic", dof, stiffness, damping)
+    ops.element("zeroLength", 1, _GROUND, _CENTRE, "-mat", 1, 2, 3, "-dir", 1, 2, 6)
+    for k, corner in enumerate(deck.corners):
+        for first in (_FIRST_CORNER, _FIRST_WALL):
+            ops.node(first + k, corner.x_m, corner.y_m)
+        ops.fix(_FIRST_WALL + k, 1, 1, 1)
+
+
+def _rigid_links(centre: int, corners: list[int], case: DeckCase) -> None:
+    del case
+    for corner in corners:
+        ops.rigidLink("beam", centre, corner)
+
+
+def _contacts(case: DeckCase, deck: Deck) -> ContactSet:
+    contacts = ContactSet(coupling=case.coupling)
+    drive: Drive | None = None
+    if deck.dashpot_n_s_per_m > 0.0:
+        drive = kelvin_voigt_drive(
+            kn_n_per_m=case.normal_stiffness_n_per_m, dashpot_n_s_per_m=deck.dashpot_n_s_per_m
+        )
+    for k, corner in enumerate(deck.corners):
+        contacts.add(
+            *(_FIRST_WALL + k, _FIRST_CORNER + k, corner.normal, case.gap_normal_m),
+            *(case.friction, case.cohesion_n),
+            kn=case.normal_stiffness_n_per_m,
+            kt=case.kt_n_per_m,
+            tangent=corner.tangent,
+            drive=drive,
+            name=corner.name,
+        )
+    return contacts
+
+
+def _excite(case: DeckCase, excitation: Excitation) -> tuple[Array, Array]:
+    """Apply the excitation; return the times of the steps and the accelerations at them."""
+    times = step_times(case)
+    half = 0.5 * case.dt_s
+    # Means over the step around each time: a jump between two steps keeps its impulse.
+    accel = excitation.mean(times - half, times + half)
+    accel[:, 0] = excitation.at(times[:1])[:, 0]
+    for dof, component in enumerate(accel, start=1):
+        values = component.tolist()
+        ops.timeSeries("Path", dof, "-dt", case.dt_s, "-values", *values, values[-1])
+        ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
+        # The pulse starts with a jump: the deck has its acceleration from the start.
+        ops.setNodeAccel(_CENTRE, dof, -values[0], "-commit")
+    return times, accel
+
+
+def _analysis(integrator: str) -> None:
+    ops.constraints("Transformation")
+    ops.numberer("RCM")
+    ops.system("ProfileSPD")
+    ops.test("EnergyIncr", _TOLERANCE_J, 50)
+    ops.algorithm("NewtonLineSearch")
+    ops.integrator(*_INTEGRATORS[integrator])
+    ops.analysis("Transient")
