@@ -3,7 +3,9 @@
 None of this is applied to recorded motions unless asked for.
 """
 
+import hashlib
 import math
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -11,14 +13,53 @@ from numpy.typing import NDArray
 from scipy.signal import firwin, resample_poly
 
 from skewbridge.errors import InputError
-from skewbridge.motions.intensity import arias_build_up
+from skewbridge.motions.intensity import arias_build_up, displacement, velocity
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import pair_psa
 
 type Vector = NDArray[np.float64]
 
 TAPER_S: Final = 0.5
+QUIET_SHARE: Final = 1.0e-4
 EFFECT_PERIODS_S: Final = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conditioning:
+    """What is done to each motion of a suite before it is used; nothing by default.
+
+    Attributes:
+        remove_mean: Take a constant offset off each component.
+        dt_s: Resample to this time step, low-passed.
+        shaking_s: Keep only the strongest part of this length.
+        free_vibration_s: Zeros added at the end.
+    """
+
+    remove_mean: bool = False
+    dt_s: float | None = None
+    shaking_s: float | None = None
+    free_vibration_s: float = 0.0
+
+    @property
+    def changes_motions(self) -> bool:
+        """Whether anything is done at all."""
+        return self != Conditioning()
+
+    def apply(self, motion: GroundMotion) -> GroundMotion:
+        """Return the conditioned motion; its digest and messages say what was done."""
+        if not self.changes_motions:
+            return motion
+        result = remove_mean(motion) if self.remove_mean else motion
+        if self.dt_s is not None:
+            result = resampled(result, self.dt_s)
+        if self.shaking_s is not None:
+            result = cut_to_strongest(result, self.shaking_s, self.free_vibration_s)
+        else:
+            result = add_free_vibration(result, self.free_vibration_s)
+        kept = effect_on_measures(motion, result)["arias_ratio"]
+        digest = hashlib.sha256(f"{motion.sha256} {self!r}".encode()).hexdigest()
+        message = f"conditioned ({self!r}): {kept:.1%} of the Arias intensity left"
+        return replace(result, sha256=digest, messages=(*motion.messages, message))
 
 
 def cut_to_strongest(
@@ -27,8 +68,8 @@ def cut_to_strongest(
     """Return the strongest part of a motion, ending at rest, with zeros after it.
 
     The window of the given length with the most Arias intensity (of both components) is kept, its
-    ends are tapered by half a cosine, and the velocity left at its end is removed by a parabola
-    of acceleration over the window.
+    ends are tapered by half a cosine, and what velocity and displacement are left at its end are
+    removed by two smooth accelerations over the window.
 
     Args:
         motion: The motion.
@@ -48,16 +89,40 @@ def cut_to_strongest(
     size = min(round(shaking_s / dt_s), motion.npts)
     both = arias_build_up(motion.accel_1_mps2, dt_s) + arias_build_up(motion.accel_2_mps2, dt_s)
     first = int(np.argmax(both[size - 1 :] - both[: both.size - size + 1]))
-    tail = round(free_vibration_s / dt_s)
-    parts = [
-        np.pad(_at_rest(accel[first : first + size], dt_s), (0, tail))
-        for accel in (motion.accel_1_mps2, motion.accel_2_mps2)
-    ]
-    return motion.with_components(parts[0], parts[1])
+    return _window(motion, first, size, round(free_vibration_s / dt_s))
+
+
+def trim_quiet_ends(motion: GroundMotion, share: float = QUIET_SHARE) -> GroundMotion:
+    """Return a motion without the quiet parts before and after the shaking, ending at rest.
+
+    Args:
+        motion: The motion.
+        share: Share of the Arias intensity (of both components) given up at each end.
+
+    Raises:
+        InputError: A share outside 0 to 0.05.
+    """
+    if not 0.0 < share <= 0.05:
+        msg = f"share must be within 0 to 0.05, got {share}"
+        raise InputError(msg)
+    dt_s = motion.dt_s
+    both = arias_build_up(motion.accel_1_mps2, dt_s) + arias_build_up(motion.accel_2_mps2, dt_s)
+    both = both / both[-1]
+    margin = round(2.0 * TAPER_S / dt_s)
+    first = max(int(np.searchsorted(both, share)) - margin, 0)
+    last = min(int(np.searchsorted(both, 1.0 - share)) + margin, motion.npts)
+    return _window(motion, first, last - first, 0)
 
 
 def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
-    """Return the motion with zeros added at its end."""
+    """Return the motion with zeros added at its end.
+
+    Raises:
+        InputError: A negative length.
+    """
+    if not 0.0 <= seconds <= 600.0:
+        msg = f"free_vibration_s must be within 0 to 600, got {seconds}"
+        raise InputError(msg)
     tail = round(seconds / motion.dt_s)
     return motion.with_components(
         np.pad(motion.accel_1_mps2, (0, tail)), np.pad(motion.accel_2_mps2, (0, tail))
@@ -121,8 +186,20 @@ def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, f
     return {"arias_ratio": arias[1] / arias[0]} | named
 
 
+def _window(motion: GroundMotion, first: int, size: int, tail: int) -> GroundMotion:
+    parts = [
+        np.pad(_at_rest(accel[first : first + size], motion.dt_s), (0, tail))
+        for accel in (motion.accel_1_mps2, motion.accel_2_mps2)
+    ]
+    return motion.with_components(parts[0], parts[1])
+
+
 def _at_rest(accel: Vector, dt_s: float) -> Vector:
-    """Return a window with tapered ends whose velocity ends at zero."""
+    """Return a window with tapered ends whose velocity and displacement end at zero.
+
+    What is left at the end is removed by two smooth accelerations over the window, a symmetric and
+    an antisymmetric one.
+    """
     size = accel.size
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(round(TAPER_S / dt_s)) * dt_s / TAPER_S)
     tapered = accel.copy()
@@ -130,7 +207,14 @@ def _at_rest(accel: Vector, dt_s: float) -> Vector:
     tapered[size - ramp.size :] *= ramp[::-1]
     share = np.linspace(0.0, 1.0, size)
     hump = share * (1.0 - share)
-    return tapered - hump * (np.sum(tapered) / np.sum(hump))  # both end at 0: sum = trapezoid
+    shapes = (hump, hump * (1.0 - 2.0 * share))
+    ends = np.array([_end_state(shape, dt_s) for shape in shapes]).T
+    amounts = np.linalg.solve(ends, _end_state(tapered, dt_s))
+    return tapered - amounts[0] * shapes[0] - amounts[1] * shapes[1]
+
+
+def _end_state(accel: Vector, dt_s: float) -> Vector:
+    return np.array([velocity(accel, dt_s)[-1], displacement(accel, dt_s)[-1]])
 
 
 def _small_ratio(ratio: float) -> tuple[int, int]:

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
+from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.index import IndexEntry, list_motions
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
 from skewbridge.motions.paper_records import refuse_false_waho
@@ -73,6 +74,7 @@ def prepare_suite(
     count: int | None = None,
     t1_s: float,
     level_range_g: tuple[float, float] = LEVEL_RANGE_G,
+    conditioning: Conditioning | None = None,
 ) -> pd.DataFrame:
     """Read, measure and scale the motions of a folder.
 
@@ -82,6 +84,7 @@ def prepare_suite(
         t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
         level_range_g: Range of Sa_avg the motions are spread over, where the index has no factor
             for these levels.
+        conditioning: Cutting and resampling, none by default.
 
     Returns:
         One row per motion in suite order: motion_id, scale, dt_s, npts, sha256, event, magnitude,
@@ -100,7 +103,8 @@ def prepare_suite(
     factors = [_stored_factor(entry, level_range_g) for entry in entries]
     stored = not any(math.isnan(factor) for factor in factors[:wanted])
     needed = wanted if stored else math.ceil(wanted / BLOCK) * BLOCK
-    motions = [read_entry(entry) for entry in entries[:needed]]
+    treat = (conditioning or Conditioning()).apply
+    motions = [treat(read_entry(entry)) for entry in entries[:needed]]
     measures = [motion_measures(motion, t1_s) for motion in motions]
     computed = block_factors([row["im_saavg_rotd50_g"] for row in measures], level_range_g)
     rows = [

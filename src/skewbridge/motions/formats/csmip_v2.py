@@ -12,6 +12,7 @@ from typing import Final
 from skewbridge.errors import InputError
 from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
 from skewbridge.motions.formats.trace import (
+    HEADER_WIDTH,
     UNIT_FACTORS,
     Given,
     Trace,
@@ -22,8 +23,8 @@ from skewbridge.motions.formats.trace import (
 
 NAME: Final = "csmip_v2"
 _BLOCK = re.compile(
-    rf"^\s*(?P<npts>\d+)\s+points\s+of\s+accel\w*\s+data\s+equally\s+spaced\s+at\s+(?P<dt>{FLOAT})"
-    r"\s*sec(?P<rest>.*)$",
+    r"^\s*(?P<npts>\d{1,9})\s+points\s+of\s+accel\w*\s+data\s+equally\s+spaced\s+at\s+"
+    rf"(?P<dt>{FLOAT})\s*sec(?P<rest>.*)$",
     re.IGNORECASE,
 )
 _LAYOUT = re.compile(r"\((?P<per_line>\d{1,2})f(?P<width>\d{1,2})\.\d+\)", re.IGNORECASE)
@@ -44,9 +45,10 @@ class _Block:
 
 def recognises(lines: list[str], path: Path) -> bool:
     """Say whether the file calls itself a corrected accelerogram, or is named so."""
-    head = " ".join(lines[:2]).upper()
+    head = " ".join(line[:HEADER_WIDTH] for line in lines[:2]).upper()
     return head.lstrip().startswith("CORRECTED ACCELEROGRAM") or (
-        path.suffix.lower() == ".v2" and any(_BLOCK.match(line) for line in lines[:200])
+        path.suffix.lower() == ".v2"
+        and any(_BLOCK.match(line[:HEADER_WIDTH]) for line in lines[:200])
     )
 
 
@@ -96,7 +98,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
 
 
 def _block(row: int, line: str) -> _Block | None:
-    match = _BLOCK.match(line)
+    match = _BLOCK.match(line[:HEADER_WIDTH])
     if match is None:
         return None
     layout = _LAYOUT.search(match["rest"])
@@ -122,7 +124,7 @@ def _title(header: list[str]) -> tuple[str, str, float]:
     start = next(
         (row for row, line in enumerate(header) if "CORRECTED ACCELEROGRAM" in line.upper()), 0
     )
-    text = [line.strip() for line in header[start : start + 25]]
+    text = [line[:HEADER_WIDTH].strip() for line in header[start : start + 25]]
     azimuth = float("nan")
     for line in text:
         if match := _CHANNEL.search(line):

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
-from skewbridge.motions.formats.trace import Given, Trace, azimuth_deg, dt_of
+from skewbridge.motions.formats.numbers import FLOAT, MAX_MAGNITUDE, parse_numbers
+from skewbridge.motions.formats.trace import HEADER_WIDTH, Given, Trace, azimuth_deg, dt_of
 from skewbridge.units import GAL
 
 NAME: Final = "knet"
@@ -23,7 +23,7 @@ _PEAK_TOLERANCE: Final = 0.01
 
 def recognises(lines: list[str], path: Path) -> bool:
     """Say whether the header has the NIED keys."""
-    head = "\n".join(lines[:HEADER_LINES])
+    head = "\n".join(line[:HEADER_WIDTH] for line in lines[:HEADER_LINES])
     return "Scale Factor" in head and "Sampling Freq" in head
 
 
@@ -33,11 +33,17 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     Raises:
         InputError: A broken header or value.
     """
-    head = "\n".join(lines[:HEADER_LINES])
+    head = "\n".join(line[:HEADER_WIDTH] for line in lines[:HEADER_LINES])
     scale = _search(rf"Scale Factor\s+({FLOAT})\(gal\)\s*/\s*({FLOAT})", head, path)
     frequency = _search(rf"Sampling Freq\(Hz\)\s+({FLOAT})\s*Hz", head, path)
-    frequency_hz, counts_per_range = float(frequency[1]), float(scale[2])
-    if frequency_hz <= 0.0 or counts_per_range <= 0.0:
+    frequency_hz, range_gal, counts_per_range = (
+        float(text.upper().replace("D", "E")) for text in (frequency[1], scale[1], scale[2])
+    )
+    if not (
+        0.0 < frequency_hz <= MAX_MAGNITUDE
+        and 0.0 < range_gal <= MAX_MAGNITUDE
+        and 1.0 <= counts_per_range <= MAX_MAGNITUDE
+    ):
         msg = f"{path.name}: sampling and scale must be positive"
         raise InputError(msg, file=str(path))
     dt_s, warnings = dt_of(given, 1.0 / frequency_hz, path)
@@ -49,9 +55,12 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     if counts.size == 0:
         msg = f"{path.name}: no values"
         raise InputError(msg, file=str(path))
-    accel_gal = (counts - counts.mean()) * (float(scale[1]) / counts_per_range)
+    accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     if peak := re.search(rf"Max\. Acc\. \(gal\)\s+({FLOAT})", head):
-        found_gal, said_gal = float(np.abs(accel_gal).max()), float(peak[1])
+        found_gal, said_gal = (
+            float(np.abs(accel_gal).max()),
+            float(peak[1].upper().replace("D", "E")),
+        )
         if abs(found_gal - said_gal) > _PEAK_TOLERANCE * said_gal:
             warnings.append(f"peak is {found_gal:.4g} gal, the header says {said_gal:.4g}: cut?")
     direction = _value("Dir.", head)

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 
+MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
+MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
+
 FLOAT: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 
 _PLAIN = re.compile(r"[0-9eEdD+\-.,;\s]*")
@@ -44,7 +47,7 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> NDAr
         except ValueError:
             pass
         else:
-            if np.isfinite(values).all():
+            if (np.abs(values) <= MAX_MAGNITUDE).all():  # also refuses inf
                 return values
     found: list[float] = []
     for offset, line in enumerate(lines):
@@ -55,13 +58,13 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> NDAr
 
 def _split(token: str, path: Path, line: int) -> list[float]:
     """Return the numbers of one blank-free token."""
-    if not _RUN.fullmatch(token):
+    if len(token) > MAX_TOKEN or not _RUN.fullmatch(token):
         msg = f"{path.name}, line {line}: {token[:40]!r} is not a number"
         raise InputError(msg, file=str(path), line=line)
     values = [
         float(number.replace("D", "E").replace("d", "e")) for number in _NUMBER.findall(token)
     ]
-    if not np.isfinite(values).all():
+    if max(map(abs, values)) > MAX_MAGNITUDE:
         msg = f"{path.name}, line {line}: {token[:40]!r} is too large"
         raise InputError(msg, file=str(path), line=line)
     return values

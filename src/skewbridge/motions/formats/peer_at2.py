@@ -11,6 +11,7 @@ from typing import Final
 from skewbridge.errors import InputError
 from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
 from skewbridge.motions.formats.trace import (
+    HEADER_WIDTH,
     UNIT_FACTORS,
     Given,
     Trace,
@@ -23,8 +24,10 @@ NAME: Final = "peer_at2"
 HEADER_LINES: Final = 12
 
 _SIZES = (
-    re.compile(rf"NPTS\s*[=:]\s*(?P<npts>\d+)\s*,?\s*DT\s*[=:]\s*(?P<dt>{FLOAT})", re.IGNORECASE),
-    re.compile(rf"^\s*(?P<npts>\d+)\s+(?P<dt>{FLOAT})\s+NPTS\s*,\s*DT", re.IGNORECASE),
+    re.compile(
+        rf"NPTS\s*[=:]\s*(?P<npts>\d{{1,9}})\s*,?\s*DT\s*[=:]\s*(?P<dt>{FLOAT})", re.IGNORECASE
+    ),
+    re.compile(rf"^\s*(?P<npts>\d{{1,9}})\s+(?P<dt>{FLOAT})\s+NPTS\s*,\s*DT", re.IGNORECASE),
 )
 _NOT_ACCELERATION = re.compile(r"\b(VELOCITY|DISPLACEMENT)\b.*(UNITS|SERIES|HISTORY)", re.I)
 _UNITS = (
@@ -57,13 +60,13 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     """
     found = _sizes(lines)
     if found is None:
-        if not any(re.search(r"[A-Za-z]{3}", line) for line in lines[:HEADER_LINES]):
+        if not any(re.search(r"[A-Za-z]{3}", line[:HEADER_WIDTH]) for line in lines[:HEADER_LINES]):
             msg = f"{path.name}: no header with NPTS and DT, give dt"
             raise InputError(msg, file=str(path))
         msg = f"{path.name}: no NPTS and DT in the header"
         raise InputError(msg, file=str(path))
     row, npts, dt_header_s = found
-    header = lines[:row]
+    header = [line[:HEADER_WIDTH] for line in lines[:row]]
     for line in header:
         if _NOT_ACCELERATION.search(line):
             msg = f"{path.name}: not an acceleration: {line.strip()!r}"
@@ -99,7 +102,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
 def _sizes(lines: list[str]) -> tuple[int, int, float] | None:
     for row, line in enumerate(lines[:HEADER_LINES]):
         for pattern in _SIZES:
-            if match := pattern.search(line):
+            if match := pattern.search(line[:HEADER_WIDTH]):
                 dt_s = float(match["dt"].upper().replace("D", "E"))
                 return row, int(match["npts"]), dt_s
     return None
@@ -116,7 +119,7 @@ def _unit(header: list[str]) -> str | None:
 
 def _without_footer(data: list[str]) -> list[str]:
     for row, line in enumerate(data):
-        if _FOOTER.match(line):
+        if _FOOTER.match(line[:HEADER_WIDTH]):
             return data[:row]
     return data
 

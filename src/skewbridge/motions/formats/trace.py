@@ -12,6 +12,7 @@ from skewbridge.units import G_MPS2, GAL
 
 UNIT_FACTORS: Final = {"g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0}
 DEFAULT_UNIT: Final = "g"
+HEADER_WIDTH: Final = 300  # no header line is longer; the rest of a longer one is not searched
 
 
 class DtMissingError(InputError):

@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
-from skewbridge.motions.formats.trace import UNIT_FACTORS, Given, Trace, dt_of, unit_of
+from skewbridge.motions.formats.trace import (
+    HEADER_WIDTH,
+    UNIT_FACTORS,
+    Given,
+    Trace,
+    dt_of,
+    unit_of,
+)
 
 NAME: Final = "two_column"
 HEADER_LINES: Final = 10
@@ -32,7 +39,11 @@ def recognises(lines: list[str], path: Path) -> bool:
     start = _first_row(lines)
     if start is None:
         return False
-    rows = [_ROW.fullmatch(line) for line in lines[start : start + _PROBE_LINES] if line.strip()]
+    rows = [
+        _ROW.fullmatch(line[:HEADER_WIDTH])
+        for line in lines[start : start + _PROBE_LINES]
+        if line.strip()
+    ]
     if len(rows) < 3 or not all(rows):
         return False
     times = [_number(row[1]) for row in rows if row]
@@ -46,11 +57,14 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
         InputError: A row without two numbers, a hole in the time column.
     """
     start = _first_row(lines) or 0
-    header = " ".join(lines[:start])
+    header = " ".join(line[:HEADER_WIDTH] for line in lines[:start])
     rows = [(number, line) for number, line in enumerate(lines[start:], start + 1) if line.strip()]
     values = parse_numbers([line for _, line in rows], path, first_line=start + 1)
     if values.size != 2 * len(rows):
-        bad = next((number for number, line in rows if not _ROW.fullmatch(line)), rows[-1][0])
+        bad = next(
+            (number for number, line in rows if not _ROW.fullmatch(line[:HEADER_WIDTH])),
+            rows[-1][0],
+        )
         msg = f"{path.name}, line {bad}: time and acceleration expected"
         raise InputError(msg, file=str(path), line=bad)
     time_s, accel = values[0::2], values[1::2]
@@ -108,13 +122,13 @@ def _shortest_decimal(value: float, tolerance: float) -> float:
 
 def _first_row(lines: list[str]) -> int | None:
     for number, line in enumerate(lines[:HEADER_LINES]):
-        if _ROW.fullmatch(line):
+        if _ROW.fullmatch(line[:HEADER_WIDTH]):
             return number
     return None
 
 
 def _decimals(line: str) -> int:
-    match = _ROW.fullmatch(line)
+    match = _ROW.fullmatch(line[:HEADER_WIDTH])
     if match is None:
         return 0
     mantissa, _, exponent = match[1].upper().replace("D", "E").partition("E")

@@ -4,7 +4,11 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.motions.conditioning import add_free_vibration, cut_to_strongest
+from skewbridge.motions.conditioning import (
+    add_free_vibration,
+    cut_to_strongest,
+    trim_quiet_ends,
+)
 from skewbridge.motions.synthesis.embedded import index_row
 from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
 from skewbridge.motions.synthesis.scenario import Scenario
@@ -31,7 +35,7 @@ def write_synthetic_suite(
         count: Number of pairs.
         seed: Seed; pair i is the same whatever the count.
         options: Calibration, orientation, time step.
-        shaking_s: Keep only the strongest part of this length; None keeps all.
+        shaking_s: Keep only the strongest part of this length; None cuts only the quiet ends.
         free_vibration_s: Zeros added at the end.
 
     Raises:
@@ -47,7 +51,7 @@ def write_synthetic_suite(
     for index in range(count):
         motion = synthesize(scenario, index=index, seed=seed, options=options)
         if shaking_s is None:
-            motion = add_free_vibration(motion, free_vibration_s)
+            motion = add_free_vibration(trim_quiet_ends(motion), free_vibration_s)
         else:
             motion = cut_to_strongest(motion, shaking_s, free_vibration_s)
         rows.append(index_row(motion, write_at2(motion, folder), folder))

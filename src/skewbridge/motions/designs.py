@@ -1,0 +1,140 @@
+"""Suites for the other ways to a fragility: unscaled cloud, stripes, per-record search (IDA)."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.motions.scaling import FACTOR_LIMITS, stripe_factors
+
+STRIPE_MEASURES: Final = ("im_saavg_rotd50_g", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g")
+IDA_LIMITS: Final = (0.1, 10.0)
+IDA_TOLERANCE: Final = 0.01
+
+
+def unscaled_cloud(suite: pd.DataFrame) -> pd.DataFrame:
+    """Return a suite with every motion as recorded (factor 1)."""
+    return suite.assign(scale=1.0)
+
+
+def striped(
+    suite: pd.DataFrame,
+    stripes_g: Sequence[float],
+    *,
+    measure: str = "im_saavg_rotd50_g",
+    factor_limits: tuple[float, float] = FACTOR_LIMITS,
+) -> pd.DataFrame:
+    """Return a suite with a row for each motion and stripe within the factor limits.
+
+    Args:
+        suite: Table of `prepare_suite`.
+        stripes_g: Levels of the measure in g.
+        measure: Which measure is brought to the levels.
+        factor_limits: Smallest and largest factor; rows outside are left out.
+
+    Returns:
+        The rows of the suite, repeated, with their `scale` and a further column `stripe_g`; by
+        stripe, then in suite order. `attrs["left_out"]` counts the rows outside the limits.
+
+    Raises:
+        InputError: An unknown measure, levels or limits that are not positive and ascending, no
+            row left.
+    """
+    if measure not in STRIPE_MEASURES:
+        msg = f"measure must be one of {', '.join(STRIPE_MEASURES)}, got {measure!r}"
+        raise InputError(msg)
+    low, high = factor_limits
+    if not 0.0 < low < high:
+        msg = f"factor_limits must be two ascending positive factors, got {low}, {high}"
+        raise InputError(msg)
+    if list(stripes_g) != sorted(set(stripes_g)):
+        msg = f"stripes_g must ascend, got {list(stripes_g)}"
+        raise InputError(msg)
+    factors, allowed = stripe_factors(suite[measure].to_list(), stripes_g, factor_limits)
+    parts = [
+        suite[allowed[:, column]].assign(
+            scale=factors[allowed[:, column], column], stripe_g=float(level_g)
+        )
+        for column, level_g in enumerate(stripes_g)
+    ]
+    table = pd.concat(parts, ignore_index=True)
+    if table.empty:
+        msg = f"no motion reaches a stripe of {list(stripes_g)} g with factors {low} to {high}"
+        raise InputError(msg)
+    table.attrs["left_out"] = int((~allowed).sum())
+    return table
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CapacityBracket:
+    """Where the first exceedance of one record lies.
+
+    Attributes:
+        lower: Highest factor known not to exceed; 0 if the lowest one tried exceeds.
+        upper: Lowest factor known to exceed; inf if the highest one tried does not.
+        analyses: How many analyses it took.
+        trials: Each factor tried, in order, and whether it exceeded.
+    """
+
+    lower: float
+    upper: float
+    analyses: int
+    trials: tuple[tuple[float, bool], ...]
+
+    @property
+    def capacity(self) -> float:
+        """Middle of the bracket (geometric), nan where it is open at an end."""
+        if self.lower == 0.0 or np.isinf(self.upper):
+            return float("nan")
+        return float(np.sqrt(self.lower * self.upper))
+
+
+def bracket_capacity(
+    exceeds: Callable[[float], bool],
+    *,
+    limits: tuple[float, float] = IDA_LIMITS,
+    tolerance: float = IDA_TOLERANCE,
+) -> CapacityBracket:
+    """Bracket the factor at which a record first exceeds a limit, halving the logarithmic range.
+
+    Ten analyses at most for the default limits and tolerance: nine halvings of a range of 100 leave
+    0.9 %, and an end of the range that the search ran into is tried once. Where the response is
+    not monotonic (resurrection), one of the crossings is found.
+
+    Args:
+        exceeds: Runs the analysis at a factor and says whether the limit is exceeded; a run that
+            collapses exceeds.
+        limits: Factors to search between.
+        tolerance: Width of the bracket relative to its lower end.
+
+    Raises:
+        InputError: Limits or tolerance that make no sense.
+    """
+    low, high = limits
+    if not 0.0 < low < high or not np.isfinite(high):
+        msg = f"limits must be two ascending positive factors, got {limits}"
+        raise InputError(msg)
+    if not 1.0e-6 <= tolerance < 1.0:
+        msg = f"tolerance must be within 1e-6 and below 1, got {tolerance}"
+        raise InputError(msg)
+    trials: list[tuple[float, bool]] = []
+
+    def trial(factor: float) -> bool:
+        trials.append((factor, bool(exceeds(factor))))
+        return trials[-1][1]
+
+    lower, upper = low, high
+    while upper / lower > 1.0 + tolerance:
+        middle = float(np.sqrt(lower * upper))
+        if trial(middle):
+            upper = middle
+        else:
+            lower = middle
+    if upper == high and not trial(high):
+        lower, upper = high, float("inf")
+    elif lower == low and trial(low):
+        lower, upper = 0.0, low
+    return CapacityBracket(lower=lower, upper=upper, analyses=len(trials), trials=tuple(trials))
