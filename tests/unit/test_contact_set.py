@@ -193,6 +193,7 @@ def test_gap_closing_shortens_the_way_to_contact():
         ({"normal": (0.0, 0.0)}, "normal"),
         ({"normal": (1.0, 0.0, 0.0)}, "normal"),
         ({"tangent": (1.0, 0.1)}, "perpendicular"),
+        ({"tangent": (0.0, -1.0)}, "counter-clockwise"),
         ({"node_j": 7}, "node_j"),
         ({"node_j": 1}, "differ"),
     ],

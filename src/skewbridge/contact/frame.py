@@ -38,7 +38,7 @@ def contact_frame(
     Args:
         normal: Outward normal of the surface, any length.
         tangent: First direction of the contact plane; by default horizontal (z x normal), and x
-            for a vertical normal; in the plane the normal turned by 90 degrees.
+            for a vertical normal; in the plane always the normal turned counter-clockwise.
         ndm: Dimensions of the model, 2 or 3.
 
     Raises:
@@ -60,7 +60,13 @@ def contact_frame(
             )
             raise InputError(msg)
         t1 = unit_vector([b - cosine * a for a, b in zip(n, t1, strict=True)], "tangent", ndm)
-    return (n, t1) if ndm == 2 else (n, t1, cross(n, t1))
+    if ndm == 3:
+        return n, t1, cross(n, t1)
+    # OpenSees takes the normal turned by 90 degrees in plane models, whatever it is given.
+    if n[0] * t1[1] - n[1] * t1[0] < 0.0:
+        msg = f"tangent must be the normal turned counter-clockwise in plane models, got {t1}"
+        raise InputError(msg)
+    return n, t1
 
 
 def cross(a: Vector, b: Vector) -> Vector:

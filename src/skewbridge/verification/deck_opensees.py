@@ -54,6 +54,7 @@ def run_opensees(
         DeckFailedError: A step does not converge.
     """
     with clean_domain():
+        corners = deck.corners
         _model(deck)
         corner_nodes = [_FIRST_CORNER + k for k in range(len(CORNERS))]
         (connect or _rigid_links)(_CENTRE, corner_nodes, case)
@@ -63,6 +64,8 @@ def run_opensees(
         q, v = np.zeros((len(times), 3)), np.zeros((len(times), 3))
         openings, normals, friction = (np.zeros((len(times), 4)) for _ in range(3))
         openings[0] = case.gap_normal_m
+        # The units count slip along the normal turned counter-clockwise.
+        signs = [1.0 if _turned(c.normal) @ np.array(c.tangent) > 0.0 else -1.0 for c in corners]
         for k in range(1, len(times)):
             if ops.analyze(1, case.dt_s) != 0:
                 msg = f"OpenSees stopped at {times[k]:.6g} s of {times[-1]:.6g} s"
@@ -70,7 +73,8 @@ def run_opensees(
             contacts.after_step(case.dt_s)
             q[k], v[k] = ops.nodeDisp(_CENTRE), ops.nodeVel(_CENTRE)
             openings[k], normals[k] = contacts.openings_m, contacts.normals_n
-            friction[k] = [force[0] for force in contacts.tangentials_n]
+            forces = contacts.tangentials_n
+            friction[k] = [sign * force[0] for sign, force in zip(signs, forces, strict=True)]
     residual = energy_residual(deck, (q, v, openings, normals, friction), accel)
     return DeckHistory(
         t_s=times,
@@ -99,6 +103,10 @@ def _model(deck: Deck) -> None:
         ops.fix(_FIRST_WALL + k, 1, 1, 1)
 
 
+def _turned(normal: tuple[float, float]) -> Array:
+    return np.array([-normal[1], normal[0]])
+
+
 def _rigid_links(centre: int, corners: list[int], case: DeckCase) -> None:
     del case
     for corner in corners:
@@ -118,7 +126,6 @@ def _contacts(case: DeckCase, deck: Deck) -> ContactSet:
             *(case.friction, case.cohesion_n),
             kn=case.normal_stiffness_n_per_m,
             kt=case.kt_n_per_m,
-            tangent=corner.tangent,
             drive=drive,
             name=corner.name,
         )
