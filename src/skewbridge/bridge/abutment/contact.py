@@ -54,7 +54,9 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
     points = context.wall_parts()
     wing = wing_wall(context.data, end.skew_rad)
     restoring = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad)
-    kn = normal_penalty(max(passive.stiffness_n_per_m for *_, passive in points), options)
+    stiffest = max(points, key=lambda point: point[2].stiffness_n_per_m)
+    mass_kg = context.wall_mass_kg() * stiffest[1]
+    kn = normal_penalty(stiffest[2].stiffness_n_per_m, mass_kg, options)
     for along, share, passive in points:
         mass_kg = context.wall_mass_kg() * share
         wall = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
@@ -118,7 +120,7 @@ def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sig
         [elastic_material(stiffness, tags), dashpot_material(*dashpot, tags)],
         tags,
     )
-    kn = normal_penalty(stiffness, options)
+    kn = normal_penalty(stiffness, mass_kg, options)
     unit = contacts.add(
         node,
         context.arrays.at("outer", along),

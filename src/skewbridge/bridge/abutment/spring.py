@@ -126,7 +126,7 @@ def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -
         tags,
     )
     deck_node = context.arrays.at("outer", along)
-    penalty = normal_penalty(stiffness, context.options)
+    penalty = normal_penalty(stiffness, mass_kg, context.options)
     material = gap_material(penalty, context.options.transverse_gap_m, tags)
     gap = spring_element((node, deck_node), frame, [material], [], tags)
     parts.key_springs.append(

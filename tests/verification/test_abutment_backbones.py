@@ -1,0 +1,141 @@
+"""Static response of one OSB1 abutment against the formulas its springs stand for.
+
+Figures from the project's reference page on bridge data, sections 3 and 8: passive force by
+Caltrans SDC 2.0 with its skew reduction, the UCSD hyperbola, pads alone until the gap closes.
+Tolerance 0.5 % (penalty in series and weak restoring spring included).
+"""
+
+import numpy as np
+import pytest
+from skewbridge.analysis.pushover import PushCurve, push_abutment
+from skewbridge.bridge.abutment.backfill import sdc_backfill, skew_reduction, wall_backfill
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.study.variant import Variant
+
+PADS_N_PER_M = 5 * 2208e3
+PADS_YIELD_N = 5 * 55.2e3
+LADDER = ["simplified", "spring", "contact", "contact_friction"]
+
+
+def push(
+    abutment: str,
+    *,
+    angle_deg: float = 0.0,
+    skew_deg: int = 0,
+    max_disp_m: float = 0.15,
+    options: ModelOptions | None = None,
+    steps: int = 300,
+) -> PushCurve:
+    variant = Variant(
+        bridge="osb1", abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50
+    )
+    curve = push_abutment(
+        variant, options or ModelOptions(), angle_deg=angle_deg, max_disp_m=max_disp_m, steps=steps
+    )
+    assert curve.is_complete
+    return curve
+
+
+def force_at(curve: PushCurve, disp_m: float) -> float:
+    return float(np.interp(disp_m, curve.disp_m, curve.force_n))
+
+
+def pads_at(disp_m: float) -> float:
+    """Bilinear pads: k until the yield of the plastic part, 0.1 k beyond."""
+    return 0.1 * PADS_N_PER_M * disp_m + min(0.9 * PADS_N_PER_M * disp_m, PADS_YIELD_N)
+
+
+@pytest.mark.parametrize(
+    ("skew_deg", "force_kn"), [(0, 6_662), (15, 4_774), (30, 3_420), (45, 2_451), (60, 1_756)]
+)
+def test_passive_force_by_hand_is_that_of_the_criteria(skew_deg: int, force_kn: float) -> None:
+    passive = sdc_backfill(14.326, 1.8288).scaled(skew_reduction(np.radians(skew_deg)))
+    assert passive.ultimate_n / 1e3 == pytest.approx(force_kn, rel=0.001)
+    assert skew_reduction(np.radians(-skew_deg)) == skew_reduction(np.radians(skew_deg))
+
+
+@pytest.mark.parametrize("abutment", ["spring", "contact", "contact_friction"])
+@pytest.mark.parametrize(("skew_deg", "force_kn"), [(0, 6_662), (30, 3_420), (60, 1_756)])
+def test_a_push_normal_to_the_wall_finds_the_bilinear_passive_force(
+    abutment: str, skew_deg: int, force_kn: float
+) -> None:
+    curve = push(
+        abutment,
+        angle_deg=skew_deg,
+        skew_deg=skew_deg,
+        max_disp_m=0.09,
+        options=ModelOptions(backfill="sdc"),
+    )
+    passive_kn = (force_at(curve, 0.085) - pads_at(0.085)) / 1e3
+    assert passive_kn == pytest.approx(force_kn, rel=0.005)
+
+
+@pytest.mark.parametrize("abutment", ["spring", "contact"])
+@pytest.mark.parametrize(("closure_m", "force_kn"), [(0.025, 3_787), (0.05, 4_978), (0.076, 5_579)])
+def test_the_hyperbolic_backbone_is_met_behind_the_gap(
+    abutment: str, closure_m: float, force_kn: float
+) -> None:
+    curve = push(abutment)
+    disp_m = 0.051 + closure_m
+    assert (force_at(curve, disp_m) - pads_at(disp_m)) / 1e3 == pytest.approx(force_kn, rel=0.005)
+
+
+@pytest.mark.parametrize("abutment", LADDER)
+def test_only_the_pads_act_until_the_gap_closes(abutment: str) -> None:
+    curve = push(abutment, max_disp_m=0.05)
+    has_pads = abutment != "simplified"
+    for disp_m in (0.01, 0.03, 0.05):
+        expected = pads_at(disp_m) if has_pads else 0.0
+        assert force_at(curve, disp_m) == pytest.approx(expected, rel=1e-4, abs=1.0)
+
+
+@pytest.mark.parametrize("abutment", ["spring", "contact"])
+def test_only_the_pads_act_away_from_the_backfill(abutment: str) -> None:
+    curve = push(abutment, angle_deg=180.0)
+    assert force_at(curve, 0.14) == pytest.approx(pads_at(0.14), rel=1e-3)
+
+
+def test_a_key_follows_its_backbone_behind_the_transverse_gap() -> None:
+    curve = push("contact", angle_deg=90.0, steps=1500)
+    key = load_bridge("osb1").abutment.sacrificial_key
+    penalty_kn_per_mm = 2.16e9 / 1e6  # 6 t at 3 rad per 5 ms
+    for force_kn, disp_mm in zip(key.force_kn, key.displacement_mm, strict=True):
+        disp_m = 0.0064 + 1e-3 * (disp_mm + force_kn / penalty_kn_per_mm)
+        found_kn = (force_at(curve, disp_m) - pads_at(disp_m)) / 1e3
+        assert found_kn == pytest.approx(force_kn, rel=0.005)
+
+
+def test_friction_does_nothing_in_a_push_along_a_principal_axis() -> None:
+    for angle_deg in (0.0, 90.0):
+        plain = push("contact", angle_deg=angle_deg)
+        rubbing = push("contact_friction", angle_deg=angle_deg)
+        np.testing.assert_allclose(rubbing.force_n, plain.force_n, rtol=1e-6, atol=1.0)
+
+
+def test_friction_resists_an_oblique_push() -> None:
+    options = ModelOptions(backfill="sdc")
+    plain = push("contact", angle_deg=45.0, max_disp_m=0.1, options=options)
+    rubbing = push("contact_friction", angle_deg=45.0, max_disp_m=0.1, options=options)
+    assert force_at(rubbing, 0.1) > 1.1 * force_at(plain, 0.1)
+
+
+def test_non_uniform_backfill_keeps_the_total_and_is_stronger_at_the_acute_corner() -> None:
+    uniform = push("contact", skew_deg=40, angle_deg=40.0)
+    varied = push(
+        "contact", skew_deg=40, angle_deg=40.0, options=ModelOptions(backfill_variation=0.3)
+    )
+    assert varied.force_n[-1] == pytest.approx(uniform.force_n[-1], rel=0.01)
+
+
+def test_monolithic_keys_are_stronger() -> None:
+    weak = push("contact", angle_deg=90.0)
+    strong = push("contact", angle_deg=90.0, options=ModelOptions(keys="monolithic"))
+    assert strong.peak_n > 2 * weak.peak_n
+
+
+def test_the_reduced_hyperbola_keeps_its_shape() -> None:
+    data = load_bridge("osb1").abutment
+    straight = wall_backfill(data, "hyperbolic", 0.0)
+    skewed = wall_backfill(data, "hyperbolic", np.radians(-45.0))
+    assert skewed.force_n(0.05) / straight.force_n(0.05) == pytest.approx(np.exp(-1.0))
