@@ -1,6 +1,7 @@
 """Ground motions made in the tests, strong enough to close gaps and yield columns."""
 
 import numpy as np
+
 from skewbridge.motions.record import GroundMotion
 
 

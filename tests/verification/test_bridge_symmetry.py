@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from bridge_motions import pulse_motion
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings

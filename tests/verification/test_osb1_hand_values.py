@@ -6,6 +6,7 @@ is named. Tolerances: 1 % on weight and axial force, 5 % on periods and pushover
 """
 
 import pytest
+
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.bridge.catalogue import load_bridge
@@ -14,9 +15,7 @@ from skewbridge.study.variant import Variant
 
 
 def variant(abutment: str, skew_deg: int = 0, bridge: str = "osb1") -> Variant:
-    return Variant(
-        bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50
-    )
+    return Variant(bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50)
 
 
 ELASTIC = ModelOptions(elastic_columns=True)
