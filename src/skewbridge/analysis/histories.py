@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from skewbridge.analysis.contact_plan import contact_column
 from skewbridge.analysis.monitor import Trace
 from skewbridge.analysis.peaks import (
     column_drift,
@@ -49,7 +50,7 @@ def histories_of(model: BridgeModel, trace: Trace, ground_accel_mps2: Series) ->
         table |= _abutment_columns(model, abutment, trace)
     if model.contacts is not None:
         for index, unit in enumerate(model.contacts.units):
-            name = f"contact_{unit.name.replace(' ', '_')}"
+            name = contact_column(unit.name)
             table[f"{name}_opening_m"] = trace.openings_m[:, index]
             table[f"{name}_normal_kn"] = trace.normals_n[:, index] / KN
             table[f"{name}_friction_1_kn"] = trace.tangentials_n[:, index, 0] / KN

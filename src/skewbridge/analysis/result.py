@@ -7,6 +7,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from skewbridge.analysis.contact_plan import ContactPlan
+
 type Status = Literal["ok", "collapse", "numerical_failure", "timeout", "crash"]
 
 RAN: Final = ("ok", "collapse")
@@ -29,6 +31,7 @@ class AnalysisResult:
         demands: The demand columns of the table, in their units.
         energy_kj: Energy balance by term; empty when it was not kept.
         histories: Columns of the history table, each of shape (steps + 1,), or None.
+        plan: Where the contacts are, when there are histories and contacts.
         messages: What a reader of the row should know.
     """
 
@@ -43,4 +46,5 @@ class AnalysisResult:
     demands: dict[str, float]
     energy_kj: Mapping[str, float]
     histories: dict[str, NDArray[np.float64]] | None
+    plan: ContactPlan | None
     messages: tuple[str, ...]

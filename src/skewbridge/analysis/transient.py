@@ -12,6 +12,7 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
+from skewbridge.analysis.contact_plan import contact_plan
 from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.energy import EnergyBalance
 from skewbridge.analysis.gravity import apply_gravity
@@ -249,6 +250,7 @@ class _Run:
             demands=demands(self._model, trace, ground, ratio),
             energy_kj=energy,
             histories=histories_of(self._model, trace, ground) if self._histories else None,
+            plan=contact_plan(self._model) if self._histories else None,
             messages=tuple(self._messages(effort)),
         )
 

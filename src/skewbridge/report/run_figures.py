@@ -1,0 +1,169 @@
+"""Figures of one analysis, from its table of histories."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from skewbridge.units import MM
+
+STYLE: Final[Mapping[str, Any]] = {
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "font.size": 9,
+    "legend.frameon": False,
+}
+_LINE: Final = 0.9
+_COLOURS: Final = sns.color_palette("colorblind")
+
+
+def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
+    """Return the figures of an analysis by file name.
+
+    Args:
+        histories: Table of `skewbridge.analysis.histories`.
+        title: Variant and motion.
+    """
+    with sns.axes_style("white", rc=dict(STYLE)):
+        figures = {
+            "displacements": displacement_figure({title: histories}),
+            "hysteresis": hysteresis_figure({title: histories}),
+            "columns": column_figure(histories, title=title),
+        }
+        if contact_names(histories):
+            figures["contacts"] = contact_figure(histories, title=title)
+    return figures
+
+
+def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
+    """Draw displacement and rotation of the deck's mass centre against time, runs overlaid."""
+    figure = Figure(figsize=(7.2, 5.6), layout="constrained")
+    axes = figure.subplots(3, 1, sharex=True)
+    quantities = (
+        ("deck_ux_m", MM, "Longitudinal (mm)"),
+        ("deck_uy_m", MM, "Transverse (mm)"),
+        ("deck_rot_rad", 1e-3, "Rotation (mrad)"),
+    )
+    for axis, (column, unit, text) in zip(axes, quantities, strict=True):
+        for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
+            axis.plot(table["t_s"], table[column] / unit, lw=_LINE, color=colour, label=name)
+        axis.axhline(0.0, color="0.4", lw=0.5)
+        axis.set_ylabel(text)
+    axes[-1].set_xlabel("Time (s)")
+    _name_runs(figure, axes[0], list(runs))
+    return figure
+
+
+def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
+    """Draw force against displacement of both abutments along both axes, runs overlaid."""
+    figure = Figure(figsize=(7.2, 5.8), layout="constrained")
+    axes = figure.subplots(2, 2)
+    for row, (direction, text) in zip(
+        axes, (("x", "longitudinal"), ("y", "transverse")), strict=True
+    ):
+        for axis, side in zip(row, ("left", "right"), strict=True):
+            for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
+                start = f"abutment_{side}_{direction}"
+                axis.plot(
+                    *(table[f"{start}_m"] / MM, table[f"{start}_kn"] / 1e3),
+                    lw=_LINE,
+                    color=colour,
+                    label=name,
+                )
+            axis.set_title(f"{side} abutment, {text}", fontsize=9)
+            axis.set_xlabel("Deck end displacement (mm)")
+            axis.set_ylabel("Force on the deck (MN)")
+    _name_runs(figure, axes[0][0], list(runs))
+    return figure
+
+
+def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
+    """Draw column shear and its ratio to the capacity against time, and the orbit of the deck."""
+    figure = Figure(figsize=(7.2, 5.2), layout="constrained")
+    grid = figure.add_gridspec(2, 3)
+    shear = figure.add_subplot(grid[0, :2])
+    ratio = figure.add_subplot(grid[1, :2], sharex=shear)
+    orbit = figure.add_subplot(grid[:, 2])
+    shear.plot(histories["t_s"], histories["column_shear_kn"] / 1e3, lw=_LINE, color=_COLOURS[0])
+    shear.set_ylabel("Base shear,\nworst column (MN)")
+    ratio.plot(histories["t_s"], histories["column_shear_dcr"], lw=_LINE, color=_COLOURS[1])
+    ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
+    ratio.set_ylabel("Shear demand/capacity")
+    ratio.set_xlabel("Time (s)")
+    orbit.plot(
+        histories["deck_ux_m"] / MM, histories["deck_uy_m"] / MM, lw=_LINE, color=_COLOURS[2]
+    )
+    orbit.set_aspect("equal", adjustable="datalim")
+    orbit.xaxis.set_major_locator(MaxNLocator(4))
+    orbit.set_xlabel("Longitudinal (mm)")
+    orbit.set_ylabel("Transverse (mm)")
+    orbit.set_title("Orbit of the deck", fontsize=9)
+    figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
+    """Draw when each contact is closed, shaded by its normal force, and the friction forces."""
+    names = contact_names(histories)
+    figure = Figure(figsize=(7.2, 1.6 + 0.22 * len(names) + 2.0), layout="constrained")
+    raster, friction = figure.subplots(
+        2, 1, sharex=True, height_ratios=(0.22 * len(names) + 0.4, 2.0)
+    )
+    time_s = histories["t_s"].to_numpy()
+    normals = np.column_stack([histories[f"{name}_normal_kn"] for name in names]).T / 1e3
+    bins = np.linspace(time_s[0], time_s[-1], min(len(time_s), 1200) + 1)
+    at = np.clip(np.searchsorted(time_s, bins[:-1]), 0, len(time_s) - 1)
+    peaks = np.maximum.reduceat(normals, at, axis=1)
+    shown = np.ma.masked_less_equal(peaks, 0.0)
+    mesh = raster.pcolormesh(
+        bins, np.arange(len(names) + 1), shown, cmap="flare", vmin=0.0, rasterized=True
+    )
+    raster.set_yticks(np.arange(len(names)) + 0.5, [_plain(name) for name in names], fontsize=7)
+    raster.invert_yaxis()
+    raster.grid(visible=False)
+    figure.colorbar(mesh, ax=raster, label="Normal force (MN)", pad=0.01)
+    raster.set_title(title, fontsize=10)
+    groups = {"backwalls": "backwall", "keys": "key"}
+    for colour, (label, word) in zip(_COLOURS, groups.items(), strict=False):
+        chosen = [name for name in names if word in name]
+        total = sum(
+            np.hypot(histories[f"{n}_friction_1_kn"], histories[f"{n}_friction_2_kn"])
+            for n in chosen
+        )
+        if chosen:
+            friction.plot(time_s, np.asarray(total) / 1e3, lw=_LINE, color=colour, label=label)
+    friction.set_ylabel("Friction, sum (MN)")
+    friction.set_xlabel("Time (s)")
+    friction.legend(loc="upper right", fontsize=8)
+    return figure
+
+
+def contact_names(histories: pd.DataFrame) -> list[str]:
+    """Return how the columns of each contact start, in the order of the table."""
+    end = "_normal_kn"
+    return [
+        str(column).removesuffix(end)
+        for column in histories.columns
+        if str(column).startswith("contact_") and str(column).endswith(end)
+    ]
+
+
+def _plain(name: str) -> str:
+    return name.removeprefix("contact_").replace("_", " ")
+
+
+def _name_runs(figure: Figure, axis: Axes, names: list[str]) -> None:
+    """Title the figure with its one run, or give the runs a legend."""
+    if len(names) == 1:
+        figure.suptitle(names[0], fontsize=10)
+    else:
+        axis.legend(loc="best", fontsize=8)
