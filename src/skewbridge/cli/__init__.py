@@ -6,7 +6,7 @@ from typing import Final
 import typer
 
 # Each module has `register(app)` and imports its room inside the commands: `--help` stays fast.
-COMMAND_MODULES: Final = ("study", "bridge", "contact", "motions", "fragility")
+COMMAND_MODULES: Final = ("study", "run", "bridge", "contact", "motions", "fragility")
 
 
 def build_app() -> typer.Typer:

@@ -1,0 +1,185 @@
+"""`skewbridge run`: one analysis with its demands, histories and figures."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from skewbridge.cli.output import (
+    EXIT_FAILED,
+    JsonOption,
+    clear_errors,
+    emit_json,
+    emit_table,
+    messages,
+)
+from skewbridge.cli.variant_options import (
+    AbutmentOption,
+    BridgeOption,
+    FrictionOption,
+    GapOption,
+    SkewOption,
+    variant_of,
+)
+from skewbridge.errors import InputError
+
+if TYPE_CHECKING:
+    from skewbridge.analysis.result import AnalysisResult
+    from skewbridge.demands.batch import Task
+
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
+MotionOption = Annotated[
+    tuple[Path, Path],
+    typer.Option("--motion", help="Two component files: along x and along y at incidence 0."),
+]
+ScaleOption = Annotated[float, typer.Option("--scale", help="Factor on both components.")]
+IncidenceOption = Annotated[
+    float, typer.Option("--incidence-deg", help="From bridge x to component 1.")
+]
+SchemeOption = Annotated[str, typer.Option("--scheme", help="default or paper.")]
+DtOption = Annotated[float, typer.Option("--dt-s", help="Time step.")]
+DurationOption = Annotated[
+    float | None, typer.Option("--duration-s", help="Cut the motion to this window.")
+]
+FreeOption = Annotated[
+    float, typer.Option("--free-vibration-s", help="Time without excitation after the motion.")
+]
+ArraysOption = Annotated[str, typer.Option("--arrays", help="rigid or corotational.")]
+IntegrationOption = Annotated[
+    str, typer.Option("--column-integration", help="hinge_radau or lobatto5.")
+]
+FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("run")(run)
+
+
+@clear_errors
+def run(
+    motion: MotionOption,
+    out: OutOption,
+    bridge: BridgeOption = "osb1",
+    abutment: AbutmentOption = "contact-friction",
+    skew_deg: SkewOption = 0,
+    gap_mm: GapOption = 51,
+    friction: FrictionOption = 0.5,
+    scale: ScaleOption = 1.0,
+    incidence_deg: IncidenceOption = 0.0,
+    scheme: SchemeOption = "default",
+    dt_s: DtOption = 0.005,
+    duration_s: DurationOption = None,
+    free_vibration_s: FreeOption = 0.0,
+    arrays: ArraysOption = "rigid",
+    column_integration: IntegrationOption = "hinge_radau",
+    figures: FiguresOption = True,
+    as_json: JsonOption = False,
+) -> None:
+    """Analyse one variant under one motion; collapse is a result, a failure exits with 1."""
+    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction).normalised()
+    from skewbridge.analysis.settings import AnalysisSettings
+    from skewbridge.bridge.options import ModelOptions
+
+    settings = AnalysisSettings(
+        scheme=scheme,  # pyright: ignore[reportArgumentType]  # checked by the class
+        dt_s=dt_s,
+        duration_s=duration_s,
+        free_vibration_s=free_vibration_s,
+    )
+    options = ModelOptions(
+        arrays=arrays,  # pyright: ignore[reportArgumentType]
+        column_integration=column_integration,  # pyright: ignore[reportArgumentType]
+    )
+    from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.demands.batch import Task
+    from skewbridge.motions.intensity import motion_measures, scaled_measures
+    from skewbridge.motions.read import read_motion
+    from skewbridge.motions.suite import SuiteMotion
+
+    read = read_motion(*motion)
+    measures = scaled_measures(motion_measures(read, load_bridge(bridge).t1_s), scale)
+    task = Task(
+        variant=variant,
+        motion=SuiteMotion(motion=read, scale=scale, measures=measures),
+        incidence_deg=incidence_deg,
+        settings=settings,
+        options=options,
+    )
+    result, row = _analysed(task, _folder(out))
+    _write(task, result, row, out, figures=figures)
+    if as_json:
+        emit_json(row)
+    else:
+        emit_table([{"quantity": name, "value": value} for name, value in row.items()])
+    for text in result.messages:
+        messages.print(text, markup=False)
+    if result.status not in ("ok", "collapse"):
+        raise typer.Exit(EXIT_FAILED)
+
+
+def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]]:
+    """Run the task with a progress bar; return the result and its row of the demands table."""
+    import time
+
+    from rich.progress import Progress
+
+    from skewbridge.analysis.transient import analyse
+    from skewbridge.demands.batch import identity_of, outcome_of
+
+    identity = identity_of(task)
+    wall_s, cpu_s = time.perf_counter(), time.process_time()
+    with Progress(console=messages, transient=True) as bar:
+        job = bar.add_task(task.variant.slug, total=None)
+        result = analyse(
+            task.variant,
+            task.motion.motion,
+            task.motion.scale,
+            task.incidence_deg,
+            task.settings,
+            task.options,
+            histories=True,
+            log_path=out / "opensees.log",
+            progress=lambda done_s, total_s: bar.update(job, completed=done_s, total=total_s),
+        )
+    times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
+    return result, {**identity, **outcome_of(result), **times}
+
+
+def _write(
+    task: "Task", result: "AnalysisResult", row: dict[str, Any], out: Path, *, figures: bool
+) -> None:
+    """Write the row, the histories and the figures of an analysis."""
+    import pandas as pd
+
+    from skewbridge.demands.parquet import provenance, write_demands, write_frame
+
+    digests = provenance(motion_sha256=task.motion.motion.sha256, run_key=task.run_key)
+    write_demands([row], out / "demands.parquet", digests)
+    histories = pd.DataFrame(result.histories)
+    write_frame(histories, out / "histories.parquet", digests)
+    if not figures:
+        return
+    from skewbridge.report.run_figures import run_figures
+
+    title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
+    for name, figure in run_figures(histories, title=title).items():
+        figure.savefig(out / f"{name}.png", dpi=150)
+        figure.savefig(out / f"{name}.svg")
+    if result.plan is not None:
+        from skewbridge.report.contact_replay import replay_page
+
+        page = replay_page(result.plan, histories, title=title)
+        (out / "contact_replay.html").write_text(page, encoding="utf-8")
+
+
+def _folder(out: Path) -> Path:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        probe = out / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        msg = f"out {out}: {error.strerror}"
+        raise InputError(msg) from error
+    return out

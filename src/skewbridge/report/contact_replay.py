@@ -1,0 +1,247 @@
+"""A run's contact events in plan, as one self-contained page: closures, slip and forces."""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from plotly.subplots import make_subplots
+
+from skewbridge.analysis.contact_plan import ContactPlan, PlanContact
+from skewbridge.units import KN
+
+type Points = NDArray[np.float64]
+
+FRAMES: Final = 300
+_LONGEST_ARROW: Final = 0.18  # of the deck's length, for the largest force of the run
+_DISP_SHARE: Final = 0.08  # of the deck's length, for the largest displacement of the run
+_OPEN, _STICK, _SLIP = "#b8b8b8", "#0173b2", "#d55e00"
+
+
+def replay_page(plan: ContactPlan, histories: pd.DataFrame, *, title: str) -> str:
+    """Return the page: a plan with a time slider over the number of closed contacts.
+
+    Args:
+        plan: Deck outline and contacts.
+        histories: Table of `skewbridge.analysis.histories` of the same run.
+        title: Variant and motion.
+    """
+    return replay_figure(plan, histories, title=title).to_html(
+        include_plotlyjs=True, full_html=True, auto_play=False
+    )
+
+
+def replay_figure(plan: ContactPlan, histories: pd.DataFrame, *, title: str) -> go.Figure:
+    """Return the animated figure of `replay_page`."""
+    scene = _Scene(plan, histories)
+    rows = _frame_rows(histories["t_s"].to_numpy(), scene.closed)
+    figure = make_subplots(
+        rows=2, cols=1, row_heights=[0.75, 0.25], vertical_spacing=0.14, shared_xaxes=False
+    )
+    moving = scene.traces(rows[0])
+    for trace in (scene.rest(), *moving):
+        figure.add_trace(trace, row=1, col=1)
+    time_s = histories["t_s"].to_numpy()
+    figure.add_trace(
+        go.Scattergl(
+            x=time_s,
+            y=scene.closed.sum(axis=1),
+            line_shape="hv",
+            line_color="#029e73",
+            showlegend=False,
+        ),
+        row=2,
+        col=1,
+    )
+    figure.add_trace(_cursor(scene, rows[0]), row=2, col=1)
+    count = 1 + len(moving)
+    animated = [*range(1, count), count + 1]
+    figure.frames = [
+        go.Frame(
+            name=f"{time_s[row]:.2f}",
+            data=[*scene.traces(row), _cursor(scene, row)],
+            traces=animated,
+        )
+        for row in rows
+    ]
+    _arrange(figure, scene, title)
+    return figure
+
+
+class _Scene:
+    """Positions, states and forces of the contacts at every row of the histories."""
+
+    def __init__(self, plan: ContactPlan, histories: pd.DataFrame) -> None:
+        self.plan = plan
+        self.time_s: Points = histories["t_s"].to_numpy()
+        contacts = plan.contacts
+        self.corners = np.array([corner.plan_m for corner in plan.corners])
+        moves = [
+            histories[[f"{corner.column}_x_m", f"{corner.column}_y_m"]].to_numpy()
+            for corner in plan.corners
+        ]
+        self.moves = np.stack(moves, axis=1)
+        self.rest_points = np.array([contact.plan_m for contact in contacts])
+        self.normal_kn = _columns(histories, contacts, "normal_kn")
+        self.friction_kn = _columns(histories, contacts, "friction_1_kn")
+        self.closed = self.normal_kn > 0.0
+        self.slipping = self._slipping(histories)
+        self.length_m = float(np.ptp(self.corners[:, 0]))
+        largest_m = max(float(np.abs(self.moves).max()), 1e-9)
+        self.disp_scale = _round_down(_DISP_SHARE * self.length_m / largest_m)
+        largest_kn = max(float(self.normal_kn.max()), 1e-9)
+        self.metres_per_kn = _LONGEST_ARROW * self.length_m / largest_kn
+        self._weights = np.array([self._along_edge(contact) for contact in contacts])
+
+    def rest(self) -> go.Scatter:
+        """Return the outline of the deck at rest."""
+        x, y = np.vstack([self.corners, self.corners[:1]]).T
+        return go.Scatter(
+            x=x, y=y, mode="lines", line={"color": "#999999", "dash": "dot"}, name="at rest"
+        )
+
+    def traces(self, row: int) -> list[go.Scatter]:
+        """Return deck, contacts and forces at one row."""
+        corners = self.corners + self.disp_scale * self.moves[row]
+        x, y = np.vstack([corners, corners[:1]]).T
+        points = self.rest_points + self.disp_scale * (self._weights @ self.moves[row])
+        closed, slipping = self.closed[row], self.slipping[row]
+        colours = np.where(closed, np.where(slipping, _SLIP, _STICK), _OPEN)
+        normals = np.array([contact.normal for contact in self.plan.contacts])
+        tangents = np.array([contact.tangent for contact in self.plan.contacts])
+        force = self.normal_kn[row][:, None] * normals - self.friction_kn[row][:, None] * tangents
+        tips = points + self.metres_per_kn * force * closed[:, None]
+        return [
+            go.Scatter(
+                x=x,
+                y=y,
+                mode="lines",
+                fill="toself",
+                fillcolor="rgba(120,150,190,0.25)",
+                line={"color": "#44617f"},
+                name="deck",
+                hoverinfo="skip",
+            ),
+            go.Scatter(
+                **_segments(points, tips),
+                mode="lines",
+                line={"color": "#cc3311", "width": 2},
+                name="force on the deck",
+                hoverinfo="skip",
+            ),
+            go.Scatter(
+                x=points[:, 0],
+                y=points[:, 1],
+                mode="markers",
+                marker={"color": colours, "size": 9, "line": {"color": "#333333", "width": 0.5}},
+                text=[
+                    f"{contact.name}<br>normal {normal:.0f} kN, friction {friction:.0f} kN"
+                    for contact, normal, friction in zip(
+                        self.plan.contacts, self.normal_kn[row], self.friction_kn[row], strict=True
+                    )
+                ],
+                hoverinfo="text",
+                name="contacts",
+            ),
+        ]
+
+    def _slipping(self, histories: pd.DataFrame) -> NDArray[np.bool_]:
+        """Return where friction is at its limit: that of the largest ratio seen at a contact."""
+        ratio = np.divide(
+            np.abs(self.friction_kn),
+            self.normal_kn,
+            out=np.zeros_like(self.normal_kn),
+            where=self.closed,
+        )
+        limit = np.median(ratio[ratio > 0.0]) if (ratio > 0.0).any() else np.inf
+        return self.closed & (ratio >= 0.98 * limit)
+
+    def _along_edge(self, contact: PlanContact) -> Points:
+        """Return the weights of the corners whose mean moves as the deck does at a contact."""
+        ends = [i for i, corner in enumerate(self.plan.corners) if corner.side == contact.side]
+        first, second = self.corners[ends]
+        edge = second - first
+        share = float((np.array(contact.plan_m) - first) @ edge / (edge @ edge))
+        weights = np.zeros(len(self.corners))
+        weights[ends] = 1.0 - share, share
+        return weights
+
+
+def _columns(histories: pd.DataFrame, contacts: Sequence[PlanContact], end: str) -> Points:
+    return np.column_stack([histories[f"{contact.column}_{end}"] for contact in contacts])
+
+
+def _frame_rows(time_s: Points, closed: NDArray[np.bool_]) -> list[int]:
+    """Return the rows shown: evenly spaced, and no opening or closing between them is lost."""
+    even = np.linspace(0, len(time_s) - 1, FRAMES).astype(int)
+    changed = np.flatnonzero((closed[1:] != closed[:-1]).any(axis=1)) + 1
+    first_after = changed[np.unique(np.searchsorted(even, changed), return_index=True)[1]]
+    return sorted({*even.tolist(), *first_after.tolist()})
+
+
+def _segments(starts: Points, tips: Points) -> dict[str, Any]:
+    """Return x and y of separate lines in one trace."""
+    gaps = np.full(len(starts), np.nan)
+    return {
+        "x": np.column_stack([starts[:, 0], tips[:, 0], gaps]).ravel(),
+        "y": np.column_stack([starts[:, 1], tips[:, 1], gaps]).ravel(),
+    }
+
+
+def _cursor(scene: _Scene, row: int) -> go.Scatter:
+    time_s = scene.time_s[row]
+    return go.Scatter(
+        x=[time_s, time_s],
+        y=[0, scene.closed.shape[1]],
+        mode="lines",
+        line={"color": "#cc3311", "width": 1},
+        showlegend=False,
+        hoverinfo="skip",
+    )
+
+
+def _round_down(value: float) -> float:
+    """Return the largest of 1, 2, 5 times a power of ten that is not above a value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(step * power for step in (5.0, 2.0, 1.0) if step * power <= value))
+
+
+def _arrange(figure: go.Figure, scene: _Scene, title: str) -> None:
+    """Label the axes, and add the slider and the buttons."""
+    steps = [
+        {
+            "label": frame.name,
+            "method": "animate",
+            "args": [[frame.name], {"mode": "immediate", "frame": {"duration": 0}}],
+        }
+        for frame in figure.frames
+    ]
+    play = {"frame": {"duration": 60, "redraw": True}, "fromcurrent": True}
+    stop = {"frame": {"duration": 0}, "mode": "immediate"}
+    per_mn = scene.metres_per_kn * 1e6 / KN
+    figure.update_layout(
+        title=f"{title}<br><sup>displacements x {scene.disp_scale:g}; 1 MN is drawn "
+        f"{per_mn:.2g} m long; contacts: grey open, blue sticking, orange slipping</sup>",
+        template="simple_white",
+        height=760,
+        legend={"orientation": "h", "y": 1.02, "x": 0.55},
+        sliders=[{"steps": steps, "currentvalue": {"prefix": "t (s) = "}, "pad": {"t": 40}}],
+        updatemenus=[
+            {
+                "type": "buttons",
+                "direction": "left",
+                "x": 0.0,
+                "y": 1.06,
+                "buttons": [
+                    {"label": "play", "method": "animate", "args": [None, play]},
+                    {"label": "stop", "method": "animate", "args": [[None], stop]},
+                ],
+            }
+        ],
+    )
+    figure.update_xaxes(title_text="x (m)", row=1, col=1)
+    figure.update_yaxes(title_text="y (m)", scaleanchor="x", scaleratio=1, row=1, col=1)
+    figure.update_xaxes(title_text="Time (s)", row=2, col=1)
+    figure.update_yaxes(title_text="Contacts closed", row=2, col=1)
