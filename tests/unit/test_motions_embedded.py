@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.scaling import FACTOR_LIMITS
 from skewbridge.motions.suite import prepare_suite
@@ -81,3 +82,10 @@ def test_neither_bridge_axis_is_favoured(suite):
     log_ratio = np.log(peaks[:, 0] / peaks[:, 1])
     # standard error of the mean ratio is about 0.3 / sqrt(40) = 0.05
     assert abs(log_ratio.mean()) < 0.15
+
+
+def test_scale_factors_are_for_the_period_of_osb1():
+    """If not: `skewbridge motions default-suite --out motions` (only the factors change)."""
+    index = pd.read_csv(MOTIONS / "index.csv")
+    assert index["scale_t1_s"].nunique() == 1
+    assert load_bridge("osb1").t1_s == pytest.approx(index["scale_t1_s"][0], rel=1e-3)

@@ -1,0 +1,192 @@
+"""The stochastic model against published values, and against the ground-motion model it targets.
+
+Parameters: values of the unit test of NHERI-SimCenter smelt (BSD-2), an implementation of Dabaghi
+and Der Kiureghian (2018), Earthquake Engineering and Structural Dynamics 47:1369-1393, for
+M 6.5, 10 km, Vs30 760 m/s, strike-slip, s = 26 km. Medians: Boore et al. (2014), pygmm as oracle.
+"""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_trapezoid
+
+from skewbridge.motions.spectrum import pair_psa
+from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
+from skewbridge.motions.synthesis.calibration import PERIODS_S
+from skewbridge.motions.synthesis.ddk18 import (
+    Pulse,
+    draw_parameters,
+    mean_normals,
+    transform,
+)
+from skewbridge.motions.synthesis.embedded import SCENARIO, default_motions
+from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
+from skewbridge.motions.synthesis.process import (
+    arias_cm_s,
+    fit_modulation,
+    pulse_acceleration,
+    simulate_background,
+)
+from skewbridge.motions.synthesis.scenario import Scenario
+from skewbridge.units import G_MPS2
+
+SMELT = Scenario(magnitude=6.5, distance_km=10.0, vs30_mps=760.0, rupture_to_site_km=26.0)
+FOUR_DIGITS = 6e-4  # half a unit of the fourth digit of the published values
+TEST_PERIODS_S = [0.1, 0.2, 0.5, 1.0, 2.0, 3.0]
+
+
+def test_regression_reproduces_the_published_normals():
+    normals = mean_normals(SMELT, with_pulse=False)
+    published = [4.5267, 2.1629, 1.0427, 1.5920, 1.7794, 0.0068, -0.0772,
+                 3.9270, 2.3581, 0.9721, 1.5534, 1.9106, -0.2490, -0.0181]  # fmt: skip
+    np.testing.assert_allclose(normals, published, atol=6e-5)
+
+
+def test_transforms_reproduce_the_published_parameters():
+    parameters = transform(mean_normals(SMELT, with_pulse=False), with_pulse=False)
+    assert parameters.pulse is None
+    _check(parameters.component_1, [92.45, 8.696, 2.837, 4.914, 5.926, -0.0496, 0.136])
+    _check(parameters.component_2, [50.76, 10.571, 2.6435, 4.728, 6.757, -0.0847, 0.1424])
+
+
+def test_transforms_reproduce_the_published_pulse_parameters():
+    parameters = transform(mean_normals(SMELT, with_pulse=True), with_pulse=True)
+    pulse = parameters.pulse
+    found = [
+        pulse.peak_cm_s,
+        pulse.period_s,
+        pulse.oscillations,
+        pulse.phase_rad / np.pi,
+        pulse.peak_time_s,
+    ]
+    np.testing.assert_allclose(found, [44.00, 1.7189, 2.2567, 1.0, 5.2785], rtol=FOUR_DIGITS)
+    _check(parameters.component_1, [125.14, 8.040, 3.550, 5.507, 4.312, -0.0602, 0.1555])
+    _check(parameters.component_2, [110.07, 7.729, 3.381, 5.310, 5.059, -0.0736, 0.1309])
+
+
+def _check(background, published):
+    found = dataclasses.astuple(background)
+    # the published digits of the last two are three
+    np.testing.assert_allclose(found[:5], published[:5], rtol=FOUR_DIGITS)
+    np.testing.assert_allclose(found[5:], published[5:], atol=6e-5)
+
+
+@pytest.mark.parametrize(
+    ("given", "published"),
+    [
+        ((12.0, 14.0, 3.9, 5.7), (2.1516, 0.1082, 4.8923, 0.0375)),
+        ((9.0, 15.2, 3.9, 5.5), (4.4321, 0.0970, 4.0577, 0.0324)),
+    ],
+)
+def test_modulation_reproduces_the_published_fits(given, published):
+    fit = fit_modulation(*given)
+    found = (fit.power, fit.decay_per_s, fit.peak_s, fit.amplitude_g)
+    np.testing.assert_allclose(found, published, atol=6e-5)
+
+
+def test_component_has_the_drawn_arias_intensity():
+    rng = np.random.default_rng(5)
+    parameters = draw_parameters(SMELT, rng, with_pulse=False)
+    one_g, two_g, _ = simulate_background(parameters, SMELT.magnitude, rng, 0.01)
+    assert arias_cm_s(one_g, 0.01) == pytest.approx(parameters.component_1.arias_cm_s, rel=1e-6)
+    assert arias_cm_s(two_g, 0.01) == pytest.approx(parameters.component_2.arias_cm_s, rel=1e-6)
+
+
+def test_pulse_has_its_amplitude_and_leaves_no_displacement_rate():
+    """At phase 0 the velocity peaks near Vp at the centre; it ends at zero by construction."""
+    pulse = Pulse(peak_cm_s=50.0, period_s=2.0, oscillations=2.4, phase_rad=0.0, peak_time_s=5.0)
+    time_s = np.arange(0, 10, 0.001)
+    velocity_cm_s = 981.0 * cumulative_trapezoid(
+        pulse_acceleration(pulse, time_s), time_s, initial=0
+    )
+    centre = 0.5 * (1 + 1) * 50.0  # 0.5 Vp cos(0) (1 + cos 0), less the small Dr term
+    assert np.abs(velocity_cm_s).max() == pytest.approx(centre, rel=0.05)
+    assert abs(velocity_cm_s[-1]) < 0.02
+    displacement_cm = cumulative_trapezoid(velocity_cm_s, time_s, initial=0)
+    assert abs(displacement_cm[-1]) < 0.01 * np.abs(displacement_cm).max()
+
+
+def test_ground_motion_model_agrees_with_pygmm():
+    pygmm = pytest.importorskip("pygmm")
+    for mechanism, code in (("strike_slip", "SS"), ("reverse", "RS")):
+        for magnitude, distance_km, vs30_mps in ((7.0, 10.0, 400.0), (6.5, 30.0, 250.0)):
+            ours = Scenario(
+                magnitude=magnitude, distance_km=distance_km, vs30_mps=vs30_mps,
+                mechanism=mechanism,
+            )  # fmt: skip
+            theirs = pygmm.BooreStewartSeyhanAtkinson2014(
+                pygmm.Scenario(
+                    mag=magnitude,
+                    dist_jb=distance_km,
+                    v_s30=vs30_mps,
+                    mechanism=code,
+                    region="global",
+                )
+            )
+            median_g, sigma = bssa14(ours, PERIODS_S)
+            np.testing.assert_allclose(median_g, theirs.interp_spec_accels(PERIODS_S), rtol=1e-9)
+            np.testing.assert_allclose(sigma, theirs.interp_ln_stds(PERIODS_S), rtol=1e-9)
+
+
+def test_correlation_between_periods_has_its_published_values():
+    """Section 4.2 of the motions page: correlation with 1 s, Baker and Jayaram (2008)."""
+    periods_s = [0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0]
+    published = [0.416, 0.279, 0.444, 0.573, 0.749, 0.895, 1.0, 0.852, 0.749, 0.609, 0.444]
+    rho = baker_jayaram_correlation(periods_s)
+    np.testing.assert_allclose(rho[6], published, atol=6e-4)
+    assert np.linalg.eigvalsh(baker_jayaram_correlation(PERIODS_S)).min() > 0.0
+
+
+def _statistics(motions, scenario):
+    log_50, log_100, correlation = [], [], []
+    for motion in motions:
+        pair = (motion.accel_1_mps2, motion.accel_2_mps2)
+        psa = pair_psa(*pair, motion.dt_s, TEST_PERIODS_S)
+        log_50.append(np.log(psa.rotd50_mps2 / G_MPS2))
+        log_100.append(np.log(psa.rotd100_mps2 / G_MPS2))
+        correlation.append(np.corrcoef(*pair)[0, 1])
+    median_g, sigma = bssa14(scenario, TEST_PERIODS_S)
+    log_50, log_100 = np.array(log_50), np.array(log_100)
+    return (
+        np.exp(log_50.mean(axis=0)) / median_g,
+        log_50.std(axis=0, ddof=1) / sigma,
+        np.exp((log_100 - log_50).mean(axis=0)),
+        float(np.mean(correlation)),
+    )
+
+
+@pytest.mark.parametrize(("magnitude", "distance_km", "seed"), [(6.75, 20.0, 1)])
+def test_120_calibrated_motions_follow_the_ground_motion_model(magnitude, distance_km, seed):
+    scenario = Scenario(magnitude=magnitude, distance_km=distance_km, vs30_mps=400.0)
+    motions = [synthesize(scenario, index=i, seed=seed) for i in range(120)]
+    median, sigma, rotd100, correlation = _statistics(motions, scenario)
+    assert np.all((median > 0.90) & (median < 1.10))
+    assert np.all((sigma > 0.80) & (sigma < 1.15))
+    assert np.all((rotd100 > 1.15) & (rotd100 < 1.35))
+    assert abs(correlation) < 0.05
+
+
+def test_shipped_suite_follows_the_ground_motion_model():
+    median, sigma, rotd100, correlation = _statistics(
+        [cut for _, cut in default_motions()], SCENARIO
+    )
+    assert np.all((median > 0.75) & (median < 1.25))
+    assert np.all((sigma > 0.75) & (sigma < 1.25))
+    assert np.all((rotd100 > 1.15) & (rotd100 < 1.35))
+    assert abs(correlation) < 0.15  # 40 random directions: standard error 0.04
+
+
+def test_uncalibrated_model_has_its_known_bias():
+    """Section 3.3: the median PSA(1 s) of the model is near 0.107 g, a third below NGA-West2.
+
+    40 motions with a dispersion of 0.6: standard error 10 %, so 25 %.
+    """
+    scenario = Scenario(magnitude=6.75, distance_km=20.0, vs30_mps=400.0)
+    options = SynthesisOptions(calibrate="none", orientation="principal")
+    motions = [synthesize(scenario, index=i, seed=1, options=options) for i in range(40)]
+    psa_g = [
+        pair_psa(m.accel_1_mps2, m.accel_2_mps2, m.dt_s, [1.0]).rotd50_mps2[0] / G_MPS2
+        for m in motions
+    ]
+    assert np.exp(np.mean(np.log(psa_g))) == pytest.approx(0.107, rel=0.25)
