@@ -1,7 +1,94 @@
 """Commands of the fragility room."""
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
+
+from skewbridge.cli.output import JsonOption, clear_errors, emit_json, emit_table, messages
+from skewbridge.errors import InputError
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
+    app.command("fit")(fit)
+    app.command("export")(export)
+
+
+@clear_errors
+def fit(
+    data: Annotated[Path, typer.Argument(help="Data: .json, .csv or .parquet.")],
+    method: Annotated[str, typer.Option(help="stripes, ida or cloud.")],
+    model: Annotated[
+        str | None, typer.Option(help="Cloud: ols, tobit, modified or heteroscedastic.")
+    ] = None,
+    link: Annotated[str, typer.Option(help="Stripes: probit, logit or cloglog.")] = "probit",
+    level: Annotated[float, typer.Option(help="Confidence level.")] = 0.95,
+    threshold: Annotated[float | None, typer.Option(help="Median capacity.")] = None,
+    im: Annotated[str | None, typer.Option(help="Column of intensities, table of runs.")] = None,
+    edp: Annotated[str | None, typer.Option(help="Column of demands, table of runs.")] = None,
+    where: Annotated[str | None, typer.Option(help="Rows to use: skew_deg == 30.")] = None,
+    capacity_dispersion: Annotated[float, typer.Option(help="Of the capacity (cloud).")] = 0.0,
+    censor_above: Annotated[float | None, typer.Option(help="Tobit: censor from here.")] = None,
+    discard_below: Annotated[float | None, typer.Option(help="Tobit: drop below.")] = None,
+    assumed_beta: Annotated[float, typer.Option(help="For one-sided bounds of theta.")] = 0.4,
+    accept_bounds: Annotated[
+        bool, typer.Option("--accept-bounds", help="Fit though failed runs decide the result.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Fit a fragility curve: theta, beta, intervals and a status that says what they are worth."""
+    from skewbridge.fragility.command import FitOptions, fit_file
+
+    try:
+        result = fit_file(
+            data,
+            FitOptions(
+                method=method,
+                model=model,
+                link=link,
+                level=level,
+                threshold=threshold,
+                im=im,
+                edp=edp,
+                where=where,
+                capacity_dispersion=capacity_dispersion,
+                censor_above=censor_above,
+                discard_below=discard_below,
+                assumed_beta=assumed_beta,
+                accept_bounds=accept_bounds,
+            ),
+        ).as_json()
+    except InputError as error:
+        error.details.setdefault("row", None)
+        raise
+    if as_json:
+        emit_json(result)
+        return
+    for warning in result["warnings"]:
+        messages.print(f"warning: {warning}", style="yellow")
+    emit_table(
+        [
+            {"quantity": name, "value": value}
+            for name, value in result.items()
+            if isinstance(value, str | int | float | list) and name != "warnings"
+        ]
+    )
+
+
+@clear_errors
+def export(
+    curves: Annotated[Path, typer.Argument(help="Curves: the parquet table of the study.")],
+    form: Annotated[str, typer.Option("--format", help="nrml, pelicun or csv.")],
+    out: Annotated[Path, typer.Option(help="File to write.")],
+    method: Annotated[str, typer.Option(help="cloud, exceedance or ida_interval.")] = "cloud",
+    as_json: JsonOption = False,
+) -> None:
+    """Write fragility curves for other tools."""
+    from skewbridge.fragility.export import export_curves
+
+    report = export_curves(curves, form, out, method=method)
+    if as_json:
+        emit_json(report)
+    else:
+        emit_table([report])

@@ -81,7 +81,7 @@ class CensoredKernel:
             z = params @ self._observed.upper.T
             count = np.sum(np.broadcast_to(w, z.shape), axis=1)
             loglik += np.sum(w * (-0.5 * z * z - _HALF_LOG_2PI), axis=1) + count * np.log(safe_h)
-            _accumulate(score, hessian, self._observed.upper, -w * z, np.broadcast_to(-w, z.shape))
+            add_terms(score, hessian, self._observed.upper, -w * z, np.broadcast_to(-w, z.shape))
             score[:, -1] += count / safe_h
             hessian[:, -1, -1] -= count / safe_h**2
         for block, design, sign in (
@@ -93,7 +93,7 @@ class CensoredKernel:
                 u = sign * (params @ design.T)
                 ratio = np.sqrt(2.0 / np.pi) / special.erfcx(-u / np.sqrt(2.0))
                 loglik += np.sum(w * special.log_ndtr(u), axis=1)
-                _accumulate(score, hessian, design, sign * w * ratio, -w * ratio * (u + ratio))
+                add_terms(score, hessian, design, sign * w * ratio, -w * ratio * (u + ratio))
         if self._both.columns.size:
             self._add_intervals(params, weights, loglik, score, hessian)
         return Derivatives(np.where(inside, loglik, -np.inf), score, hessian)
@@ -110,14 +110,10 @@ class CensoredKernel:
         w = weights[..., self._both.columns]
         zu, zl = params @ upper.T, params @ lower.T
         log_difference = log_normal_interval(zl, zu)
-        # where the bracket has no probability the log-likelihood is minus infinity, and the
-        # Newton step there is refused: its derivatives only have to be finite
-        scale = np.where(np.isfinite(log_difference), -log_difference, -np.inf)
-        pu = np.exp(-0.5 * zu * zu - _HALF_LOG_2PI + scale)
-        pl = np.exp(-0.5 * zl * zl - _HALF_LOG_2PI + scale)
+        pu, pl = normal_density(zu, log_difference), normal_density(zl, log_difference)
         loglik += np.sum(w * log_difference, axis=1)
-        _accumulate(score, hessian, upper, w * pu, -w * pu * (zu + pu))
-        _accumulate(score, hessian, lower, -w * pl, w * pl * (zl - pl))
+        add_terms(score, hessian, upper, w * pu, -w * pu * (zu + pu))
+        add_terms(score, hessian, lower, -w * pl, w * pl * (zl - pl))
         cross = np.einsum("rj,jp,jq->rpq", w * pu * pl, upper, lower)
         hessian += cross + np.swapaxes(cross, 1, 2)
 
@@ -136,9 +132,20 @@ def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
     return np.where(upper > lower, out, -np.inf)
 
 
-def _accumulate(
+def normal_density(z: FloatArray, log_probability: FloatArray) -> FloatArray:
+    """Return phi(z)/P; 0 where P is 0.
+
+    Where a bracket has no probability the log-likelihood is minus infinity and a Newton step to
+    there is refused: the derivatives only have to be finite.
+    """
+    scale = np.where(np.isfinite(log_probability), -log_probability, -np.inf)
+    return np.exp(-0.5 * z * z - _HALF_LOG_2PI + scale)
+
+
+def add_terms(
     score: FloatArray, hessian: FloatArray, design: FloatArray, d1: FloatArray, d2: FloatArray
 ) -> None:
+    """Add sum d1 x and sum d2 x x' over the rows x of a design to score and Hessian, in place."""
     size = design.shape[1]
     products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
     score += d1 @ design

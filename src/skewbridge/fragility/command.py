@@ -1,0 +1,293 @@
+"""From a file and options to a fit: the work behind `skewbridge fit`."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.fragility import cloud, cloud_models, ida, stripes, tobit
+from skewbridge.fragility.fit import DEFAULT_LEVEL, FragilityFit
+from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
+from skewbridge.fragility.links import FloatArray
+from skewbridge.fragility.outcomes import outcomes_of
+from skewbridge.fragility.study_cloud import fit_variant_cloud
+from skewbridge.fragility.study_exceedance import fit_exceedance, fit_record_brackets
+from skewbridge.fragility.study_runs import DEFAULT_SEED, FitSettings, Runs
+from skewbridge.fragility.validate import as_column
+
+METHODS: Final = ("stripes", "ida", "cloud")
+MODELS: Final = ("ols", "tobit", "modified", "heteroscedastic")
+# Other spellings of the columns, as they stand in published data sets.
+_ALIASES: Final = {
+    "right_censored": "censored",
+    "bracket_lo": "lower",
+    "bracket_hi": "upper",
+    "im_no_exceed": "lower",
+    "im_exceed": "upper",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitOptions:
+    """Options of the command.
+
+    Attributes:
+        method: stripes, ida or cloud.
+        model: Cloud model; None is ols, or modified where runs collapsed.
+        link: Link of the stripes.
+        level: Confidence level.
+        threshold: Median capacity, if the file does not give it.
+        im: Column of intensities, for a table of runs.
+        edp: Column of demands, for a table of runs.
+        where: Condition that selects rows of a table (pandas query).
+        capacity_dispersion: Dispersion of the capacity (cloud ols and tobit).
+        censor_above: Demands at or above it are censored (tobit).
+        discard_below: Demands below it are dropped (tobit); selects on the response.
+        assumed_beta: Dispersion for one-sided bounds.
+        accept_bounds: Give a number though unknown outcomes move it by over 15 %.
+    """
+
+    method: str
+    model: str | None = None
+    link: str = "probit"
+    level: float = DEFAULT_LEVEL
+    threshold: float | None = None
+    im: str | None = None
+    edp: str | None = None
+    where: str | None = None
+    capacity_dispersion: float = 0.0
+    censor_above: float | None = None
+    discard_below: float | None = None
+    assumed_beta: float = 0.4
+    accept_bounds: bool = False
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            msg = f"method must be one of {', '.join(METHODS)}, got {self.method!r}"
+            raise InputError(msg)
+        if self.model is not None and self.model not in MODELS:
+            msg = f"model must be one of {', '.join(MODELS)}, got {self.model!r}"
+            raise InputError(msg)
+        if not 0.5 < self.level < 1.0:
+            msg = f"level must be within 0.5..1, got {self.level:g}"
+            raise InputError(msg)
+        for name, value, high in (
+            ("assumed_beta", self.assumed_beta, 5.0),
+            ("capacity_dispersion", self.capacity_dispersion + 1e-300, 2.0),
+        ):
+            if not 0.0 < value <= high:
+                msg = f"{name} must be within 0..{high:g}, got {value:g}"
+                raise InputError(msg)
+
+
+def fit_file(path: Path, options: FitOptions) -> FragilityFit:
+    """Fit the data of a JSON, CSV or parquet file.
+
+    Raises:
+        InputError: The file or a value in it is unusable; the details hold the row.
+    """
+    data = read_data(path, options.where)
+    if options.edp is not None or options.im is not None:
+        if not isinstance(data, pd.DataFrame):
+            data = pd.DataFrame({k: v for k, v in data.items() if isinstance(v, list)})
+        return _fit_runs(data, options)
+    columns = {_ALIASES.get(str(key), str(key)): value for key, value in dict(data).items()}
+    return _fit_columns(columns, options)
+
+
+def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[str, Any]:
+    """Read a JSON object of columns, or a CSV or parquet table.
+
+    Raises:
+        InputError: The file cannot be read, is of another kind, or the condition is wrong.
+    """
+    try:
+        if path.suffix == ".json":
+            data: Any = json.loads(path.read_text(encoding="utf-8"))
+        elif path.suffix == ".parquet":
+            data = pd.read_parquet(path)
+        elif path.suffix == ".csv":
+            data = pd.read_csv(path)
+        else:
+            msg = f"{path.name}: expected .json, .csv or .parquet"
+            raise InputError(msg)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        msg = f"cannot read {path}: {error}"
+        raise InputError(msg) from error
+    if isinstance(data, list):
+        data = pd.DataFrame(data)
+    if not isinstance(data, dict | pd.DataFrame):
+        msg = f"{path.name} must hold an object of columns"
+        raise InputError(msg)
+    if where is None:
+        return data
+    if not isinstance(data, pd.DataFrame):
+        msg = "--where needs a table (CSV or parquet)"
+        raise InputError(msg)
+    if "@" in where or "__" in where:
+        msg = f"--where may only compare columns with values, got {where!r}"
+        raise InputError(msg)
+    try:
+        chosen = data.query(where, engine="python")
+    except Exception as error:  # pandas raises whatever its parser meets
+        msg = f"--where {where!r}: {error}"
+        raise InputError(msg) from error
+    if chosen.empty:
+        msg = f"--where {where!r} selects no row of {len(data)}"
+        raise InputError(msg)
+    return chosen
+
+
+def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFit:
+    def need(name: str) -> Any:
+        if name not in columns:
+            msg = f"{options.method} data need a column {name!r}; found {', '.join(columns)}"
+            raise InputError(msg, column=name)
+        return columns[name]
+
+    if options.method == "stripes":
+        return stripes.fit_stripes(
+            need("im"),
+            need("n"),
+            need("k"),
+            link=options.link,
+            level=options.level,
+            assumed_beta=options.assumed_beta,
+        )
+    if options.method == "ida":
+        if "lower" in columns or "upper" in columns:
+            return ida.fit_brackets(
+                need("lower"),
+                [_endless(value) for value in need("upper")],
+                level=options.level,
+                assumed_beta=options.assumed_beta,
+            )
+        return ida.fit_capacities(
+            need("capacity"),
+            columns.get("censored"),
+            level=options.level,
+            assumed_beta=options.assumed_beta,
+        )
+    im = np.exp(as_column(columns["ln_im"], "ln_im")) if "ln_im" in columns else need("im")
+    edp = np.exp(as_column(columns["ln_edp"], "ln_edp")) if "ln_edp" in columns else need("edp")
+    threshold = options.threshold
+    if threshold is None:
+        given = need("threshold")
+        threshold = float(as_column([_first(given)], "threshold")[0])
+    collapse = columns.get("collapse")
+    flags = None if collapse is None else as_column(collapse, "collapse")
+    return _fit_cloud(im, edp, threshold, flags, options)
+
+
+def _fit_cloud(
+    im: Any, edp: Any, threshold: float, collapse: FloatArray | None, options: FitOptions
+) -> FragilityFit:
+    fallen = collapse is not None and bool(np.any(collapse > 0.0))
+    model = options.model or ("modified" if fallen else "ols")
+    if model == "modified":
+        flags = np.zeros(len(im)) if collapse is None else collapse
+        return cloud_models.fit_modified_cloud(im, edp, threshold, flags, level=options.level)
+    if model == "tobit":
+        demand = as_column(edp, "edp")
+        if collapse is not None and fallen:  # a collapse exceeds, whatever was recorded
+            demand = np.where(collapse > 0.0, np.fmax(demand, threshold), demand)
+        return tobit.fit_tobit(
+            im,
+            demand,
+            threshold,
+            censored=collapse,
+            censor_above=options.censor_above,
+            discard_below=options.discard_below,
+            capacity_dispersion=options.capacity_dispersion,
+            level=options.level,
+        )
+    x, d = as_column(im, "im"), as_column(edp, "edp")
+    if collapse is not None and fallen and collapse.size == x.size == d.size:
+        cloud.cloud_columns(x, d, threshold, collapse)
+        x, d = x[collapse == 0.0], d[collapse == 0.0]
+    if model == "heteroscedastic":
+        fit = cloud_models.fit_heteroscedastic(x, d, threshold, level=options.level)
+    else:
+        fit = cloud.fit_cloud(
+            x,
+            d,
+            threshold,
+            capacity_dispersion=options.capacity_dispersion,
+            level=options.level,
+        )
+    return replace(fit, warnings=(*fit.warnings, "collapse_left_out")) if fallen else fit
+
+
+def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
+    """Fit a table with one row per run; a ``status`` and a ``motion_id`` column are obeyed."""
+    if options.im is None or options.edp is None or options.threshold is None:
+        msg = "a table of runs needs --im, --edp and --threshold"
+        raise InputError(msg)
+    for column in (options.im, options.edp):
+        if column not in table.columns:
+            msg = f"the table has no column {column!r}"
+            raise InputError(msg, column=column)
+    plain = "status" not in table.columns or bool((table["status"] == "ok").all())
+    alone = "motion_id" not in table.columns or bool(table["motion_id"].is_unique)
+    im = as_column(table[options.im].to_numpy(), options.im)
+    if options.method == "cloud" and plain and (alone or options.model is not None):
+        flags = table["collapse"].to_numpy() if "collapse" in table.columns else None
+        collapse = None if flags is None else as_column(flags, "collapse")
+        edp = table[options.edp].to_numpy()
+        return _fit_cloud(im, edp, options.threshold, collapse, options)
+    x, _, _ = cloud.cloud_columns(im, np.ones(im.size), options.threshold)
+    status = (
+        np.full(x.size, "ok") if "status" not in table.columns else table["status"].to_numpy(str)
+    )
+    codes = np.arange(x.size)
+    if "motion_id" in table.columns:
+        codes = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+    runs = Runs(im=im, status=status, records=codes)
+    state = LimitState(
+        component=options.edp,
+        name="threshold",
+        demand=options.edp,
+        threshold=options.threshold,
+        dispersion=options.capacity_dispersion,
+        unit="",
+        collapse=COLLAPSE_EXCEEDS,
+        citation="",
+    )
+    demand = as_column(table[options.edp].to_numpy(), options.edp)
+    outcomes = outcomes_of(demand, status, state)
+    cloud.cloud_columns(im, demand, options.threshold, (~outcomes.complete).astype(np.float64))
+    settings = FitSettings(
+        level=options.level,
+        seed=DEFAULT_SEED,
+        replicates=999,
+        accept_bounds=options.accept_bounds,
+        assumed_beta=options.assumed_beta,
+    )
+    if options.method == "cloud":
+        fit, bounds = fit_variant_cloud(runs, outcomes, state, settings)
+    elif options.method == "ida":
+        fit, bounds = fit_record_brackets(runs, outcomes, settings)
+    else:
+        fit, bounds = fit_exceedance(runs, outcomes, settings)
+    extra = {
+        "n_records": int(np.unique(codes).size),
+        "n_unknown": int(np.sum(outcomes.unknown)),
+        "bounds": bounds,
+    }
+    return replace(fit, details={**fit.details, **extra})
+
+
+def _first(value: Any) -> Any:
+    return next(iter(value)) if isinstance(value, list | pd.Series) else value
+
+
+def _endless(value: Any) -> Any:
+    """Read the text "inf" (JSON has no infinity) and null as an open end."""
+    return None if value is None or (isinstance(value, str) and value.startswith("inf")) else value
