@@ -127,10 +127,11 @@ def approach_stiffness_drive(
 
 
 def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
-    """Return a drive of a dashpot beside the normal spring that acts in compression only.
+    """Return a drive of a normal spring with a dashpot whose sum acts in compression only.
 
     In the step in which the pair closes, the dashpot acts with the part of the step after
-    closing; it is switched off before the sum of spring and dashpot would pull.
+    closing. When the sum would pull, spring and dashpot are switched off until the pair opens or
+    approaches again: this is what makes the restitution that of `kelvin_voigt_restitution`.
 
     Raises:
         InputError: The stiffness is not positive or the dashpot negative.
@@ -140,16 +141,19 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
         msg = f"dashpot_n_s_per_m must not be negative, got {dashpot_n_s_per_m}"
         raise InputError(msg)
 
-    def dashpot(state: UnitState, time_s: float) -> dict[str, float]:
+    def spring_and_dashpot(state: UnitState, time_s: float) -> dict[str, float]:
         del time_s
-        predicted, rate = state.predicted_opening_m, state.opening_rate_mps
-        if predicted >= 0.0 or kn_n_per_m * predicted + dashpot_n_s_per_m * rate >= 0.0:
-            return {"dashpot_n_s_per_m": 0.0}
-        opening = state.opening_m
+        opening, rate = state.opening_m, state.opening_rate_mps
+        predicted = state.predicted_opening_m
+        if predicted >= 0.0:
+            # Should it stay closed after all, the spring is there.
+            return {"kn_n_per_m": kn_n_per_m, "dashpot_n_s_per_m": 0.0}
+        if kn_n_per_m * predicted + dashpot_n_s_per_m * rate >= 0.0:
+            return {"kn_n_per_m": 0.0, "dashpot_n_s_per_m": 0.0}
         share = 1.0 if opening <= 0.0 else predicted / (predicted - opening)
-        return {"dashpot_n_s_per_m": share * dashpot_n_s_per_m}
+        return {"kn_n_per_m": kn_n_per_m, "dashpot_n_s_per_m": share * dashpot_n_s_per_m}
 
-    return Drive(parameters=("dashpot_n_s_per_m",), function=dashpot)
+    return Drive(parameters=("kn_n_per_m", "dashpot_n_s_per_m"), function=spring_and_dashpot)
 
 
 def _require_positive(field: str, value: float) -> None:

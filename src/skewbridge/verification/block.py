@@ -1,0 +1,201 @@
+"""A mass on a surface in OpenSees: slides, bounces, hangs on a spring, rides on a belt.
+
+The plane model behind the closed forms B1 to B8: x along the surface, y along its normal, one
+contact unit. Time steps and penalties are the caller's.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import openseespy.opensees as ops
+from numpy.typing import NDArray
+
+from skewbridge.contact import ContactSet, Coupling, Drive, Scheme, UnitLedger
+from skewbridge.verification.unit_path import clean_domain
+
+type Array = NDArray[np.float64]
+type History = Callable[[Array], Array]
+
+_GROUND: Final = 1
+_MASS: Final = 2
+_ANCHOR: Final = 3
+_SETTLING_S: Final = 1e-6
+
+
+class BlockError(RuntimeError):
+    """OpenSees could not make a step of a block study."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """A mass with one contact.
+
+    Attributes:
+        mass_kg: Mass along x; along y too if `bounces`.
+        kn_n_per_m: Normal penalty.
+        kt_n_per_m: Tangential penalty.
+        friction: Coulomb coefficient.
+        normal_load_n: Constant load onto the surface.
+        spring_n_per_m: Spring along x to an anchor.
+        gap_m: Initial gap.
+        x0_m: Initial position along x; the spring is free at zero.
+        v0_mps: Initial velocity (x, y).
+        bounces: The mass has inertia along y; otherwise it rests on the surface from the start.
+        drive: Drive of the contact.
+        scheme: See `ContactSet`.
+        coupling: See `ContactSet`.
+    """
+
+    mass_kg: float
+    kn_n_per_m: float
+    kt_n_per_m: float
+    friction: float = 0.0
+    normal_load_n: float = 0.0
+    spring_n_per_m: float = 0.0
+    gap_m: float = 0.0
+    x0_m: float = 0.0
+    v0_mps: tuple[float, float] = (0.0, 0.0)
+    bounces: bool = False
+    drive: Drive | None = None
+    scheme: Scheme = "vector"
+    coupling: Coupling = "extrapolated"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlockHistory:
+    """Response of a block; n times.
+
+    Attributes:
+        t_s: Shape (n,).
+        position_m: Along x and y, shape (n, 2).
+        velocity_mps: Shape (n, 2).
+        friction_n: With the sign of slip, shape (n,).
+        normal_n: Compression, shape (n,).
+        ledger: Account of the contact.
+    """
+
+    t_s: Array
+    position_m: Array
+    velocity_mps: Array
+    friction_n: Array
+    normal_n: Array
+    ledger: UnitLedger
+
+
+def run_block(
+    block: Block,
+    dt_s: float,
+    duration_s: float,
+    *,
+    force_n: History | None = None,
+    base_mps2: History | None = None,
+    anchor_m: History | None = None,
+) -> BlockHistory:
+    """Run a block by the trapezoidal rule.
+
+    Args:
+        block: The block.
+        dt_s: Step.
+        duration_s: Duration.
+        force_n: Force along x as a function of an array of times.
+        base_mps2: Acceleration of the surface along x; motion is then relative to it.
+        anchor_m: Position of the spring's anchor.
+
+    Raises:
+        BlockError: A step does not converge.
+    """
+    times = np.arange(round(duration_s / dt_s) + 1, dtype=np.float64) * dt_s
+    with clean_domain():
+        contacts = _model(block)
+        force = np.zeros_like(times)
+        if force_n is not None:
+            force = force + force_n(times)
+        if base_mps2 is not None:
+            force = force - block.mass_kg * base_mps2(times)
+        _load(block, times, dt_s, force, anchor_m)
+        _settle(block, contacts)
+        rows = np.zeros((len(times), 6))
+        rows[0] = _row(contacts)
+        for k in range(1, len(times)):
+            if ops.analyze(1, dt_s) != 0:
+                msg = f"OpenSees stopped at {times[k]:.6g} s"
+                raise BlockError(msg)
+            contacts.after_step(dt_s)
+            rows[k] = _row(contacts)
+        ledger = contacts.ledger()[0]
+    return BlockHistory(
+        t_s=times,
+        position_m=rows[:, :2],
+        velocity_mps=rows[:, 2:4],
+        friction_n=rows[:, 4],
+        normal_n=rows[:, 5],
+        ledger=ledger,
+    )
+
+
+def _model(block: Block) -> ContactSet:
+    ops.model("basic", "-ndm", 2, "-ndf", 2)
+    for node in (_GROUND, _MASS, _ANCHOR):
+        ops.node(node, 0.0, 0.0)
+    ops.fix(_GROUND, 1, 1)
+    ops.fix(_ANCHOR, 0, 1)
+    ops.mass(_MASS, block.mass_kg, block.mass_kg if block.bounces else 0.0)
+    ops.uniaxialMaterial("Elastic", 1, block.spring_n_per_m)
+    ops.element("zeroLength", 1, _ANCHOR, _MASS, "-mat", 1, "-dir", 1)
+    contacts = ContactSet(scheme=block.scheme, coupling=block.coupling)
+    contacts.add(
+        *(_GROUND, _MASS, (0.0, 1.0), block.gap_m, block.friction),
+        kn=block.kn_n_per_m,
+        kt=block.kt_n_per_m,
+        drive=block.drive,
+        name="block",
+    )
+    ops.setNodeDisp(_MASS, 1, block.x0_m, "-commit")
+    for dof, speed in enumerate(block.v0_mps, start=1):
+        ops.setNodeVel(_MASS, dof, speed, "-commit")
+    return contacts
+
+
+def _load(block: Block, times: Array, dt_s: float, force: Array, anchor_m: History | None) -> None:
+    ops.timeSeries("Constant", 1)
+    ops.pattern("Plain", 1, 1)
+    ops.load(_MASS, 0.0, -block.normal_load_n)
+    values = force.tolist()
+    ops.timeSeries("Path", 2, "-dt", dt_s, "-values", *values, values[-1])
+    ops.pattern("Plain", 2, 2)
+    ops.load(_MASS, 1.0, 0.0)
+    moved = np.zeros_like(times) if anchor_m is None else anchor_m(times)
+    ops.timeSeries("Path", 3, "-dt", dt_s, "-values", *moved.tolist(), float(moved[-1]))
+    ops.pattern("Plain", 3, 3)
+    ops.sp(_ANCHOR, 1, 1.0)
+    ops.constraints("Transformation")
+    ops.numberer("Plain")
+    ops.system("FullGeneral")
+    ops.test("NormDispIncr", 1e-13, 50)
+    ops.algorithm("NewtonLineSearch")
+    ops.integrator("Newmark", 0.5, 0.25)
+    ops.analysis("Transient")
+
+
+def _settle(block: Block, contacts: ContactSet) -> None:
+    """Press the block onto the surface in a step too short for it to move along."""
+    if block.bounces:
+        return
+    if ops.analyze(1, _SETTLING_S) != 0:
+        msg = "the block does not settle on its surface"
+        raise BlockError(msg)
+    contacts.after_step(_SETTLING_S)
+    contacts.start_from_rest()
+    ops.setTime(0.0)
+
+
+def _row(contacts: ContactSet) -> list[float]:
+    # Slip is counted along the normal turned counter-clockwise, which is minus x.
+    return [
+        *ops.nodeDisp(_MASS),
+        *ops.nodeVel(_MASS),
+        -contacts.tangentials_n[0][0],
+        contacts.normals_n[0],
+    ]
