@@ -12,13 +12,16 @@ from skewbridge.bridge.column import (
     column_handle,
     shear_modulus_pa,
 )
-from skewbridge.bridge.deck import Deck, add_weight, bent_positions_m, column_weight_n
+from skewbridge.bridge.dead_load import column_axial_n, column_weight_n
+from skewbridge.bridge.deck import Deck, add_weight, bent_positions_m
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
+from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2, GPA, KN
 
 RIGID_TWIST = 100.0  # times the polar moment of the cap
+RIGID_BENDING = 1000.0  # times the second moment of area of the cap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,10 +49,10 @@ def build_bents(
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bent_positions_m(bridge), strict=True)):
         joints = _build_cap(bridge, bent, spine, number, x, level, tags)
-        dead_axial_n = _dead_axial_n(bridge, number)
+        dead_axial_n = column_axial_n(bridge, number)
         for joint, y in joints:
             nodes = _build_column_nodes(bent, joint, (x, y), tags)
-            foundations.extend(_support(bridge, nodes[0], tags))
+            foundations.extend(_support(bridge, nodes[0], options, tags))
             if options.elastic_columns:
                 element = build_elastic_column(bridge.column, nodes, upright, tags)
             else:
@@ -73,20 +76,6 @@ def build_bents(
     return Bents(columns=tuple(columns), foundations=tuple(foundations))
 
 
-def _dead_axial_n(bridge: BridgeData, bent_number: int) -> float:
-    """Estimate a column's axial force from three-moment reactions of equal stiffness.
-
-    Half of both spans, a quarter more over the single bent of a two-span bridge, a tenth more
-    otherwise (continuous beams under uniform load).
-    """
-    left, right = bridge.spans_m[bent_number], bridge.spans_m[bent_number + 1]
-    factor = 1.25 if len(bridge.spans_m) == 2 else 1.10
-    bent = bridge.bents[bent_number]
-    deck = factor * bridge.deck.line_load_kn_per_m * KN * (left + right) / 2
-    shared = (deck + bent.cap_weight_kn * KN) / bent.columns
-    return shared + column_weight_n(bridge, bent)
-
-
 def _build_cap(
     bridge: BridgeData,
     bent: BentData,
@@ -105,6 +94,11 @@ def _build_cap(
     # ASSUME webs and slabs between the columns carry the column moments straight into the deck:
     # an integral cap does not twist against it
     torsion = RIGID_TWIST * width * depth * (width**2 + depth**2) / 12
+    upright = width * depth**3 / 12
+    if bent.columns > 2:
+        # ASSUME webs spread the deck's load over all columns; through the spine alone the middle
+        # column would take nearly all of it, so the cap does not bend upright
+        upright *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
     middle = (bent.columns - 1) / 2
     for i in range(bent.columns):
@@ -120,7 +114,7 @@ def _build_cap(
         spine.elements.append(tags.element())
         ops.element(
             *("elasticBeamColumn", spine.elements[-1], i, j, width * depth, modulus),
-            *(shear_modulus_pa(modulus), torsion, width * depth**3 / 12),
+            *(shear_modulus_pa(modulus), torsion, upright),
             *(depth * width**3 / 12, transformation),
         )
     return joints
@@ -137,10 +131,13 @@ def _build_column_nodes(
     return base, top
 
 
-def _support(bridge: BridgeData, base: int, tags: TagAllocator) -> list[int]:
+def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllocator) -> list[int]:
     """Fix a base, or set it on springs; a pinned base keeps its torsion."""
     bends = 0 if bridge.base == "pinned" else 1
-    if bridge.foundation is None:
+    if options.foundation == "springs" and bridge.foundation is None:
+        msg = f"option foundation: {bridge.name} has no foundation springs"
+        raise InputError(msg)
+    if options.foundation == "fixed" or bridge.foundation is None:
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
     ground = tags.node()

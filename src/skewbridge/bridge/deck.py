@@ -9,8 +9,9 @@ from itertools import pairwise
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.catalogue.data import BentData, BridgeData, DeckData
+from skewbridge.bridge.catalogue.data import BridgeData, DeckData
 from skewbridge.bridge.column import shear_modulus_pa
+from skewbridge.bridge.dead_load import column_weight_n
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import G_MPS2, GPA, KN
 
@@ -51,12 +52,6 @@ def bent_positions_m(bridge: BridgeData) -> list[float]:
         x += span
         positions.append(x)
     return positions
-
-
-def column_weight_n(bridge: BridgeData, bent: BentData) -> float:
-    """Return the weight of one column."""
-    column = bridge.column
-    return column.gross_area_m2 * column.unit_weight_kn_per_m3 * KN * bent.clear_height_m
 
 
 def mass_centre_m(bridge: BridgeData) -> float:

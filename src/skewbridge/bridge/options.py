@@ -10,6 +10,7 @@ type ColumnIntegration = Literal["hinge_radau", "lobatto5"]
 type Backfill = Literal["hyperbolic", "sdc"]
 type KeyKind = Literal["sacrificial", "monolithic"]
 type KeyFrame = Literal["skewed", "deck_edge"]
+type Foundation = Literal["fixed", "springs"]
 type Coupling = Literal["extrapolated", "lagged"]
 
 
@@ -38,6 +39,7 @@ class ModelOptions:
             the ends of a wall skewed at 60 degrees, linear in skew; 0.3 is Kaviani's.
         keys: Sacrificial or monolithic exterior shear keys.
         key_frame: Normal of the keys along the skewed abutment line, or across the deck edge.
+        foundation: Column bases on rigid ground, or on the springs of the bridge's file.
         embankment_mass: Whether the critical length of the embankment moves with the abutment
             (`spring` model).
         column_fibers: Rings and wedges of the core, and rings of the cover.
@@ -63,6 +65,7 @@ class ModelOptions:
     backfill_variation: float = 0.0
     keys: KeyKind = "sacrificial"
     key_frame: KeyFrame = "skewed"
+    foundation: Foundation = "fixed"
     embankment_mass: bool = False
     column_fibers: tuple[int, int, int] = (8, 20, 2)
     deck_elements_per_span: int = 4
@@ -76,6 +79,7 @@ class ModelOptions:
             ("backfill", self.backfill, Backfill),
             ("keys", self.keys, KeyKind),
             ("key_frame", self.key_frame, KeyFrame),
+            ("foundation", self.foundation, Foundation),
             ("coupling", self.coupling, Coupling),
         ):
             allowed = get_args(choices.__value__)

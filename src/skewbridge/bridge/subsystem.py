@@ -6,14 +6,15 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.arrays import LINK_NM_PER_RAD
 from skewbridge.bridge.abutment.parts import SideParts
-from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.dead_load import abutment_reactions_n
 from skewbridge.bridge.handles import AbutmentHandle
 from skewbridge.bridge.model import build_contact_set, build_side, require_fresh_domain
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.study.variant import Variant
-from skewbridge.units import G_MPS2, KN
+from skewbridge.units import G_MPS2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,17 +40,6 @@ class AbutmentModel:
     tags: TagAllocator
 
 
-def dead_reaction_n(bridge: BridgeData) -> float:
-    """Return the dead-load reaction of one abutment of a continuous deck by hand.
-
-    0.375 w L of the end span over one interior support, 0.4 w L over more, half for a single
-    span, and the end diaphragm.
-    """
-    factor = {1: 0.5, 2: 0.375}.get(len(bridge.spans_m), 0.4)
-    line = bridge.deck.line_load_kn_per_m * KN
-    return factor * line * bridge.spans_m[-1] + bridge.deck.diaphragm_weight_kn * KN
-
-
 def build_abutment(
     variant: Variant, options: ModelOptions, *, turns: bool = False
 ) -> AbutmentModel:
@@ -65,7 +55,7 @@ def build_abutment(
     variant = variant.normalised()
     bridge = load_bridge(variant.bridge)
     tags = TagAllocator()
-    load_n = dead_reaction_n(bridge)
+    load_n = abutment_reactions_n(bridge)[1]
     # ASSUME the deck's inertia at an abutment is that of the dead load it carries
     mass_kg = load_n / G_MPS2
     connector = tags.node()
