@@ -1,4 +1,5 @@
 # The study as a DAG: motions -> contact gate -> analyses -> demands -> fits -> figures -> report.
+import os
 import sys
 from pathlib import Path
 
@@ -6,8 +7,10 @@ from snakemake.utils import min_version
 
 min_version("9.20")
 
-# Scripts and workers import the package of this tree, whatever is installed.
-sys.path.insert(0, str(Path(workflow.basedir) / "src"))
+# Rules, scripts and workers import the package of this tree, whatever is installed.
+SOURCES = str(Path(workflow.basedir) / "src")
+sys.path.insert(0, SOURCES)
+os.environ["PYTHONPATH"] = SOURCES
 
 
 configfile: "config/config.yaml"

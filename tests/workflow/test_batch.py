@@ -10,7 +10,7 @@ import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.demands.batch import Task, plan_tasks, run_tasks
+from skewbridge.demands.batch import Task, plan_tasks, run_key, run_tasks
 from skewbridge.demands.journal import open_journal, read_journal
 from skewbridge.demands.schema import TIMING
 from skewbridge.motions.intensity import motion_measures
@@ -108,4 +108,4 @@ def test_the_key_of_an_analysis_depends_on_all_that_matters(tasks: list[Task]) -
         replace(task, variant=replace(VARIANT, gap_mm=26)),
         replace(task, variant=replace(VARIANT, bridge="osb1_fixed")),
     ]
-    assert len({task.run_key, *(other.run_key for other in others)}) == 7
+    assert len({run_key(each) for each in (task, *others)}) == 7

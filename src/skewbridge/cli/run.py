@@ -125,9 +125,9 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
     from rich.progress import Progress
 
     from skewbridge.analysis.transient import analyse
-    from skewbridge.demands.batch import identity_of, outcome_of
+    from skewbridge.demands.batch import identity_of, outcome_of, run_key
 
-    identity = identity_of(task)
+    identity = identity_of(task, run_key(task))
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     with Progress(console=messages, transient=True) as bar:
         job = bar.add_task(task.variant.slug, total=None)

@@ -48,20 +48,20 @@ class Task:
     settings: AnalysisSettings
     options: ModelOptions
 
-    @property
-    def run_key(self) -> str:
-        """Digest of everything that the result depends on."""
-        return digest_of(
-            canonical(asdict(self.variant)),
-            self.motion.motion.sha256,
-            self.motion.scale,
-            self.incidence_deg,
-            canonical(asdict(self.settings)),
-            canonical(asdict(self.options)),
-            load_bridge(self.variant.bridge).model_dump_json(exclude={"title", "sources"}),
-            source_digest(*ENGINE_ROOMS),
-            opensees_version(),
-        )
+
+def run_key(task: Task) -> str:
+    """Return the digest of everything that the result of an analysis depends on."""
+    return digest_of(
+        canonical(asdict(task.variant)),
+        task.motion.motion.sha256,
+        task.motion.scale,
+        task.incidence_deg,
+        canonical(asdict(task.settings)),
+        canonical(asdict(task.options)),
+        load_bridge(task.variant.bridge).model_dump_json(exclude={"title", "sources"}),
+        source_digest(*ENGINE_ROOMS),
+        opensees_version(),
+    )
 
 
 def plan_tasks(
@@ -104,30 +104,32 @@ def run_tasks(
         log_folder: Where each analysis leaves the solver's messages.
         on_finished: Called with each new row.
     """
-    rows = {key: row for key, row in done.items() if key in {task.run_key for task in tasks}}
+    keys = [run_key(task) for task in tasks]
+    rows = {key: done[key] for key in keys if key in done}
 
     def finish(row: Row) -> None:
         journal.append(row)
         rows[row["run_key"]] = row
         on_finished(row)
 
-    while pending := [task for task in tasks if task.run_key not in rows]:
+    while pending := [pair for pair in zip(tasks, keys, strict=True) if pair[1] not in rows]:
         try:
             for row in _stream(pending, n_jobs, log_folder):
                 finish(row)
         except BrokenProcessPool:
-            left = [task for task in pending if task.run_key not in rows]
-            logger.warning("a worker died; the %d analyses under way run alone", n_jobs + 1)
-            for task in left[: n_jobs + 1]:
-                finish(_alone(task, log_folder))
-    return [rows[task.run_key] for task in tasks]
+            left = [pair for pair in pending if pair[1] not in rows][: n_jobs + 1]
+            logger.warning("a worker died; the %d analyses under way run alone", len(left))
+            for task, key in left:
+                finish(_alone(task, key, log_folder))
+    return [rows[key] for key in keys]
 
 
-def analyse_row(task: Task, log_folder: Path, owner_pid: int) -> Row:
+def analyse_row(task: Task, key: str, log_folder: Path, owner_pid: int) -> Row:
     """Run one analysis in this process and return its row of the demands table.
 
     Args:
         task: The analysis.
+        key: Its `run_key`; it is the caller's, whose sources may be older than this process.
         log_folder: Where the solver's messages go, in a file named after the motion.
         owner_pid: The process that the result is for; when it ends, so does this one.
     """
@@ -154,10 +156,20 @@ def analyse_row(task: Task, log_folder: Path, owner_pid: int) -> Row:
     else:
         outcome = outcome_of(result)
     return {
-        **identity_of(task),
+        **identity_of(task, key),
         **outcome,
         "wall_s": time.perf_counter() - wall_s,
         "cpu_s": time.process_time() - cpu_s,
+    }
+
+
+def identity_of(task: Task, key: str) -> Row:
+    """Return the columns of a row that say which analysis it is, with its `run_key`."""
+    motion = task.motion
+    return {
+        **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
+        **{column.name: motion.measures[column.name] for column in INTENSITY_COLUMNS},
+        "run_key": key,
     }
 
 
@@ -174,30 +186,21 @@ def outcome_of(result: AnalysisResult) -> Row:
     }
 
 
-def _stream(tasks: Sequence[Task], n_jobs: int, log_folder: Path) -> Iterator[Row]:
+def _stream(pairs: Sequence[tuple[Task, str]], n_jobs: int, log_folder: Path) -> Iterator[Row]:
     parallel = Parallel(n_jobs=n_jobs, backend="loky", return_as="generator_unordered")
     yield from parallel(
-        delayed(analyse_row)(task, log_folder / task.variant.slug, os.getpid()) for task in tasks
+        delayed(analyse_row)(task, key, log_folder / task.variant.slug, os.getpid())
+        for task, key in pairs
     )
 
 
-def _alone(task: Task, log_folder: Path) -> Row:
+def _alone(task: Task, key: str, log_folder: Path) -> Row:
     try:
         # Two workers for one task: with one, joblib would run it in this process.
-        return next(_stream([task], 2, log_folder))
+        return next(_stream([(task, key)], 2, log_folder))
     except BrokenProcessPool:
         crash = _no_result("crash", "the worker process died")
-        return {**identity_of(task), **crash, "wall_s": math.nan, "cpu_s": math.nan}
-
-
-def identity_of(task: Task) -> Row:
-    """Return the columns of a row that are known before the analysis."""
-    motion = task.motion
-    return {
-        **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
-        **{column.name: motion.measures[column.name] for column in INTENSITY_COLUMNS},
-        "run_key": task.run_key,
-    }
+        return {**identity_of(task, key), **crash, "wall_s": math.nan, "cpu_s": math.nan}
 
 
 def _no_result(status: str, reason: str) -> Row:

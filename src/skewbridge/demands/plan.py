@@ -13,14 +13,14 @@ import pyarrow.parquet as pq
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.demands.batch import Task, plan_tasks, run_tasks
+from skewbridge.demands.batch import Task, plan_tasks, run_key, run_tasks
 from skewbridge.demands.journal import open_journal, read_journal
 from skewbridge.demands.parquet import provenance, write_demands, write_frame
 from skewbridge.demands.progress import StudyProgress, study_state
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
 from skewbridge.motions.suite import SuiteMotion, prepare_suite, read_suite, write_suite
 from skewbridge.study.config import AnalysisConfig, ModelConfig, MotionsConfig
-from skewbridge.study.provenance import canonical, digest_of
+from skewbridge.study.provenance import digest_of
 from skewbridge.study.variant import parse_slug
 from skewbridge.units import MM
 
@@ -143,7 +143,7 @@ def prepare_motions(
 
 def write_plan(setup: StudySetup, variants: Sequence[str], path: Path) -> None:
     """Write the keys of all analyses of the study, by variant."""
-    keys = {slug: [task.run_key for task in setup.tasks(slug)] for slug in variants}
+    keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in variants}
     path.write_text(json.dumps(keys, indent=1), encoding="utf-8")
     state = study_state(keys, JOURNALS)
     logger.info(
@@ -179,5 +179,5 @@ def analyse_variant(setup: StudySetup, slug: str, *, plan: Path, n_jobs: int, ou
             log_folder=SOLVER_LOGS,
             on_finished=progress.advance,
         )
-    digest = digest_of(canonical([task.run_key for task in tasks]))
+    digest = digest_of(*(row["run_key"] for row in rows))
     write_demands(rows, output, provenance(analyses_digest=digest))

@@ -99,7 +99,9 @@ DEMAND_COLUMNS: Final = (
 
 _RUN_COLUMNS: Final = (
     Column("status", "text", "-", f"one of {', '.join(STATUSES)}"),
-    Column("collapse_criterion", "text", "-", "limit whose passing is the collapse, or why it failed"),
+    Column(
+        "collapse_criterion", "text", "-", "limit whose passing is the collapse, or why it failed"
+    ),
     Column("time_reached_s", "number", "s", "time that the analysis reached"),
     Column("duration_s", "number", "s", "time that it was to reach"),
     Column("recovery_rung", "integer", "-", "highest rung of the recovery ladder in use, 0 none"),

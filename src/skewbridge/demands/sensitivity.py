@@ -10,7 +10,7 @@ from typing import Final
 import pandas as pd
 from joblib import Parallel, delayed
 
-from skewbridge.demands.batch import Row, Task, analyse_row
+from skewbridge.demands.batch import Row, Task, analyse_row, run_key
 from skewbridge.demands.parquet import provenance, write_frame
 from skewbridge.demands.plan import SOLVER_LOGS, StudySetup
 
@@ -51,10 +51,8 @@ def write_sensitivity(
     runs = [(change, _changed(task, change)) for task in tasks for change in CHANGES]
     parallel = Parallel(n_jobs=n_jobs, backend="loky", return_as="generator")
     rows: Iterator[Row] = parallel(
-        delayed(analyse_row)(
-            task, SOLVER_LOGS / "sensitivity" / change.replace("/", "_"), os.getpid()
-        )
-        for change, task in runs
+        delayed(analyse_row)(task, run_key(task), SOLVER_LOGS / f"sensitivity{number}", os.getpid())
+        for number, (_, task) in enumerate(runs)
     )
     frame = pd.DataFrame(
         [{"change": change, **row} for (change, _), row in zip(runs, rows, strict=True)]
