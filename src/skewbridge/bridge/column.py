@@ -180,6 +180,8 @@ def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> 
         hoop_spacing_m=column.hoop_spacing_mm * MM,
         hoop_yield_pa=column.hoop_yield_mpa * MPA,
         concrete_strength_pa=column.concrete_strength_mpa * MPA,
+        expected_hoop_yield_pa=STEELS[column.steel].yield_pa,
+        expected_concrete_strength_pa=column.expected_concrete_strength_mpa * MPA,
         longitudinal_ratio=column.bar_count * column.bar_area_mm2 * MM**2 / gross,
         shear_span_m=span_m,
         neutral_axis_depth_m=curve.neutral_axis_depth_m,

@@ -26,6 +26,8 @@ class ShearSection:
         hoop_spacing_m: Spacing of the hoops.
         hoop_yield_pa: Nominal yield strength of the hoops.
         concrete_strength_pa: Specified compressive strength.
+        expected_hoop_yield_pa: Expected yield strength of the hoops.
+        expected_concrete_strength_pa: Expected compressive strength.
         longitudinal_ratio: Longitudinal steel over gross area.
         shear_span_m: Distance from the largest moment to the point of contraflexure.
         neutral_axis_depth_m: At the idealised flexural strength, under dead load.
@@ -38,6 +40,8 @@ class ShearSection:
     hoop_spacing_m: float
     hoop_yield_pa: float
     concrete_strength_pa: float
+    expected_hoop_yield_pa: float
+    expected_concrete_strength_pa: float
     longitudinal_ratio: float
     shear_span_m: float
     neutral_axis_depth_m: float
@@ -105,7 +109,7 @@ def hoop_strength_n(section: ShearSection) -> float:
 def kowalsky_priestley_strength(
     section: ShearSection, axial_n: ArrayLike, curvature_ductility: ArrayLike
 ) -> FloatArray:
-    """Return the revised UCSD shear strength of a circular column.
+    """Return the revised UCSD shear strength of a circular column, with expected materials.
 
     Args:
         section: The column.
@@ -124,13 +128,13 @@ def kowalsky_priestley_strength(
     aspect = np.clip(3.0 - section.shear_span_m / section.diameter_m, 1.0, 1.5)
     steel = min(0.5 + 20.0 * section.longitudinal_ratio, 1.0)
     degraded = np.interp(ductility, [3.0, 15.0], [0.29, 0.05])
-    root_mpa = np.sqrt(section.concrete_strength_pa / MPA)
+    root_mpa = np.sqrt(section.expected_concrete_strength_pa / MPA)
     concrete = aspect * steel * degraded * root_mpa * MPA * 0.8 * section.gross_area_m2
     depth = section.diameter_m - section.neutral_axis_depth_m
     truss = (
         (np.pi / 2)
         * section.hoop_area_m2
-        * section.hoop_yield_pa
+        * section.expected_hoop_yield_pa
         * (depth - section.cover_m)
         / np.tan(np.radians(30.0))
         / section.hoop_spacing_m

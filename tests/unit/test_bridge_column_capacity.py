@@ -1,0 +1,141 @@
+"""Moment-curvature and shear strength of the columns against hand values.
+
+Figures from the project's reference page on bridge data, sections 5 and 6 (engineering rules
+evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa.
+"""
+
+import numpy as np
+import pytest
+
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.column import section_response, shear_section
+from skewbridge.bridge.dead_load import column_axial_n
+from skewbridge.bridge.materials import (
+    Concrete,
+    confinement_pressure_pa,
+    core_concrete,
+    cover_concrete,
+)
+from skewbridge.bridge.shear_capacity import (
+    ShearSection,
+    hoop_strength_n,
+    kowalsky_priestley_strength,
+    sdc_shear_strength,
+)
+
+OSB1_AXIAL_N, OSB2S_AXIAL_N = 5.997e6, 7.513e6
+
+
+def osb1_shear() -> ShearSection:
+    column = load_bridge("osb1").column
+    return shear_section(column, 5.64, section_response(column, OSB1_AXIAL_N))
+
+
+@pytest.mark.parametrize(
+    ("bridge", "strength_mpa", "strain", "ultimate"),
+    [("osb1", 49.9, 0.0059, 0.0163), ("osb2s", 48.7, 0.0056, 0.0154)],
+)
+def test_confined_concrete_agrees_with_mander_by_hand(
+    bridge: str, strength_mpa: float, strain: float, ultimate: float
+) -> None:
+    core = core_concrete(load_bridge(bridge).column)
+    assert core.peak_pa / 1e6 == pytest.approx(strength_mpa, rel=0.005)
+    assert core.peak_strain == pytest.approx(strain, rel=0.01)
+    assert core.ultimate_strain == pytest.approx(ultimate, rel=0.01)
+
+
+def test_confinement_pressure_agrees_with_the_hand_value() -> None:
+    assert confinement_pressure_pa(load_bridge("osb1").column) / 1e6 == pytest.approx(
+        2.33, rel=0.005
+    )
+
+
+def test_the_concrete_curve_peaks_at_its_strength_and_ends() -> None:
+    curve: Concrete = cover_concrete(load_bridge("osb1").column)
+    assert curve.stress_pa(curve.peak_strain) == pytest.approx(curve.peak_pa)
+    assert curve.stress_pa(1e-7) / 1e-7 == pytest.approx(curve.modulus_pa, rel=0.001)
+    assert curve.stress_pa([-0.001, 0.006]).tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("bridge", "axial_n", "plastic_mnm", "yield_per_m", "ultimate_per_m", "cracked"),
+    [
+        ("osb1", OSB1_AXIAL_N, 17.01, 0.00342, 0.0443, 0.45),
+        ("osb2s", OSB2S_AXIAL_N, 17.82, 0.00299, 0.0411, 0.39),
+    ],
+)
+def test_moment_curvature_agrees_with_an_independent_fiber_analysis(
+    bridge: str,
+    axial_n: float,
+    plastic_mnm: float,
+    yield_per_m: float,
+    ultimate_per_m: float,
+    cracked: float,
+) -> None:
+    column = load_bridge(bridge).column
+    curve = section_response(column, axial_n)
+    assert curve.plastic_moment_nm / 1e6 == pytest.approx(plastic_mnm, rel=0.02)
+    assert curve.yield_curvature_per_m == pytest.approx(yield_per_m, rel=0.03)
+    assert curve.ultimate_curvature_per_m == pytest.approx(ultimate_per_m, rel=0.04)
+    gross = column.elastic_modulus_gpa * 1e9 * np.pi * column.diameter_m**4 / 64
+    stiffness = curve.first_yield_moment_nm / curve.first_yield_curvature_per_m
+    assert stiffness / gross == pytest.approx(cracked, abs=0.01)
+
+
+def test_the_idealised_curve_has_the_area_of_the_curve() -> None:
+    curve = section_response(load_bridge("osb1").column, OSB1_AXIAL_N)
+    area = np.trapezoid(curve.moment_nm, curve.curvature_per_m)
+    knee = curve.yield_curvature_per_m
+    ideal = curve.plastic_moment_nm * (curve.ultimate_curvature_per_m - knee / 2)
+    assert ideal == pytest.approx(area, rel=1e-9)
+
+
+def test_shear_strength_of_the_criteria_agrees_with_the_hand_value() -> None:
+    section = osb1_shear()
+    assert hoop_strength_n(section) / 1e3 == pytest.approx(4_041, rel=0.005)
+    at_5 = float(sdc_shear_strength(section, OSB1_AXIAL_N, 5.0))
+    assert (at_5 - hoop_strength_n(section)) / 1e3 == pytest.approx(925, rel=0.005)
+    assert at_5 / 1e3 == pytest.approx(4_965, rel=0.005)
+    assert 0.9 * at_5 / 1e3 == pytest.approx(4_469, rel=0.005)
+    outside = float(sdc_shear_strength(section, OSB1_AXIAL_N, 5.0, inside_hinge=False))
+    assert outside / 1e3 == pytest.approx(6_806, rel=0.005)
+
+
+def test_shear_strength_of_osb2s_agrees_with_the_hand_value() -> None:
+    column = load_bridge("osb2s").column
+    section = shear_section(column, 13.41, section_response(column, OSB2S_AXIAL_N))
+    found = float(sdc_shear_strength(section, OSB2S_AXIAL_N, 5.0))
+    assert found / 1e3 == pytest.approx(5_548, rel=0.005)
+
+
+def test_shear_strength_falls_with_ductility_and_vanishes_in_tension_for_concrete() -> None:
+    section = osb1_shear()
+    history = sdc_shear_strength(section, OSB1_AXIAL_N, [0.5, 1.0, 2.0, 4.0, 8.0, 20.0])
+    assert history[0] == history[1]
+    assert (np.diff(history[1:]) <= 0.0).all()
+    assert float(sdc_shear_strength(section, -1.0, 3.0)) == hoop_strength_n(section)
+
+
+@pytest.mark.parametrize(("ductility", "strength_kn"), [(3.0, 8_886), (15.0, 6_599)])
+def test_kowalsky_priestley_strength_agrees_with_the_hand_value(
+    ductility: float, strength_kn: float
+) -> None:
+    section = osb1_shear()
+    found = float(kowalsky_priestley_strength(section, OSB1_AXIAL_N, ductility))
+    # the reference does not give its neutral axis depth: 0.55 m would meet it, ours is 0.57 m
+    assert found / 1e3 == pytest.approx(strength_kn, rel=0.04)
+
+
+def test_old_hoops_confine_less_and_carry_less_shear() -> None:
+    new, old = load_bridge("osb1").column, load_bridge("osb1_era1").column
+    assert core_concrete(old).peak_pa < core_concrete(new).peak_pa
+    axial_n = column_axial_n(load_bridge("osb1"), 0)
+    strengths = [
+        float(
+            sdc_shear_strength(
+                shear_section(column, 5.64, section_response(column, axial_n)), axial_n, 1.0
+            )
+        )
+        for column in (new, old)
+    ]
+    assert strengths[1] < 0.75 * strengths[0]

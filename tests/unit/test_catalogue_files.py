@@ -1,0 +1,112 @@
+"""Bridge files: what is in the catalogue, and what a bad file answers."""
+
+from pathlib import Path
+
+import pytest
+
+from skewbridge.bridge.catalogue import bridge_names, load_bridge, load_bridge_file
+from skewbridge.bridge.catalogue.loading import FOLDER
+from skewbridge.errors import InputError
+
+
+def write_variant(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"extends: osb1\n{text}", encoding="utf-8")
+    return path
+
+
+def test_the_catalogue_has_the_bridges_of_the_study() -> None:
+    assert set(bridge_names()) >= {
+        *("osb1", "osb1_fixed", "osb1_era1", "osb2s", "bridge_a", "bridge_b", "bridge_c"),
+    }
+
+
+@pytest.mark.parametrize("name", bridge_names())
+def test_every_number_of_a_bridge_names_its_source_class(name: str) -> None:
+    bridge = load_bridge(name)
+    assert len(bridge.sources) > 60
+    assert {source.split(":")[0] for source in bridge.sources.values()} <= set("abcd") | {"calc"}
+
+
+@pytest.mark.parametrize("name", ["osb1", "osb1_fixed", "osb1_era1", "osb2s"])
+def test_a_bridge_with_unpublished_details_says_so(name: str) -> None:
+    bridge = load_bridge(name)
+    assert bridge.details == "surrogate"
+    assert "surrogate" in bridge.title
+
+
+def test_the_fixed_bridge_differs_in_one_line() -> None:
+    lines = (FOLDER / "osb1_fixed.yaml").read_text(encoding="utf-8").split("\n")
+    assert [line for line in lines if line] == ["extends: osb1", "base: fixed"]
+    fixed, pinned = load_bridge("osb1_fixed"), load_bridge("osb1")
+    assert fixed.model_copy(update={"name": "osb1", "base": "pinned"}) == pinned
+
+
+def test_a_user_adds_a_bridge_by_adding_a_file(tmp_path: Path) -> None:
+    path = write_variant(tmp_path, 'deck:\n  width_m: {v: 15.0, src: "d: wider"}\n')
+    bridge = load_bridge_file(path)
+    assert bridge.name == "mine"
+    assert bridge.deck.width_m == 15.0
+    assert bridge.deck.depth_m == load_bridge("osb1").deck.depth_m
+    assert bridge.sources["deck.width_m"] == "d: wider"
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "limit"),
+    [
+        ('deck:\n  depth_m: {v: -1.8, src: "d: x"}\n', "deck.depth_m", "greater than 0"),
+        ('deck:\n  depth_m: {v: .nan, src: "d: x"}\n', "deck.depth_m", "finite"),
+        ("deck:\n  depth_m: null\n", "deck.depth_m", "valid number"),
+        ("column:\n  steel: unobtainium\n", "column.steel", "a706"),
+        (
+            'deck:\n  soffit_height_m: {v: 5.0, src: "d: x"}\n',
+            "bents.0.clear_height_m",
+            "taller than the deck: soffit_height_m is 5",
+        ),
+        ('column:\n  bar_count: {v: 90, src: "d: x"}\n', "bar_count", "at most 76 bars"),
+        ('column:\n  cover_to_hoop_m: {v: 0.9, src: "d: x"}\n', "cover_to_hoop_m", "no room"),
+        ('spans_m: {v: [40.0], src: "d: x"}\n', "bents", "1 spans need 0 bents"),
+        ('damping:\n  ratio: {v: 0.7, src: "d: x"}\n', "damping.ratio", "less than 0.5"),
+        ("base: hinged\n", "base", "pinned"),
+        ("colour: red\n", "colour", "not permitted"),
+        ("deck:\n  depth_m: 1.8\n", "deck.depth_m", "no source"),
+        ('deck:\n  depth_m: {v: 1.8, src: "x: y"}\n', "deck.depth_m", "src must be"),
+        ('deck:\n  depth_m: {v: 1.8e0x, src: "d: x"}\n', "deck.depth_m", "valid number"),
+    ],
+)
+def test_a_bad_value_names_file_key_and_limit(
+    tmp_path: Path, text: str, key: str, limit: str
+) -> None:
+    path = write_variant(tmp_path, text)
+    with pytest.raises(InputError) as caught:
+        load_bridge_file(path)
+    message = str(caught.value)
+    assert "mine.yaml" in message
+    assert key in message
+    assert limit in message
+
+
+def test_a_missing_number_names_its_key(tmp_path: Path) -> None:
+    text = (FOLDER / "osb1.yaml").read_text(encoding="utf-8")
+    lines = [line for line in text.split("\n") if "hoop_spacing_mm" not in line]
+    path = tmp_path / "mine.yaml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(InputError, match=r"mine.yaml: column.hoop_spacing_mm: Field required"):
+        load_bridge_file(path)
+
+
+@pytest.mark.parametrize("text", ["- a\n- b\n", "a: [1\n", ""])
+def test_a_file_that_is_no_mapping_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"mine\.yaml"):
+        load_bridge_file(path)
+
+
+def test_an_unknown_parent_or_bridge_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("extends: osb9\n", encoding="utf-8")
+    with pytest.raises(InputError, match="osb9"):
+        load_bridge_file(path)
+    with pytest.raises(InputError, match="bridge must be one of"):
+        load_bridge("osb9")
