@@ -11,7 +11,7 @@ The part of ``inertia`` that is no change of kinetic energy is what the integrat
 """
 
 from array import array
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -211,6 +211,13 @@ class EnergyBalance:
         )
         potential = sum(unit.normal_potential_j for unit in ledger)
         return normal + slip + stored, slip, normal - potential
+
+
+def energy_residual_ratio(terms: Mapping[str, float]) -> float:
+    """Return what is not accounted for over the largest input; nan without a balance."""
+    if not terms or not terms["largest_input"] > 0.0:
+        return float("nan")
+    return terms["residual"] / terms["largest_input"]
 
 
 def _steps(force: Matrix, moved: Matrix) -> Matrix:

@@ -1,9 +1,9 @@
 """The nonlinear response history of one variant under one motion."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import version
-from math import ceil, isfinite
+from math import ceil, isfinite, isnan
 from os import devnull
 from pathlib import Path
 from typing import Final
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from skewbridge.analysis.contact_plan import contact_plan
 from skewbridge.analysis.damping import apply_rayleigh
-from skewbridge.analysis.energy import EnergyBalance
+from skewbridge.analysis.energy import EnergyBalance, energy_residual_ratio
 from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.monitor import Monitor
@@ -36,6 +36,8 @@ type Progress = Callable[[float, float], None]
 
 # Houbolt restarts as the trapezoidal rule after a failed step, which makes energy at contacts.
 MAX_TRUSTED_HOUBOLT_FAILURES: Final = 2
+# What the works of forces that jump may miss; above it something is wrong with the solution.
+MAX_TRUSTED_RESIDUAL: Final = 0.05
 MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # a hundred g: a wrong unit, not a motion
 _STEPS_PER_REPORT: Final = 50
 
@@ -236,7 +238,7 @@ class _Run:
         trace = self._monitor.trace()
         # The live model is no longer in the state of the last row when the solution has left.
         energy = {} if self._energy is None or self._has_left else self._energy.terms_kj()
-        ratio = energy["residual"] / energy["largest_input"] if energy else float("nan")
+        ratio = energy_residual_ratio(energy)
         ground = self._ground.at(trace.time_s)
         return AnalysisResult(
             status=status,
@@ -251,18 +253,25 @@ class _Run:
             energy_kj=energy,
             histories=histories_of(self._model, trace, ground) if self._histories else None,
             plan=contact_plan(self._model) if self._histories else None,
-            messages=tuple(self._messages(effort)),
+            messages=tuple(self._messages(effort, energy)),
         )
 
-    def _messages(self, effort: Effort) -> Generator[str]:
+    def _messages(self, effort: Effort, energy: Mapping[str, float]) -> Generator[str]:
         if self._message:
             yield self._message
         is_houbolt = self._settings.integrator_command[0] == "Houbolt"
         if is_houbolt and effort.failed_attempts > MAX_TRUSTED_HOUBOLT_FAILURES:
             yield (
                 f"{effort.failed_attempts} failed attempts under Houbolt: each restarts it as the "
-                "trapezoidal rule, compare with scheme default"
+                "trapezoidal rule, compare with a smaller step"
             )
+        residual = energy_residual_ratio(energy)
+        if not isnan(residual):
+            if abs(residual) > MAX_TRUSTED_RESIDUAL:
+                yield f"{residual:.1%} of the input energy is not accounted for"
+            made = -energy["contact"] / energy["largest_input"]
+            if made > MAX_TRUSTED_RESIDUAL:
+                yield f"the contacts made {made:.1%} of the input energy"
 
 
 def _configure_solver(settings: AnalysisSettings) -> None:

@@ -88,22 +88,23 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw column shear and its ratio to the capacity against time, and the orbit of the deck."""
-    figure = Figure(figsize=(7.2, 5.2), layout="constrained")
-    grid = figure.add_gridspec(2, 3)
-    shear = figure.add_subplot(grid[0, :2])
-    ratio = figure.add_subplot(grid[1, :2], sharex=shear)
-    orbit = figure.add_subplot(grid[:, 2])
+    figure = Figure(figsize=(8.4, 4.2), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.15, 1.0))
+    shear = figure.add_subplot(grid[0, 0])
+    ratio = figure.add_subplot(grid[1, 0], sharex=shear)
+    orbit = figure.add_subplot(grid[:, 1])
     shear.plot(histories["t_s"], histories["column_shear_kn"] / 1e3, lw=_LINE, color=_COLOURS[0])
     shear.set_ylabel("Base shear,\nworst column (MN)")
     ratio.plot(histories["t_s"], histories["column_shear_dcr"], lw=_LINE, color=_COLOURS[1])
     ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
     ratio.set_ylabel("Shear demand/capacity")
     ratio.set_xlabel("Time (s)")
-    orbit.plot(
-        histories["deck_ux_m"] / MM, histories["deck_uy_m"] / MM, lw=_LINE, color=_COLOURS[2]
-    )
-    orbit.set_aspect("equal", adjustable="datalim")
-    orbit.xaxis.set_major_locator(MaxNLocator(4))
+    x_mm, y_mm = histories["deck_ux_m"] / MM, histories["deck_uy_m"] / MM
+    orbit.plot(x_mm, y_mm, lw=_LINE, color=_COLOURS[2])
+    half_mm = 1.08 * max(float(x_mm.abs().max()), float(y_mm.abs().max()), 1.0)
+    orbit.set(xlim=(-half_mm, half_mm), ylim=(-half_mm, half_mm), aspect="equal")
+    orbit.xaxis.set_major_locator(MaxNLocator(5))
+    orbit.yaxis.set_major_locator(MaxNLocator(5))
     orbit.set_xlabel("Longitudinal (mm)")
     orbit.set_ylabel("Transverse (mm)")
     orbit.set_title("Orbit of the deck", fontsize=9)

@@ -1,0 +1,152 @@
+"""Whatever becomes of an analysis, it returns a status with the peaks so far."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.errors import InputError
+from skewbridge.study.variant import Variant
+from strong_motion import strong_motion
+
+VARIANT = Variant(
+    bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50
+)
+
+
+def run(scale=1.0, options=None, log_path=None, **settings):
+    return analyse(
+        VARIANT,
+        strong_motion(),
+        scale,
+        0.0,
+        AnalysisSettings(**settings),
+        options or ModelOptions(),
+        histories=True,
+        log_path=log_path,
+    )
+
+
+def assert_has_peaks(result):
+    assert all(math.isfinite(v) for k, v in result.demands.items() if k != "energy_residual_ratio")
+    assert result.demands["deck_disp_m"] > 0.0
+    times = result.histories["t_s"]
+    assert times[-1] == pytest.approx(result.time_reached_s)
+    assert np.all(np.diff(times) > 0.0)
+
+
+def test_a_collapse_names_its_criterion_and_stops():
+    result = run(scale=4.0)
+    assert (result.status, result.collapse_criterion) == ("collapse", "column_drift_ratio")
+    assert 0.10 <= result.demands["column_drift_ratio"] < 0.12
+    assert result.time_reached_s < result.duration_s
+    assert_has_peaks(result)
+
+
+@pytest.mark.parametrize(
+    ("settings", "criterion"),
+    [({"collapse_deck_disp_m": 0.05}, "deck_disp_m"), ({"collapse_drift_ratio": 0.01}, None)],
+)
+def test_limits_of_collapse_are_settings(settings, criterion):
+    result = run(duration_s=2.5, **settings)
+    assert result.status == "collapse"
+    assert result.collapse_criterion == (criterion or "column_drift_ratio")
+
+
+def test_a_budget_of_iterations_ends_with_timeout():
+    result = run(mean_iterations=1.0)
+    assert result.status == "timeout"
+    assert result.collapse_criterion == ""
+    assert 0.0 < result.time_reached_s < result.duration_s
+    assert_has_peaks(result)
+
+
+def test_a_model_that_the_solver_cannot_follow_is_a_numerical_failure(tmp_path):
+    # Penalties 7000 times those of the rule: no step this long resolves the contact, steps that
+    # fail restart Houbolt as the trapezoidal rule, and that makes energy until a bound stops it.
+    stiff = ModelOptions(normal_stiffness_n_per_m=1e13, tangent_stiffness_n_per_m=1e13)
+    log = tmp_path / "opensees.log"
+    result = run(options=stiff, log_path=log, mean_iterations=200.0)
+    assert result.status == "numerical_failure"
+    assert result.recovery_rung >= 1
+    assert result.failed_attempts > 2
+    assert "the solution diverged: a contact carries" in result.messages[0]
+    assert any("Houbolt" in text for text in result.messages)
+    assert "failed" in log.read_text(encoding="utf-8")
+    assert math.isnan(result.demands["energy_residual_ratio"])
+    assert result.demands["column_drift_ratio"] < 0.10
+    assert_has_peaks(result)
+
+
+def test_a_hopeless_tolerance_climbs_the_ladder_and_is_reported():
+    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    assert result.recovery_rung == 6
+    assert result.substeps > 100
+    assert result.status == "timeout"
+
+
+def test_failures_of_one_analysis_leave_nothing_behind():
+    clean = run(duration_s=1.0)
+    run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    assert run(duration_s=1.0).demands == clean.demands
+
+
+def test_nothing_is_printed(capfd):
+    run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    captured = capfd.readouterr()
+    assert captured.out == ""
+    assert captured.err == ""
+
+
+def test_a_motion_with_a_value_that_is_no_number_is_refused():
+    motion = strong_motion()
+    broken = motion.accel_1_mps2.copy()
+    broken[17] = np.nan
+    with pytest.raises(InputError, match=r"accel_1_mps2\[17\]"):
+        replace(motion, accel_1_mps2=broken)
+
+
+@pytest.mark.parametrize(
+    ("scale", "incidence_deg", "words"),
+    [
+        (0.0, 0.0, "scale must be a positive number, got 0"),
+        (-1.0, 0.0, "scale"),
+        (math.nan, 0.0, "scale"),
+        (1.0, math.inf, "incidence_deg"),
+        (1000.0, 0.0, "peak acceleration must be at most 1000 m/s2"),
+    ],
+)
+def test_bad_factors_are_refused_before_anything_runs(scale, incidence_deg, words):
+    with pytest.raises(InputError, match=words):
+        analyse(VARIANT, strong_motion(), scale, incidence_deg, AnalysisSettings(), ModelOptions())
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"scheme": "best"}, "scheme must be default or paper"),
+        ({"dt_s": 0.1}, "dt_s must be within"),
+        ({"dt_s": math.nan}, "dt_s"),
+        ({"scheme": "paper", "dt_s": 0.01}, "fixed at 0.005 in scheme paper"),
+        ({"duration_s": -1.0}, "duration_s"),
+        ({"free_vibration_s": -1.0}, "free_vibration_s"),
+        ({"collapse_drift_ratio": 0.0}, "collapse_drift_ratio"),
+        ({"max_iterations": 1}, "max_iterations"),
+    ],
+)
+def test_bad_settings_name_field_value_and_limit(change, words):
+    with pytest.raises(InputError, match=words):
+        AnalysisSettings(**change)
+
+
+def test_the_window_cuts_the_motion_and_free_vibration_follows():
+    result = run(duration_s=1.0, free_vibration_s=0.5)
+    assert result.duration_s == pytest.approx(1.5)
+    assert result.time_reached_s == pytest.approx(1.5)
+    quiet = result.histories["t_s"] > 1.01
+    assert np.all(result.histories["ground_ax_mps2"][quiet] == 0.0)
+    assert np.any(result.histories["ground_ax_mps2"][~quiet] != 0.0)

@@ -1,0 +1,136 @@
+"""What the mechanics promise whatever the numbers: no friction is no friction, mirrors mirror."""
+
+import numpy as np
+import pytest
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.study.variant import Variant
+from strong_motion import mirrored, strong_motion
+
+FIRST_5_S = slice(0, 1001)
+
+
+def variant(abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50):
+    return Variant(
+        bridge="osb1",
+        abutment=abutment,
+        skew_deg=skew_deg,
+        gap_mm=gap_mm,
+        friction_pct=friction_pct,
+    )
+
+
+def run(case, motion=None, options=None, **settings):
+    return analyse(
+        case,
+        strong_motion() if motion is None else motion,
+        1.0,
+        0.0,
+        AnalysisSettings(**settings),
+        options or ModelOptions(),
+        histories=True,
+    )
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return run(variant())
+
+
+@pytest.fixture(scope="module")
+def frictionless():
+    return run(variant(friction_pct=0))
+
+
+def test_the_motion_of_these_tests_closes_gaps_and_slips(reference):
+    assert reference.status == "ok"
+    assert reference.demands["contact_closures"] > 10
+    assert reference.demands["backwall_force_kn"] > 1000.0
+    assert reference.demands["slip_work_kj"] > 10.0
+
+
+def test_two_runs_give_identical_values(reference):
+    again = run(variant())
+    assert again.demands == reference.demands
+    for name, values in reference.histories.items():
+        np.testing.assert_array_equal(again.histories[name], values, err_msg=name)
+
+
+def test_contact_equals_contact_friction_without_friction(frictionless):
+    plain = run(variant("contact", friction_pct=0))
+    # Same equations, numbering and springs: only the updates are left out.
+    for name, value in frictionless.demands.items():
+        assert plain.demands[name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
+
+
+def test_a_model_without_tangential_springs_has_the_same_peaks(frictionless):
+    # Tangential springs of 1 N/m carry less than a newton: as good as none.
+    bare = run(
+        variant("contact", friction_pct=0), options=ModelOptions(tangent_stiffness_n_per_m=1.0)
+    )
+    for name in ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m"):
+        assert bare.demands[name] == pytest.approx(frictionless.demands[name], rel=0.01), name
+
+
+@pytest.mark.parametrize("skew_deg", [30, 60])
+def test_opposite_skew_mirrors_the_response(skew_deg, reference):
+    one = reference if skew_deg == 30 else run(variant(skew_deg=skew_deg))
+    other = run(variant(skew_deg=-skew_deg), mirrored(strong_motion()))
+    for name, sign in (("deck_ux_m", 1.0), ("deck_uy_m", -1.0), ("deck_rot_rad", -1.0)):
+        history, image = one.histories[name], sign * other.histories[name]
+        # 1e-6: rounding, grown by contacts; the criterion of the project.
+        np.testing.assert_allclose(
+            image[FIRST_5_S], history[FIRST_5_S], rtol=0, atol=1e-6 * np.abs(history).max()
+        )
+    for name, value in one.demands.items():
+        if name not in ("energy_residual_ratio", "contact_closures"):
+            assert other.demands[name] == pytest.approx(value, rel=0.01, abs=1e-9), name
+
+
+def test_a_gap_that_nothing_closes_gives_no_contact_demands():
+    # 1 m at the backwalls and 5 m at the keys, against a deck that moves by decimetres.
+    wide = run(variant(gap_mm=999), options=ModelOptions(transverse_gap_m=5.0))
+    assert wide.status == "ok"
+    assert wide.demands["deck_disp_m"] > 0.05
+    for name in (
+        "contact_closures",
+        "contact_time_s",
+        "contact_max_penetration_m",
+        "slip_work_kj",
+        "backwall_force_kn",
+        "shear_key_force_kn",
+        "friction_force_kn",
+        "cone_violation_ratio",
+    ):
+        assert wide.demands[name] == 0.0, name
+
+
+def test_turning_the_motion_by_half_a_turn_equals_reversing_it():
+    motion = strong_motion(duration_s=3.0)
+    turned = analyse(variant(skew_deg=0), motion, 1.0, 180.0, AnalysisSettings(), ModelOptions())
+    reverse = motion.with_components(-motion.accel_1_mps2, -motion.accel_2_mps2)
+    assert analyse(
+        variant(skew_deg=0), reverse, 1.0, 0.0, AnalysisSettings(), ModelOptions()
+    ).demands == pytest.approx(turned.demands, rel=1e-12)
+
+
+def test_the_energy_balance_closes(reference):
+    terms = reference.energy_kj
+    # 1 %: trapezoidal works of forces that jump at contacts.
+    assert abs(reference.demands["energy_residual_ratio"]) < 0.01
+    assert all(terms[name] > 0.0 for name in ("input", "damping", "columns", "bearings", "slip"))
+    # Algorithmic dissipation of Houbolt is a small part; it never makes energy overall.
+    assert 0.0 < terms["algorithmic"] < 0.05 * terms["input"]
+
+
+def test_friction_couples_the_axes_without_skew():
+    motion = strong_motion()
+    longitudinal = motion.with_components(motion.accel_1_mps2, 1e-3 * motion.accel_2_mps2)
+    straight = variant(skew_deg=0)
+    with_friction = run(straight, motion).demands
+    without = run(variant(skew_deg=0, friction_pct=0), motion).demands
+    alone = run(straight, longitudinal).demands
+    assert with_friction["deck_disp_y_m"] != pytest.approx(without["deck_disp_y_m"], rel=1e-3)
+    assert alone["deck_disp_y_m"] < 0.01 * with_friction["deck_disp_y_m"]
