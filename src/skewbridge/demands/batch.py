@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from joblib import Parallel, delayed
 
-from skewbridge.analysis.result import AnalysisResult
+from skewbridge.analysis.result import RAN, AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
 from skewbridge.bridge.catalogue import load_bridge
@@ -175,10 +175,11 @@ def identity_of(task: Task, key: str) -> Row:
 
 def outcome_of(result: AnalysisResult) -> Row:
     """Return the columns of a row that an analysis gives: demands and what became of it."""
+    reason = "" if result.status in RAN else "; ".join(result.messages)
     return {
         **result.demands,
         "status": result.status,
-        "collapse_criterion": result.collapse_criterion or "; ".join(result.messages),
+        "collapse_criterion": result.collapse_criterion or reason,
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
         "recovery_rung": result.recovery_rung,

@@ -23,14 +23,16 @@ def normal_penalty(neighbour_n_per_m: float, mass_kg: float, options: ModelOptio
         mass_kg: Mass of the node between them.
         options: May name the penalty.
     """
+    factor = options.normal_stiffness_factor
     if options.normal_stiffness_n_per_m is not None:
-        return options.normal_stiffness_n_per_m
+        return factor * options.normal_stiffness_n_per_m
     resolved = mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2
-    return min(NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m, resolved)
+    return factor * min(NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m, resolved)
 
 
 def tangent_penalty(normal_n_per_m: float, options: ModelOptions) -> float:
-    """Return the tangential penalty of a contact in N/m."""
+    """Return the tangential penalty of a contact in N/m, from its normal penalty."""
+    factor = options.tangent_stiffness_factor
     if options.tangent_stiffness_n_per_m is not None:
-        return options.tangent_stiffness_n_per_m
-    return normal_n_per_m / NORMAL_OVER_TANGENT
+        return factor * options.tangent_stiffness_n_per_m
+    return factor * normal_n_per_m / options.normal_stiffness_factor / NORMAL_OVER_TANGENT
