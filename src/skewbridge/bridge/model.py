@@ -35,7 +35,7 @@ CONTACT_MODELS: Final = ("contact", "contact_friction")
 
 
 class DomainError(RuntimeError):
-    """A model was asked for outside a fresh domain."""
+    """A model was asked for in a domain that has one."""
 
 
 @contextmanager
@@ -62,7 +62,7 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
 
     Raises:
         InputError: No such bridge, or bad data in its file.
-        DomainError: Not within a fresh `domain()`.
+        DomainError: The domain is not fresh.
     """
     require_fresh_domain()
     variant = variant.normalised()
@@ -79,8 +79,8 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
 
 
 def require_fresh_domain() -> None:
-    """Refuse to build outside `domain()` or into a domain that has nodes."""
-    if ops.getNDM() is None or ops.getNodeTags():
+    """Refuse to build into a domain that has nodes."""
+    if ops.getNodeTags():
         msg = "build() works inside `with domain():`, once per domain"
         raise DomainError(msg)
 
