@@ -1,7 +1,7 @@
 """Commands of the contact room: a unit process, the rigid skew deck, the verification studies."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -72,7 +72,8 @@ def verify(
     if as_json:
         emit_json(rows)
     else:
-        emit_table(rows, title="Verification")
+        shown = [{k: v for k, v in row.items() if k != "source"} for row in rows]
+        emit_table(shown, title="Verification")
     if not all(row["pass"] for row in rows):
         raise typer.Exit(EXIT_FAILED)
 
@@ -87,7 +88,7 @@ def _emit(summary: dict[str, Any], *, as_json: bool) -> None:
     emit_table([{"quantity": key, "value": value} for key, value in flat.items()])
 
 
-def _stop(message: str, *, as_json: bool) -> None:
+def _stop(message: str, *, as_json: bool) -> NoReturn:
     if as_json:
         emit_json({"status": "failed", "message": message})
     messages.print(f"failed: {message}", style="red", markup=False)

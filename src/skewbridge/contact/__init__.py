@@ -40,6 +40,9 @@ Signatures::
                                                       # normal_work_j, cone_violation_n, _ratio
     .units -> tuple of units with .element, .node_i, .node_j, .normal, .tangents, .name
 
+    make_step(contacts, dt_s, parts_on_change=4)      # instead of analyze and after_step:
+                                                      # sub-steps where a change is expected
+
 Signs: opening is positive, normal_n > 0 is compression, the tangential force has the sign of the
 slip of node j relative to node i (the force of the spring; the body feels its negative).
 """
@@ -49,6 +52,7 @@ from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.ledger import UnitLedger
 from skewbridge.contact.springs import ContactError
 from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitState
+from skewbridge.contact.stepping import make_step
 from skewbridge.contact.tags import Tags, TagSource
 from skewbridge.contact.unit import ContactUnit
 
@@ -65,4 +69,5 @@ __all__ = [
     "Tags",
     "UnitLedger",
     "UnitState",
+    "make_step",
 ]

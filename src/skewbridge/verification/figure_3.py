@@ -1,0 +1,184 @@
+"""Figure 3 of the paper: the three-dimensional unit under a square and two triangular waves."""
+
+from math import hypot
+from typing import Final
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from skewbridge.contact import ContactLaw, Coupling, Scheme
+from skewbridge.verification.checks import Checklist, StudyResult
+from skewbridge.verification.figure_style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PINK,
+    label,
+    legend,
+    panels,
+)
+from skewbridge.verification.paths import figure_3
+from skewbridge.verification.unit_path import drive_unit, follow_law, path_work_j
+
+type Matrix = NDArray[np.float64]
+
+# ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
+LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
+LIMIT_N: Final = 4500.0
+_ROWS_PER_S: Final = 2000
+_SOURCE: Final = "radial return, exact in time (docs/theory/verification.md)"
+
+# source: radial return integrated with dt = 1e-5 s; forces (x, y) in N.
+EXACT_N: Final = {
+    1.5: (-2700.0, 3600.0),
+    2.0: (-2700.0, -3600.0),
+    3.76: (1001.0, -1334.7),
+    4.4: (2700.0, -3600.0),
+    4.6: (2927.09, 3417.92),
+    4.9: (2700.0, 3600.0),
+    6.5: (-2700.0, 3600.0),
+    7.4: (2700.0, 3600.0),
+    9.0: (2700.0, -3600.0),
+    9.2: (-2696.72, -3602.46),
+    11.6: (2700.0, 3600.0),
+}
+EXACT_WORK_J: Final = 42030.64
+INTERVAL_WORK_J: Final = {
+    (1.25, 2.5): 9069.97,
+    (3.75, 5.0): 9069.97,
+    (6.25, 7.5): 9183.37,
+    (8.75, 10.0): 9183.37,
+}
+_VARIANTS: Final[tuple[tuple[Scheme, Coupling], ...]] = (
+    ("vector", "extrapolated"),
+    ("vector", "lagged"),
+    ("componentwise", "extrapolated"),
+    ("componentwise", "lagged"),
+    ("elastic", "extrapolated"),
+    ("elastic", "lagged"),
+)
+
+
+def run() -> StudyResult:
+    """Run the study."""
+    checks = Checklist("fig3")
+    # The square wave takes one row to jump: short rows keep its timing.
+    path = figure_3(_ROWS_PER_S)
+    forces = drive_unit(LAW, path, substeps=2).forces_n
+    for time, exact in EXACT_N.items():
+        row = round(time * _ROWS_PER_S)
+        for axis, name in enumerate("xy"):
+            checks.absolute(
+                *(f"F{name} at {time:g} s (N)", forces[row, axis], exact[axis]),
+                *(0.01 * LIMIT_N, _SOURCE),
+            )
+    checks.relative("total work (J)", path_work_j(path, forces), EXACT_WORK_J, 2e-3, _SOURCE)
+    for (start, end), exact_work in INTERVAL_WORK_J.items():
+        rows = slice(round(start * _ROWS_PER_S) - 1, round(end * _ROWS_PER_S) + 1)
+        work = path_work_j(path[rows], forces[rows])
+        checks.relative(f"work from {start} to {end} s (J)", work, exact_work, 2e-3, _SOURCE)
+    _check_cone(checks, forces)
+    table = _compare_schemes(checks)
+    return StudyResult(
+        checks=checks.checks,
+        figures={
+            "histories": _histories(path[::5], forces[::5]),
+            "planes": _planes(path[::5], forces[::5]),
+        },
+        tables={"schemes": table},
+    )
+
+
+def _check_cone(checks: Checklist, forces: Matrix) -> None:
+    closed = forces[:, 2] > 0.0
+    limits = np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
+    excess = np.hypot(forces[:, 0], forces[:, 1]) - limits
+    # The square wave jumps within one row: that row is left out on both sides.
+    steady = np.ones(len(closed), dtype=bool)
+    jumps = np.flatnonzero(np.diff(closed))
+    for shift in (0, 1, 2):
+        steady[np.minimum(jumps + shift, len(closed) - 1)] = False
+    checks.at_most(
+        *("force beyond the cone over the limit", max(0.0, float(excess[steady].max())) / LIMIT_N),
+        *(1e-6, "cone"),
+    )
+    checks.at_most(
+        "friction while open (N)",
+        float(np.abs(forces[~closed & steady, :2]).max()),
+        0.0,
+        "no friction",
+    )
+
+
+def _compare_schemes(checks: Checklist) -> pd.DataFrame:
+    """Compare schemes and couplings at 1 ms steps without sub-steps."""
+    path = figure_3(1000)
+    exact = follow_law(LAW, path, substeps=20).forces_n
+    rows: list[dict[str, str | float]] = []
+    for scheme, coupling in _VARIANTS:
+        forces = drive_unit(LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
+        error = np.hypot(*(forces - exact)[:, :2].T) / LIMIT_N
+        # One step at each opening, closing and reversal is a matter of timing.
+        kept = error[np.argsort(error)[: -3 * _event_count(path)]]
+        rms, work = float(np.sqrt(np.mean(kept**2))), path_work_j(path, forces)
+        rows.append(
+            {
+                "scheme": scheme,
+                "coupling": coupling,
+                "rms_error_ratio": rms,
+                "work_error_ratio": work / EXACT_WORK_J - 1.0,
+                "largest_force_ratio": max(hypot(x, y) for x, y, _ in forces) / LIMIT_N,
+            }
+        )
+        if (scheme, coupling) == ("vector", "extrapolated"):
+            checks.at_most("RMS error at 1 ms steps over the limit", rms, 0.01, _SOURCE)
+            checks.relative("work at 1 ms steps (J)", work, EXACT_WORK_J, 2e-3, _SOURCE)
+        else:
+            checks.report(f"{scheme}, {coupling}: RMS error at 1 ms steps", rms, 0.0, _SOURCE)
+    return pd.DataFrame(rows)
+
+
+def _event_count(path: Matrix) -> int:
+    step = np.sign(np.diff(path[:, 1:], axis=0).round(9))
+    return int(np.count_nonzero(np.any(np.diff(step, axis=0) != 0.0, axis=1)))
+
+
+def _histories(path: Matrix, forces: Matrix) -> Figure:
+    figure, axes = panels(3, 1, height_in=5.2, sharex=True)
+    t = path[:, 0]
+    for column, (name, colour) in enumerate((("x", BLUE), ("y", ORANGE)), start=1):
+        axes[0, 0].plot(t, path[:, column], color=colour, lw=1.2, label=f"u{name}")
+        axes[1, 0].plot(t, forces[:, column - 1] / 1000, color=colour, lw=1.2, label=f"F{name}")
+    axes[0, 0].plot(t, 10.0 * path[:, 3], color=GREEN, lw=1.0, label="10 uz")
+    times = list(EXACT_N)
+    for axis in range(2):
+        values = [EXACT_N[time][axis] / 1000 for time in times]
+        axes[1, 0].plot(times, values, "o", color=BLACK, ms=3, label="exact" if axis == 0 else None)
+    axes[2, 0].plot(t, forces[:, 2] / 1000, color=GREEN, lw=1.2, label="N")
+    axes[2, 0].plot(t, np.hypot(*forces[:, :2].T) / 1000, color=PINK, lw=1.2, label="|F|")
+    label(axes[0, 0], "", "displacement (m)")
+    label(axes[1, 0], "", "friction (kN)")
+    label(axes[2, 0], "time (s)", "force (kN)")
+    for axis in axes[:, 0]:
+        legend(axis, ncols=3, loc="upper right")
+    return figure
+
+
+def _planes(path: Matrix, forces: Matrix) -> Figure:
+    figure, axes = panels(1, 3, height_in=2.7)
+    for column, (name, colour) in enumerate((("x", BLUE), ("y", ORANGE))):
+        axis = axes[0, column]
+        axis.plot(path[:, column + 1], forces[:, column] / 1000, color=colour, lw=1.0)
+        label(axis, f"u{name} (m)", f"F{name} (kN)")
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)
+    cone = axes[0, 2]
+    cone.plot(4.5 * np.cos(angle), 4.5 * np.sin(angle), color=GREY, lw=1.0, label="cone")
+    cone.plot(forces[:, 0] / 1000, forces[:, 1] / 1000, ".", color=PINK, ms=2.5)
+    cone.set_aspect("equal")
+    label(cone, "Fx (kN)", "Fy (kN)")
+    legend(cone, loc="center")
+    return figure

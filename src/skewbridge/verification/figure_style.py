@@ -1,0 +1,42 @@
+"""Look of the verification figures."""
+
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+# Colours that differ in print and for colour-blind readers.
+# source: Okabe and Ito (2008), Color Universal Design.
+BLUE: Final = "#0072B2"
+ORANGE: Final = "#D55E00"
+GREEN: Final = "#009E73"
+PINK: Final = "#CC79A7"
+YELLOW: Final = "#E69F00"
+GREY: Final = "0.55"
+BLACK: Final = "0.1"
+_WIDTH_IN: Final = 7.2
+
+
+def panels(rows: int, columns: int, *, height_in: float, **options: Any) -> tuple[Figure, Any]:
+    """Return a figure and its array of axes, shape (rows, columns)."""
+    figure = Figure(figsize=(_WIDTH_IN, height_in), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    for axis in np.ravel(axes):
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.tick_params(labelsize=8)
+        axis.grid(visible=True, linewidth=0.4, alpha=0.4)
+    return figure, axes
+
+
+def label(axis: Axes, x: str, y: str, title: str = "") -> None:
+    """Label an axis in the size of the figures."""
+    axis.set_xlabel(x, fontsize=8)
+    axis.set_ylabel(y, fontsize=8)
+    if title:
+        axis.set_title(title, fontsize=9, loc="left")
+
+
+def legend(axis: Axes, **options: Any) -> None:
+    """Add a small legend."""
+    axis.legend(**({"fontsize": 7, "frameon": False} | options))
