@@ -73,6 +73,7 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
             ],
             [
                 plastic_material(side.stiffness_n_per_m, side.ultimate_n, tags),
+                elastic_material(restoring * share, tags),
                 dashpot_material(ratio, side.stiffness_n_per_m, mass_kg, tags),
             ],
             tags,
