@@ -20,7 +20,8 @@ from skewbridge.motions.spectrum import pair_psa
 type Vector = NDArray[np.float64]
 
 TAPER_S: Final = 0.5
-QUIET_SHARE: Final = 1.0e-4
+QUIET_SHARE: Final = 1.0e-5
+MAX_RATIO: Final = 100  # of two time steps
 EFFECT_PERIODS_S: Final = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
 
 
@@ -143,7 +144,7 @@ def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
     The new values are those of the band-limited signal, by a symmetric (zero-phase) filter.
 
     Raises:
-        InputError: The ratio of the time steps is no ratio of integers up to 1000.
+        InputError: The ratio of the time steps is no ratio of integers up to 100.
     """
     if not (np.isfinite(dt_s) and dt_s > 0.0):
         msg = f"dt_s must be positive, got {dt_s}"
@@ -218,9 +219,9 @@ def _end_state(accel: Vector, dt_s: float) -> Vector:
 
 
 def _small_ratio(ratio: float) -> tuple[int, int]:
-    for down in range(1, 1001):
+    for down in range(1, MAX_RATIO + 1):
         up = round(ratio * down)
-        if 1 <= up <= 1000 and math.isclose(up / down, ratio, rel_tol=1.0e-6):
+        if 1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9):
             return up, down
     msg = f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio"
     raise InputError(msg)

@@ -1,0 +1,162 @@
+"""The commands `skewbridge motions ...` and the pictures, from outside."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from motions_files import at2_text, index_of, make_pairs, shaken_g
+from skewbridge.cli import build_app
+from skewbridge.motions.suite import prepare_suite
+from skewbridge.report.motion_figures import record_page, suite_spectra
+
+
+def _run(*arguments: object) -> tuple[int, str, str]:
+    result = CliRunner().invoke(build_app(), ["motions", *map(str, arguments)])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_check_gives_the_promised_json(tmp_path):
+    (first, _), *_ = make_pairs(tmp_path, 1)
+    code, out, _ = _run("check", first, "--json")
+    (found,) = json.loads(out)["files"]
+    assert code == 0
+    assert set(found) == {"file", "verdict", "format", "dt_s", "npts", "pga_g", "messages"}
+    assert (found["verdict"], found["dt_s"], found["npts"]) == ("ok", 0.01, 400)
+    assert found["pga_g"] == pytest.approx(0.3, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("content", "verdict", "code"),
+    [
+        (at2_text(shaken_g(1)), "ok", 0),
+        (at2_text(shaken_g(1) + 0.05), "warn", 0),
+        (at2_text(1e4 * shaken_g(1)), "error", 2),
+        ("\n".join(map(str, shaken_g(1))), "needs_dt", 2),
+    ],
+)
+def test_check_exits_by_its_verdict(tmp_path, content, verdict, code):
+    path = tmp_path / "a.txt"
+    path.write_text(content)
+    found_code, out, _ = _run("check", path, "--json")
+    assert (json.loads(out)["files"][0]["verdict"], found_code) == (verdict, code)
+
+
+def test_strict_check_fails_on_a_warning(tmp_path):
+    path = tmp_path / "a.AT2"
+    path.write_text(at2_text(shaken_g(1) + 0.05))
+    assert _run("check", path)[0] == 0
+    assert _run("check", path, "--strict")[0] == 2
+
+
+def test_components_of_different_dt_are_a_pair_error(tmp_path):
+    (first, second), *_ = make_pairs(tmp_path, 1)
+    second.write_text(at2_text(shaken_g(1), dt_s=0.02))
+    code, out, _ = _run("check", first, second, "--json")
+    verdicts = [item["verdict"] for item in json.loads(out)["files"]]
+    assert (code, verdicts) == (2, ["ok", "pair_error"])
+
+
+def test_check_writes_an_index_that_the_study_reads(tmp_path):
+    make_pairs(tmp_path, 2)
+    code, _, _ = _run("check", tmp_path, "--write", "--json")
+    index = pd.read_csv(tmp_path / "index.csv")
+    suite = prepare_suite(tmp_path, t1_s=0.7)
+    assert code == 0
+    assert list(index["motion_id"]) == list(suite["motion_id"]) == ["q0", "q1"]
+    assert list(index["sha256"]) == list(suite["sha256"])
+
+
+def test_check_holds_files_against_their_index(tmp_path):
+    pairs = make_pairs(tmp_path, 1)
+    index_of(tmp_path, pairs, sha256=["f" * 64], magnitude=[6.9])
+    code, out, _ = _run("check", tmp_path, "--json")
+    assert code == 2
+    assert "sha256" in json.loads(out)["files"][0]["messages"][-1]
+    assert _run("check", tmp_path, "--write")[0] == 0
+    assert _run("check", tmp_path)[0] == 0
+    assert pd.read_csv(tmp_path / "index.csv")["magnitude"][0] == 6.9  # the rest is kept
+
+
+def test_check_of_a_missing_path_is_bad_input(tmp_path):
+    code, out, err = _run("check", tmp_path / "nowhere", "--json")
+    assert code == 2
+    assert json.loads(out)["status"] == "error"
+    assert "nowhere" in err.replace("\n", "")
+
+
+def test_im_gives_the_promised_measures(tmp_path):
+    files = make_pairs(tmp_path, 1)[0]
+    code, out, _ = _run("im", *files, "--t1-s", 0.7, "--json")
+    found = json.loads(out)
+    promised = {"im_pga_rotd50_g", "im_pgv_rotd50_mps", "im_sa_1p000_rotd50_g",
+                "im_saavg_rotd50_g", "im_arias_mps", "im_cav_mps", "im_d5_75_s", "im_d5_95_s",
+                "pga_h1_g", "pga_h2_g"}  # fmt: skip
+    assert code == 0
+    assert promised <= set(found)
+    assert all(found[name] > 0 for name in promised)
+    row = prepare_suite(tmp_path, t1_s=0.7).iloc[0]
+    assert found["im_saavg_rotd50_g"] == pytest.approx(row["im_saavg_rotd50_g"])
+
+
+def test_im_without_t1_has_no_average(tmp_path):
+    files = make_pairs(tmp_path, 1)[0]
+    assert json.loads(_run("im", *files, "--json")[1])["im_saavg_rotd50_g"] is None
+
+
+def test_im_of_one_file_gives_its_own_spectrum(tmp_path):
+    (first, _), *_ = make_pairs(tmp_path, 1)
+    found = json.loads(_run("im", first, "--period-s", 0.5, "--period-s", 1.0, "--json")[1])
+    assert found["pga_h1_g"] == pytest.approx(0.3, rel=1e-6)
+    assert len(found["psa_h1_g"]) == len(found["periods_s"]) == 2
+
+
+def test_im_of_three_files_is_bad_input(tmp_path):
+    (first, second), *_ = make_pairs(tmp_path, 1)
+    assert _run("im", first, second, first)[0] == 2
+
+
+def test_plot_writes_a_picture(tmp_path):
+    files = make_pairs(tmp_path, 1)[0]
+    code, out, _ = _run("plot", *files, "--out", tmp_path / "figures", "--json")
+    picture = tmp_path / "figures" / "q0.png"
+    assert (code, json.loads(out)["file"]) == (0, str(picture))
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):
+    options = ["--magnitude", 6.5, "--distance-km", 10, "--vs30-mps", 400, "--seed", 5]
+    assert _run("synthesize", *options, "--count", 1, "--out", tmp_path / "one")[0] == 0
+    assert _run("synthesize", *options, "--count", 2, "--out", tmp_path / "two")[0] == 0
+    assert _run("check", tmp_path / "two", "--strict")[0] == 0
+    for name in ("syn001_h1.AT2", "syn001_h2.AT2"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--magnitude", 5.0), ("--count", 0), ("--pulse", "maybe"), ("--seed", -1)],
+)
+def test_synthesize_refuses_bad_input_by_name(tmp_path, option, value):
+    options = {"--magnitude": 6.5, "--distance-km": 10, "--vs30-mps": 400, "--out": tmp_path}
+    pairs = [str(item) for pair in (options | {option: value}).items() for item in pair]
+    code, _, err = _run("synthesize", *pairs)
+    assert code == 2
+    assert option.strip("-") in err
+
+
+def test_pictures_have_labels_with_units():
+    page = record_page("m", 0.01, {"h1": shaken_g(1), "h2": shaken_g(2)})
+    labels = [axis.get_ylabel() for axis in page.axes]
+    assert labels == [
+        "acceleration (g)", "velocity (m/s)", "displacement (m)", "Arias (m/s)",
+        "PSA, 5 % damping (g)",
+    ]  # fmt: skip
+    rng = np.random.default_rng(0)
+    spectra = suite_spectra(
+        rng.lognormal(size=(6, 4)), [0.1, 0.3, 1.0, 3.0], title="suite",
+        model_g=(np.ones(4), np.full(4, 0.6)), model_name="model",
+    )  # fmt: skip
+    assert [axis.get_xlabel() for axis in spectra.axes] == ["period (s)", "period (s)"]

@@ -1,0 +1,120 @@
+"""Stripes, unscaled cloud and the search for a record's capacity."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motions_files import make_pairs
+from skewbridge.errors import InputError
+from skewbridge.motions.designs import bracket_capacity, striped, unscaled_cloud
+from skewbridge.motions.spectrum import component_psa
+from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.synthesis.generate import synthesize
+from skewbridge.motions.synthesis.scenario import Scenario
+
+
+@pytest.fixture
+def suite(tmp_path):
+    make_pairs(tmp_path, 3)
+    return prepare_suite(tmp_path, t1_s=0.7)
+
+
+@pytest.mark.parametrize(
+    "measure", ["im_saavg_rotd50_g", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g"]
+)
+def test_striped_motions_reach_their_stripe(suite, measure):
+    low_g = suite[measure].median()
+    table = striped(suite, [low_g, 2 * low_g], measure=measure, factor_limits=(1e-3, 1e3))
+    np.testing.assert_allclose(table["scale"] * table[measure], table["stripe_g"])
+    assert len(table) == 6
+    assert not table.duplicated(["motion_id", "scale"]).any()
+
+
+def test_factors_outside_the_limits_are_left_out_and_counted(suite):
+    level_g = suite["im_saavg_rotd50_g"].iloc[0]
+    table = striped(suite, [level_g], factor_limits=(0.999, 1.001))
+    assert list(table["motion_id"]) == ["q0"]
+    assert table.attrs["left_out"] == 2
+
+
+def test_unreachable_stripes_are_refused(suite):
+    with pytest.raises(InputError, match="no motion reaches"):
+        striped(suite, [1e4])
+    with pytest.raises(InputError, match="ascend"):
+        striped(suite, [0.2, 0.1])
+    with pytest.raises(InputError, match="measure"):
+        striped(suite, [0.2], measure="im_arias_mps")
+    with pytest.raises(InputError, match="positive"):
+        striped(suite, [])
+
+
+def test_unscaled_cloud_is_as_recorded(suite):
+    assert (unscaled_cloud(suite)["scale"] == 1.0).all()
+
+
+def test_ida_brackets_the_capacity_of_an_elastic_oscillator():
+    """Displacement limit of a linear oscillator: the capacity is limit / spectral displacement."""
+    scenario = Scenario(magnitude=6.75, distance_km=15.0, vs30_mps=400.0)
+    for index in range(3):
+        motion = synthesize(scenario, index=index, seed=9)
+        demand_m = component_psa(motion.accel_1_mps2, motion.dt_s, 0.8)[0] * (0.8 / 2 / np.pi) ** 2
+
+        def exceeds(scale, motion=motion):
+            psa = component_psa(motion.accel_1_mps2 * scale, motion.dt_s, 0.8)
+            return psa[0] * (0.8 / 2 / np.pi) ** 2 > 0.12
+
+        bracket = bracket_capacity(exceeds)
+        assert bracket.lower <= 0.12 / demand_m <= bracket.upper
+        assert bracket.upper / bracket.lower <= 1.01
+        assert bracket.analyses <= 10
+
+
+def _yielding_peak(accel: np.ndarray, dt_s: float, scale: float) -> float:
+    """Return the peak displacement of an elastic-perfectly plastic oscillator (T 0.6 s, 5 %)."""
+    omega, yield_force, disp, vel, plastic, peak = 2 * math.pi / 0.6, 1.5, 0.0, 0.0, 0.0, 0.0
+    for value in np.repeat(accel * scale, 2):
+        force = omega**2 * (disp - plastic)
+        if abs(force) > yield_force:
+            plastic = disp - math.copysign(yield_force, force) / omega**2
+            force = math.copysign(yield_force, force)
+        vel += 0.5 * dt_s * (-value - force - 0.1 * omega * vel)
+        disp += 0.5 * dt_s * vel
+        peak = max(peak, abs(disp))
+    return peak
+
+
+def test_ida_brackets_the_capacity_of_a_yielding_oscillator():
+    """Reference: 400 analyses on a fine grid, 0.5 % apart."""
+    rng = np.random.default_rng(3)
+    accel = rng.standard_normal(500) * np.hanning(500)
+    bracket = bracket_capacity(lambda scale: _yielding_peak(accel, 0.02, scale) > 0.08)
+    factors = bracket.lower * 1.005 ** np.arange(-20, 20)
+    over = np.array([_yielding_peak(accel, 0.02, factor) > 0.08 for factor in factors])
+    first = factors[np.argmax(over)]
+    assert over.any()
+    assert bracket.lower / 1.005 <= first <= bracket.upper * 1.005
+    assert bracket.upper / bracket.lower <= 1.01
+    assert bracket.analyses <= 10
+
+
+@settings(max_examples=200, deadline=None)
+@given(capacity=st.floats(1e-3, 1e3))
+def test_bracket_holds_any_capacity_within_ten_analyses(capacity):
+    bracket = bracket_capacity(lambda scale: scale >= capacity)
+    assert bracket.analyses <= 10
+    assert bracket.lower <= capacity <= bracket.upper
+    if 0.1 < capacity <= 10.0:
+        assert bracket.upper / bracket.lower <= 1.01
+        assert bracket.capacity == pytest.approx(capacity, rel=0.01)
+    else:
+        assert math.isnan(bracket.capacity)
+
+
+def test_impossible_search_is_refused():
+    with pytest.raises(InputError, match="limits"):
+        bracket_capacity(lambda scale: True, limits=(1.0, 0.5))
+    with pytest.raises(InputError, match="tolerance"):
+        bracket_capacity(lambda scale: True, tolerance=0.0)
