@@ -154,7 +154,7 @@ def _write(
 
     from skewbridge.demands.parquet import provenance, write_demands, write_frame
 
-    digests = provenance(motion_sha256=task.motion.motion.sha256, run_key=task.run_key)
+    digests = provenance(motion_sha256=task.motion.motion.sha256, run_key=row["run_key"])
     write_demands([row], out / "demands.parquet", digests)
     histories = pd.DataFrame(result.histories)
     write_frame(histories, out / "histories.parquet", digests)

@@ -20,8 +20,9 @@ def provenance(**digests: str) -> dict[str, str]:
     """Return what a result depends on: versions, commit, and the digests given."""
     packages = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
     return {
-        "python": platform.python_version(),
-        **{name: version(name) for name in packages},
+        # not the bare name: "pandas" is a key that pandas writes itself
+        "python_version": platform.python_version(),
+        **{f"{name}_version": version(name) for name in packages},
         "git_commit": _git_commit(),
         **digests,
     }
