@@ -129,8 +129,9 @@ def approach_stiffness_drive(
 def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
     """Return a drive of a normal spring with a dashpot whose sum acts in compression only.
 
-    In the step in which the pair closes, the dashpot acts with the part of the step after
-    closing. When the sum would pull, spring and dashpot are switched off until the pair opens or
+    The force of the dashpot jumps when the pair closes within a step. Steps weigh the force at
+    their ends, so at the end of that one it gets the part of the step after closing plus half a
+    step: the impulse is then right. When the sum would pull, spring and dashpot are switched off until the pair opens or
     approaches again: this is what makes the restitution that of `kelvin_voigt_restitution`.
 
     Raises:
@@ -150,7 +151,7 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
             return {"kn_n_per_m": kn_n_per_m, "dashpot_n_s_per_m": 0.0}
         if kn_n_per_m * predicted + dashpot_n_s_per_m * rate >= 0.0:
             return {"kn_n_per_m": 0.0, "dashpot_n_s_per_m": 0.0}
-        share = 1.0 if opening <= 0.0 else predicted / (predicted - opening)
+        share = 1.0 if opening <= 0.0 else 0.5 + predicted / (predicted - opening)
         return {"kn_n_per_m": kn_n_per_m, "dashpot_n_s_per_m": share * dashpot_n_s_per_m}
 
     return Drive(parameters=("kn_n_per_m", "dashpot_n_s_per_m"), function=spring_and_dashpot)

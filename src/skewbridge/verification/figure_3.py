@@ -163,8 +163,8 @@ def _histories(path: Matrix, forces: Matrix) -> Figure:
     label(axes[0, 0], "", "displacement (m)")
     label(axes[1, 0], "", "friction (kN)")
     label(axes[2, 0], "time (s)", "force (kN)")
-    for axis in axes[:, 0]:
-        legend(axis, ncols=3, loc="upper right")
+    for axis, place in zip(axes[:, 0], ("lower right", "upper left", "upper left"), strict=True):
+        legend(axis, ncols=3, loc=place)
     return figure
 
 
@@ -180,5 +180,5 @@ def _planes(path: Matrix, forces: Matrix) -> Figure:
     cone.plot(forces[:, 0] / 1000, forces[:, 1] / 1000, ".", color=PINK, ms=2.5)
     cone.set_aspect("equal")
     label(cone, "Fx (kN)", "Fy (kN)")
-    legend(cone, loc="center")
+    legend(cone, loc="center", bbox_to_anchor=(0.5, 0.3))
     return figure
