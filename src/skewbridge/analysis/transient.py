@@ -175,7 +175,7 @@ class _Run:
         self._end: tuple[Status, str] | None = None
         self._message = ""
         self._has_left = False
-        _configure_solver(settings)
+        configure_solver(settings)
         self._stepper = Stepper(
             integrator=settings.integrator_command,
             dt_s=settings.dt_s,
@@ -274,7 +274,7 @@ class _Run:
                 yield f"the contacts made {made:.1%} of the input energy"
 
 
-def _configure_solver(settings: AnalysisSettings) -> None:
+def configure_solver(settings: AnalysisSettings) -> None:
     """Set what stays the same for all attempts; friction keeps the tangent symmetric."""
     ops.wipeAnalysis()
     ops.constraints("Transformation")

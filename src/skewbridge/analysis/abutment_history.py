@@ -1,0 +1,146 @@
+"""The response of one abutment with the mass it carries: the paper's sub-structure study."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import openseespy.opensees as ops
+from numpy.typing import NDArray
+
+from skewbridge.analysis.gravity import hold_dead_load
+from skewbridge.analysis.recovery import Stepper
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import GroundInput, configure_solver, solver_log
+from skewbridge.bridge.model import domain
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
+from skewbridge.contact.ledger import UnitLedger
+from skewbridge.motions.record import GroundMotion
+from skewbridge.study.variant import Variant
+
+type Series = NDArray[np.float64]
+
+MAX_DISP_M = 5.0  # far off any seat: the abutment is no longer a model of anything
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbutmentHistory:
+    """Response of an abutment.
+
+    Attributes:
+        t_s: Times, shape (n,).
+        disp_m: Displacement of the deck end along x and y since dead load, shape (n, 2).
+        force_n: Force of the abutment on the deck against it, shape (n, 2).
+        normals_n: Normal forces of the contact units, shape (n, units).
+        friction_n: Friction forces, resultant, shape (n, units).
+        unit_names: Names of the units.
+        ledger: What each contact did.
+        is_complete: Whether the end was reached.
+        failed_attempts: Attempts at a step that did not converge.
+    """
+
+    t_s: Series
+    disp_m: Series
+    force_n: Series
+    normals_n: Series
+    friction_n: Series
+    unit_names: tuple[str, ...]
+    ledger: tuple[UnitLedger, ...]
+    is_complete: bool
+    failed_attempts: int
+
+
+def abutment_history(
+    variant: Variant,
+    motion: GroundMotion,
+    settings: AnalysisSettings,
+    options: ModelOptions,
+    *,
+    scale: float = 1.0,
+    log_path: Path | None = None,
+) -> AbutmentHistory:
+    """Analyse the right abutment of a variant under its share of the deck's mass.
+
+    The deck end moves in plan without turning. Nothing is damped but the wall dashpots, the pads
+    and the soil.
+
+    Args:
+        variant: Bridge, abutment model, skew, gap and friction.
+        motion: Component 1 along x (positive pushes into the backfill), component 2 along y.
+        settings: How to integrate.
+        options: How to model.
+        scale: Factor on both components.
+        log_path: Where OpenSees writes its messages.
+    """
+    ground = GroundInput(motion, scale, 0.0, settings)
+    with solver_log(log_path), domain():
+        abutment = build_abutment(variant, settings.model_options(options))
+        hold_dead_load({abutment.connector: abutment.dead_load_n}, {}, abutment.tags)
+        ground.apply(abutment.tags)
+        return _march(abutment, ground, settings)
+
+
+def _march(
+    abutment: AbutmentModel, ground: GroundInput, settings: AnalysisSettings
+) -> AbutmentHistory:
+    contacts, connector = abutment.contacts, abutment.connector
+    units = contacts.units if contacts else ()
+    rows: list[list[float]] = []
+
+    def read() -> None:
+        row = [float(ops.getTime()), *ops.nodeDisp(connector)[:2], *_resisting_force_n(abutment)]
+        if contacts is not None:
+            row += contacts.normals_n
+            row += [float(np.hypot(*pair)) for pair in contacts.tangentials_n]
+        rows.append(row)
+
+    def before(dt_s: float) -> None:
+        if contacts is not None:
+            contacts.prepare(dt_s)
+
+    def after(dt_s: float) -> None:
+        if contacts is not None:
+            contacts.after_step(dt_s)
+        read()
+
+    if contacts is not None:
+        contacts.start_from_rest()
+    read()
+    configure_solver(settings)
+    stepper = Stepper(
+        integrator=settings.integrator_command,
+        dt_s=settings.dt_s,
+        max_iterations=settings.max_iterations,
+        before=before,
+        after=after,
+    )
+    ops.analysis("Transient", "-noWarnings")
+    is_complete = all(stepper.step() and abs(rows[-1][1]) < MAX_DISP_M for _ in range(ground.steps))
+    table = np.array(rows)
+    return AbutmentHistory(
+        t_s=table[:, 0],
+        disp_m=table[:, 1:3] - table[0, 1:3],
+        force_n=table[:, 3:5],
+        normals_n=table[:, 5 : 5 + len(units)],
+        friction_n=table[:, 5 + len(units) :],
+        unit_names=tuple(unit.name for unit in units),
+        ledger=tuple(contacts.ledger()) if contacts else (),
+        is_complete=is_complete,
+        failed_attempts=stepper.effort.failed_attempts,
+    )
+
+
+def _resisting_force_n(abutment: AbutmentModel) -> list[float]:
+    """Return the force on the deck along x and y, positive against a positive displacement."""
+    handle, contacts = abutment.handle, abutment.contacts
+    total = np.zeros(2)
+    for bearing in handle.bearings:
+        total += ops.eleForce(bearing.element)[6:8]
+    if contacts is not None:
+        for unit in (*handle.wall_units, *handle.key_units):
+            total -= contacts.global_force_on_j(unit)[:2]
+    else:
+        for spring in (*handle.wall_springs, *handle.key_springs, *handle.wing_springs):
+            force = ops.basicForce(spring.element)[spring.component]
+            total += np.multiply(force, spring.direction)
+    return total.tolist()
