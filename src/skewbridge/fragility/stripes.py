@@ -134,7 +134,11 @@ def fit_stripes(
         loglik=float(best.loglik[0]) + constant,
         n_runs=total,
         warnings=tuple(warnings),
-        details={**details, "loglik_kernel": float(best.loglik[0])},
+        details={
+            **details,
+            "loglik_kernel": float(best.loglik[0]),
+            "aic": 4.0 - 2.0 * (float(best.loglik[0]) + constant),
+        },
         **ends,
     )
 

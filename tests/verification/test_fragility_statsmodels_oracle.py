@@ -1,0 +1,144 @@
+"""statsmodels and scipy as oracles: independent code for the same formulas.
+
+Tolerances: 1e-8 where both solve a smooth problem to convergence, 1e-5 where statsmodels stops a
+numerical optimiser.
+"""
+
+import numpy as np
+import pandas as pd
+import pytest
+import statsmodels.api as sm
+import statsmodels.formula.api as smf
+from scipy import stats
+from statsmodels.miscmodels.ordinal_model import OrderedModel
+from statsmodels.stats.diagnostic import het_breuschpagan
+
+from fragility_tables import synthetic_demands
+from skewbridge.fragility.cloud import fit_cloud, fit_line
+from skewbridge.fragility.designs import fit_design
+from skewbridge.fragility.ida import fit_brackets
+from skewbridge.fragility.ordered import fit_ordered
+from skewbridge.fragility.stripes import fit_stripes
+from skewbridge.fragility.surrogate import anova
+from skewbridge.fragility.system import JointDemand, series_system
+
+LINKS = {
+    "probit": sm.families.links.Probit(),
+    "logit": sm.families.links.Logit(),
+    "cloglog": sm.families.links.CLogLog(),
+}
+IM = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.3])
+N = np.array([20, 25, 20, 30, 20, 20, 15, 20])
+K = np.array([0, 1, 3, 9, 11, 14, 13, 19])
+
+
+@pytest.mark.parametrize("link", LINKS)
+def test_stripes_agree_with_a_binomial_glm(link):
+    design = sm.add_constant(np.log(IM))
+    glm = sm.GLM(
+        np.column_stack([K, N - K]), design, family=sm.families.Binomial(link=LINKS[link])
+    ).fit(tol=1e-14, maxiter=200)
+    fit = fit_stripes(IM, N, K, link=link)
+    assert [fit.details["a0"], fit.details["a1"]] == pytest.approx(list(glm.params), rel=1e-8)
+    assert fit.loglik == pytest.approx(glm.llf, rel=1e-9)
+    assert fit.details["deviance"] == pytest.approx(glm.deviance, rel=1e-8)
+
+
+def test_cloud_tests_agree_with_ols_diagnostics():
+    rng = np.random.default_rng(3)
+    x = rng.uniform(-2.3, 0.4, 60)
+    y = -3.5 + 1.1 * x + 0.1 * x**2 + 0.3 * rng.normal(size=60)
+    line = fit_line(x, y)
+    ols = sm.OLS(y, sm.add_constant(x)).fit()
+    assert [line.ln_a, line.b] == pytest.approx(list(ols.params), rel=1e-10)
+    assert line.r2 == pytest.approx(ols.rsquared, rel=1e-10)
+    assert line.cook_max == pytest.approx(float(np.max(ols.get_influence().cooks_distance[0])))
+    assert line.scatter_p == pytest.approx(het_breuschpagan(ols.resid, ols.model.exog)[1])
+    square = sm.OLS(y, np.column_stack([np.ones(60), x, x**2])).fit()
+    assert line.curvature == pytest.approx(square.params[2], rel=1e-9)
+    assert line.curvature_p == pytest.approx(square.pvalues[2], rel=1e-7)
+    assert fit_cloud(np.exp(x), np.exp(y), 0.03).loglik == pytest.approx(ols.llf, rel=1e-10)
+
+
+def test_brackets_agree_with_scipy():
+    lower = np.array([0.2, 0.3, 0.3, 0.4, 0.5, 0.6, 0.6, 0.8, 0.9])
+    upper = np.array([0.3, 0.4, 0.5, 0.5, 0.7, 0.7, 0.9, 1.0, np.inf])
+    data = stats.CensoredData(interval=np.column_stack([lower, upper])[:-1], right=[lower[-1]])
+    shape, _, scale = stats.lognorm.fit(data, floc=0)
+    fit = fit_brackets(lower, upper)
+    assert fit.theta == pytest.approx(scale, rel=2e-4)  # scipy's simplex tolerance
+    assert fit.beta == pytest.approx(shape, rel=2e-4)
+
+
+def test_ordered_probit_agrees_with_statsmodels():
+    im = np.array([0.2, 0.4, 0.6, 0.9, 1.3])
+    counts = np.array([[18, 2, 0, 0], [12, 6, 2, 0], [7, 6, 5, 2], [2, 5, 7, 6], [1, 2, 5, 12]])
+    rows = [
+        (x, s)
+        for x, row in zip(im, counts, strict=True)
+        for s, n in enumerate(row)
+        for _ in range(n)
+    ]
+    frame = pd.DataFrame(rows, columns=["im", "state"])
+    model = OrderedModel(frame["state"], np.log(frame[["im"]]), distr="probit")
+    found = model.fit(method="bfgs", disp=False, gtol=1e-8)
+    cuts = model.transform_threshold_params(found.params.to_numpy())[1:-1]
+    slope = float(found.params.iloc[0])
+    fit = fit_ordered(im, counts)
+    assert fit.beta == pytest.approx(1 / slope, rel=1e-5)
+    assert fit.theta == pytest.approx(np.exp(cuts / slope), rel=1e-5)
+
+
+def test_cluster_robust_errors_agree_with_statsmodels():
+    rng = np.random.default_rng(5)
+    motion = np.repeat(np.arange(30), 6)
+    ln_im = np.repeat(rng.uniform(-2, 0.4, 30), 6)
+    skew = np.tile([0.0, 0.25, 0.5, 0.5, 0.75, 1.0], 30)
+    eta = 1.0 + 2.0 * ln_im + 0.5 * skew + np.repeat(0.5 * rng.normal(size=30), 6)
+    y = (rng.normal(size=180) < eta).astype(float)
+    fit = fit_design(ln_im, {"skew": skew}, y, clusters=motion)
+    design = np.column_stack([np.ones(180), ln_im, skew])
+    model = sm.Probit(y, design).fit(disp=False)
+    robust = sm.Probit(y, design).fit(
+        disp=False,
+        cov_type="cluster",
+        cov_kwds={"groups": motion, "use_correction": False},
+    )
+    assert fit.coefficients == pytest.approx(model.params, rel=1e-6)
+    # ours carries the factor G/(G - 1) for few motions
+    assert fit.se_cluster == pytest.approx(robust.bse * np.sqrt(30 / 29), rel=1e-6)
+
+
+def test_anova_agrees_with_type_two_of_statsmodels():
+    table = synthetic_demands(motions=8)
+    table["ln_d"] = np.log(table["deck_rotation_rad"])
+    model = smf.ols(
+        "ln_d ~ C(motion_id) + C(skew_deg)*C(gap_mm) + C(skew_deg)*C(friction)"
+        " + C(gap_mm)*C(friction)",
+        table,
+    ).fit()
+    theirs = sm.stats.anova_lm(model, typ=2)
+    ours = anova(table, "deck_rotation_rad").set_index("term")
+    for term in ("skew_deg", "gap_mm", "friction"):
+        assert ours.loc[term, "sum_sq"] == pytest.approx(theirs.loc[f"C({term})", "sum_sq"])
+        assert ours.loc[term, "f"] == pytest.approx(theirs.loc[f"C({term})", "F"])
+    assert ours.loc["residual", "dof"] == theirs.loc["Residual", "df"]
+    product = theirs.loc["C(skew_deg):C(friction)", "sum_sq"]
+    assert ours.loc["skew_deg:friction", "sum_sq"] == pytest.approx(product, rel=1e-6)
+
+
+def test_system_of_five_agrees_with_simulation():
+    size = 5
+    correlation = np.full((size, size), 0.5) + 0.5 * np.eye(size)
+    joint = JointDemand(
+        theta=np.array([0.5, 0.6, 0.7, 0.9, 1.2]), beta=np.full(size, 0.5), correlation=correlation
+    )
+    im = np.array([0.3, 0.5, 0.8])
+    curve = series_system(im, joint)
+    z = np.log(im[:, None] / joint.theta) / joint.beta
+    normal = stats.multivariate_normal(mean=np.zeros(size), cov=correlation, seed=1)
+    assert curve.p == pytest.approx(1 - normal.cdf(-z), abs=3e-5)  # scipy's own is 1e-5
+    assert np.all(curve.lower <= curve.p)
+    assert np.all(curve.p <= curve.upper)
+    assert np.all(curve.ditlevsen_low <= curve.p + 1e-9)
+    assert np.all(curve.p <= curve.ditlevsen_high + 1e-9)
