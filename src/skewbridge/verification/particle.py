@@ -193,7 +193,7 @@ def _excite(particle: Particle, times: Array, dt_s: float) -> None:
     ops.constraints("Plain")
     ops.numberer("Plain")
     ops.system("FullGeneral")
-    ops.test("EnergyIncr", 1e-16, 50)
+    ops.test("NormDispIncr", 1e-12, 50)
     ops.algorithm("NewtonLineSearch")
     ops.integrator("Newmark", 0.5, 0.25)
     ops.analysis("Transient")

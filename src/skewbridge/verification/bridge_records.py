@@ -1,0 +1,112 @@
+"""The records of the paper's bridge studies: the user's own, a stand-in, or a synthetic pair.
+
+Recorded motions can't be passed on with the package. They are looked for in the folders named by
+the environment variable `SKEWBRIDGE_RECORDS` and in `motions/` of the working folder; whatever
+replaces a missing one is called so on every figure.
+"""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from skewbridge.errors import InputError
+from skewbridge.motions.formats.trace import Given
+from skewbridge.motions.index import read_index
+from skewbridge.motions.paper_records import (
+    SURROGATE_FACTOR,
+    SURROGATE_FILES,
+    SURROGATE_ID,
+    WAHO_PGA_ROTD50_G,
+    refuse_false_waho,
+)
+from skewbridge.motions.read import read_motion
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.spectrum import orbit_rotd50
+from skewbridge.motions.suite import read_entry
+from skewbridge.study.provenance import PACKAGE
+from skewbridge.units import G_MPS2
+
+FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
+# source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
+TARZANA_PGA_ROTD50_G: Final = 1.6440
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperMotion:
+    """A motion of a study, longitudinal component first.
+
+    Attributes:
+        motion: The motion at the factor of the study.
+        label: Name for figures; says so when it is not the paper's record.
+        is_paper_record: Whether it is the record that the paper used.
+    """
+
+    motion: GroundMotion
+    label: str
+    is_paper_record: bool
+
+
+def tarzana() -> PaperMotion:
+    """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
+    files = _find("*TAR090*"), _find("*TAR360*") or _find("*TAR000*")
+    if all(files):
+        motion = _read(files, motion_id="TAR")
+        return PaperMotion(motion=motion, label="Tarzana (TAR)", is_paper_record=True)
+    return _synthetic(TARZANA_PGA_ROTD50_G, "Tarzana")
+
+
+def waho() -> PaperMotion:
+    """Return WAHO with 090 longitudinal and 000 transverse, its surrogate, or a synthetic pair."""
+    files = _find("*WAH090*"), _find("*WAH000*")
+    if all(files):
+        motion = _read(files, motion_id="RSN811_WAHO")
+        refuse_false_waho(motion)
+        return PaperMotion(motion=motion, label="WAHO", is_paper_record=True)
+    north, east = (_find(name) for name in SURROGATE_FILES)
+    if north and east:
+        motion = _read((east, north), given=Given(unit="g"), motion_id=SURROGATE_ID)
+        label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
+        scaled = motion.scaled(SURROGATE_FACTOR)
+        return PaperMotion(motion=scaled, label=label, is_paper_record=False)
+    return _synthetic(WAHO_PGA_ROTD50_G, "WAHO")
+
+
+def _folders() -> list[Path]:
+    named = os.environ.get(FOLDERS_VARIABLE, "")
+    return [Path(part) for part in named.split(os.pathsep) if part] + [Path("motions")]
+
+
+def _find(pattern: str) -> Path | None:
+    """Return the first file of that name in the folders, in order of names."""
+    for folder in _folders():
+        if found := sorted(folder.rglob(pattern)):
+            return found[0]
+    return None
+
+
+def _read(
+    files: tuple[Path | None, Path | None], *, motion_id: str, given: Given | None = None
+) -> GroundMotion:
+    first, second = (file for file in files if file is not None)
+    return read_motion(first, second, given, motion_id=motion_id)
+
+
+def _synthetic(pga_rotd50_g: float, wanted: str) -> PaperMotion:
+    """Return the first motion of the package's suite, brought to a published peak."""
+    for folder in (Path("motions"), PACKAGE.parents[1] / "motions"):
+        if (folder / "index.csv").is_file():
+            motion = read_entry(read_index(folder / "index.csv")[0])
+            break
+    else:
+        msg = (
+            f"no record for {wanted} in {FOLDERS_VARIABLE} or motions/, and the package's own "
+            "suite motions/index.csv is not in the working folder"
+        )
+        raise InputError(msg)
+    pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
+    return PaperMotion(
+        motion=motion.scaled(pga_rotd50_g / pga_g),
+        label=f"synthetic {motion.motion_id} at the peak of {wanted}",
+        is_paper_record=False,
+    )
