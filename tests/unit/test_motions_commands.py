@@ -126,6 +126,12 @@ def test_plot_writes_a_picture(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+def test_plot_of_a_folder_draws_its_spectra(tmp_path):
+    make_pairs(tmp_path, 3)
+    assert _run("plot", tmp_path, "--out", tmp_path / "suite.svg")[0] == 0
+    assert (tmp_path / "suite.svg").read_text().count("<path") > 10
+
+
 def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):
     options = ["--magnitude", 6.5, "--distance-km", 10, "--vs30-mps", 400, "--seed", 5]
     assert _run("synthesize", *options, "--count", 1, "--out", tmp_path / "one")[0] == 0
@@ -157,6 +163,6 @@ def test_pictures_have_labels_with_units():
     rng = np.random.default_rng(0)
     spectra = suite_spectra(
         rng.lognormal(size=(6, 4)), [0.1, 0.3, 1.0, 3.0], title="suite",
-        model_g=(np.ones(4), np.full(4, 0.6)), model_name="model",
+        model=("model", np.ones(4), np.full(4, 0.6)),
     )  # fmt: skip
     assert [axis.get_xlabel() for axis in spectra.axes] == ["period (s)", "period (s)"]

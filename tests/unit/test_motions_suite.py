@@ -57,8 +57,11 @@ def test_factor_of_the_index_goes_first(tmp_path):
 
 def test_index_metadata_reaches_the_table(tmp_path):
     pairs = make_pairs(tmp_path, 1)
-    index_of(tmp_path, pairs, event=["Big One"], magnitude=[7.1], vs30_mps=[400])
+    index_of(
+        tmp_path, pairs, event=["Big One"], station=["Array #9"], magnitude=[7.1], vs30_mps=[400]
+    )
     row = prepare_suite(tmp_path, t1_s=0.7).iloc[0]
+    assert row["station"] == "Array #9"
     assert (row["event"], row["magnitude"], row["vs30_mps"]) == ("Big One", 7.1, 400.0)
     assert np.isnan(row["distance_km"])
 

@@ -118,29 +118,38 @@ def im(
 
 @clear_errors
 def plot(
-    files: Files,
+    paths: Annotated[list[Path], typer.Argument(help="One or two components, or a folder.")],
     out: OutOption,
     dt_s: DtOption = None,
     unit: UnitOption = None,
     *,
     as_json: JsonOption = False,
 ) -> None:
-    """Draw the page of a record: histories, Arias build-up, spectra (PNG)."""
-    from skewbridge.motions.summary import read_components
-    from skewbridge.report.motion_figures import record_page
+    """Draw the page of a record, or the spectra of a folder of motions."""
+    from skewbridge.motions.summary import read_components, suite_table
+    from skewbridge.report.motion_figures import record_page, suite_spectra
 
-    if len(files) > 2:
-        msg = f"motions plot takes one or two files, got {len(files)}"
+    if len(paths) == 1 and paths[0].is_dir():
+        name = paths[0].resolve().name
+        table = suite_table(paths[0])
+        figure = suite_spectra(table.rotd50_g, table.periods_s, title=name, model=table.model)
+    elif len(paths) <= 2:
+        name, step_s, components = read_components(paths, _given(dt_s, unit))
+        figure = record_page(name, step_s, components)
+    else:
+        msg = f"motions plot takes one or two files or a folder, got {len(paths)}"
         raise InputError(msg)
-    name, step_s, components = read_components(files, _given(dt_s, unit))
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        record_page(name, step_s, components).savefig(path, dpi=150)
+        figure.savefig(path, dpi=150)
     except OSError as error:
         msg = f"{path} can't be written: {error}"
         raise InputError(msg, file=str(path)) from error
-    emit_json({"file": str(path)}) if as_json else messages.print(f"wrote {path}", markup=False)
+    if as_json:
+        emit_json({"file": str(path)})
+    else:
+        messages.print(f"wrote {path}", markup=False)
 
 
 @clear_errors

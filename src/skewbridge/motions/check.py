@@ -5,12 +5,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
 
-import pandas as pd
-
 from skewbridge.errors import InputError
 from skewbridge.motions.examine import peak_g
 from skewbridge.motions.formats.trace import DtMissingError, Given, Trace
-from skewbridge.motions.index import INDEX_NAME, list_motions, motion_files
+from skewbridge.motions.index import (
+    INDEX_NAME,
+    list_motions,
+    motion_files,
+    read_index_table,
+)
 from skewbridge.motions.pairing import is_vertical, split_name
 from skewbridge.motions.read import join_traces, read_trace
 from skewbridge.motions.suite import read_entry
@@ -87,7 +90,7 @@ def write_folder_index(folder: Path) -> Path:
     """
     index = folder / INDEX_NAME
     if index.is_file():
-        table = pd.read_csv(index, dtype=str, keep_default_na=False)
+        table = read_index_table(index)
         known = {str(row["motion_id"]): dict(row) for _, row in table.iterrows()}
     else:
         known = {}

@@ -107,8 +107,23 @@ def read_index(index: Path) -> list[IndexEntry]:
         InputError: Missing columns, a repeated motion, a value that is no number, a file outside
             the folder; the message names the row.
     """
+    table = read_index_table(index)
+    repeated = table["motion_id"][table["motion_id"].duplicated()]
+    if not repeated.empty:
+        msg = f"{index}: motion {repeated.iloc[0]!r} is listed twice"
+        raise InputError(msg, file=str(index))
+    rows: list[dict[str, str]] = table.to_dict("records")  # pyright: ignore[reportAssignmentType]
+    return [_entry(row, index, number) for number, row in enumerate(rows, start=2)]
+
+
+def read_index_table(index: Path) -> pd.DataFrame:
+    """Return the text of an `index.csv` cell by cell, with the columns a motion needs.
+
+    Raises:
+        InputError: No table, a missing column, no rows.
+    """
     try:
-        table = pd.read_csv(index, dtype=str, keep_default_na=False, comment="#")
+        table = pd.read_csv(index, dtype=str, keep_default_na=False, encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         msg = f"{index}: {error}"
         raise InputError(msg, file=str(index)) from error
@@ -119,12 +134,7 @@ def read_index(index: Path) -> list[IndexEntry]:
     if table.empty:
         msg = f"{index}: no motions listed"
         raise InputError(msg, file=str(index))
-    repeated = table["motion_id"][table["motion_id"].duplicated()]
-    if not repeated.empty:
-        msg = f"{index}: motion {repeated.iloc[0]!r} is listed twice"
-        raise InputError(msg, file=str(index))
-    rows: list[dict[str, str]] = table.to_dict("records")  # pyright: ignore[reportAssignmentType]
-    return [_entry(row, index, number) for number, row in enumerate(rows, start=2)]
+    return table
 
 
 def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:

@@ -22,7 +22,9 @@ type Vector = NDArray[np.float64]
 DAMPING_RATIO: Final = 0.05
 STEPS_PER_PERIOD: Final = 10
 ORIENTATIONS: Final = 180  # every degree; 180 to 359 repeat the same projections
-_OUTERMOST: Final = 0.9  # share of the largest radius; any value gives the same result
+# Any values give the same result: a share of the largest radius, a number of points.
+_OUTERMOST: Final = 0.9
+_OUTER_POINTS: Final = 40
 
 _ANGLES_RAD: Final = np.deg2rad(np.arange(ORIENTATIONS))[:, None]
 _COSINES: Final = np.cos(_ANGLES_RAD)
@@ -64,8 +66,9 @@ def component_psa(
     """
     periods = _checked_periods(periods_s, damping_ratio)
     psa = np.empty(periods.size)
+    record = _Record(accel_mps2, dt_s)
     for row, period_s in enumerate(periods):
-        disp_m = _displacement(accel_mps2, dt_s, float(period_s), damping_ratio)
+        disp_m = record.displacement(float(period_s), damping_ratio)
         psa[row] = max(disp_m.max(), -disp_m.min()) * (2.0 * np.pi / period_s) ** 2
     return psa
 
@@ -83,10 +86,10 @@ def pair_psa(
         Boore (2010), Bulletin of the Seismological Society of America 100(4).
     """
     periods = _checked_periods(periods_s, damping_ratio)
-    pair = np.stack([accel_1_mps2, accel_2_mps2])
+    record = _Record(np.stack([accel_1_mps2, accel_2_mps2]), dt_s)
     table = np.empty((4, periods.size))
     for row, period_s in enumerate(periods):
-        orbit_m = _displacement(pair, dt_s, float(period_s), damping_ratio)
+        orbit_m = record.displacement(float(period_s), damping_ratio)
         table[:, row] = _orbit_peaks(orbit_m)
         table[:, row] *= (2.0 * np.pi / period_s) ** 2
     return PairSpectrum(
@@ -126,22 +129,31 @@ def _checked_periods(periods_s: ArrayLike, damping_ratio: float) -> Vector:
     return periods
 
 
-def _displacement(accel: Vector, dt_s: float, period_s: float, damping_ratio: float) -> Vector:
-    """Return relative displacements in m from rest, along the last axis."""
-    substeps = 1
-    if period_s < STEPS_PER_PERIOD * dt_s:
-        substeps = int(np.ceil(STEPS_PER_PERIOD * dt_s / period_s - 1.0e-9))
-        accel = _refined(accel, substeps)
-    b, a, rest = _filter(2.0 * np.pi / period_s, damping_ratio, dt_s / substeps)
-    start = accel[..., :1] * rest
-    return lfilter(b, a, accel, axis=-1, zi=start)[0]
+class _Record:
+    """Accelerations and, kept for the next period, their last linear refinement."""
 
+    def __init__(self, accel: Vector, dt_s: float) -> None:
+        self._accel = accel
+        self._dt_s = dt_s
+        self._refined = accel
+        self._substeps = 1
 
-def _refined(accel: Vector, substeps: int) -> Vector:
-    """Return the accelerations with linear values between the samples."""
-    steps = np.arange(substeps) / substeps
-    inner = accel[..., :-1, None] + np.diff(accel)[..., None] * steps
-    return np.concatenate([inner.reshape(*accel.shape[:-1], -1), accel[..., -1:]], axis=-1)
+    def displacement(self, period_s: float, damping_ratio: float) -> Vector:
+        """Return relative displacements in m from rest, along the last axis."""
+        substeps = max(int(np.ceil(STEPS_PER_PERIOD * self._dt_s / period_s - 1.0e-9)), 1)
+        accel = self._in_substeps(substeps)
+        b, a, rest = _filter(2.0 * np.pi / period_s, damping_ratio, self._dt_s / substeps)
+        return lfilter(b, a, accel, axis=-1, zi=accel[..., :1] * rest)[0]
+
+    def _in_substeps(self, substeps: int) -> Vector:
+        if substeps != self._substeps:
+            accel = self._accel
+            shares = np.arange(substeps) / substeps
+            inner = accel[..., :-1, None] + np.diff(accel)[..., None] * shares
+            inner = inner.reshape(*accel.shape[:-1], -1)
+            self._refined = np.concatenate([inner, accel[..., -1:]], axis=-1)
+            self._substeps = substeps
+        return self._refined
 
 
 def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vector]:
@@ -177,20 +189,18 @@ def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vecto
 def _orbit_peaks(orbit: Vector) -> Vector:
     """Return the peaks of component 1, of 2, RotD50 and RotD100 of an orbit, shape (2, npts).
 
-    Points nearer to the centre than the two middle ones of the 180 peaks can't change them: the
-    outermost points give lower bounds of all peaks, and only points beyond the lower middle one of
-    these are projected as well. Exact, where a fixed share of the component peaks (Stewart et al.
+    Points nearer to the centre than the two middle ones of the 180 peaks can't change them: some
+    of the outermost points give lower bounds of all peaks, and only points beyond the lower middle
+    one of these are projected. Exact, where a fixed share of the component peaks (Stewart et al.
     2017, PEER 2017/09) is a rule of experience.
     """
     x, y = orbit
     squared = x * x + y * y
-    outer = squared >= _OUTERMOST**2 * squared.max()
-    projections = _largest_projections(x[outer], y[outer])
-    lower_middle = np.sort(projections)[(ORIENTATIONS - 1) // 2]
-    further = (squared >= lower_middle**2) & ~outer
-    if further.any():
-        more = _largest_projections(x[further], y[further])
-        projections = np.maximum(projections, more)
+    outer = np.flatnonzero(squared >= _OUTERMOST**2 * squared.max())
+    some = outer[:: outer.size // _OUTER_POINTS + 1]
+    bounds = np.sort(_largest_projections(x[some], y[some]))
+    beyond = squared >= bounds[(ORIENTATIONS - 1) // 2] ** 2
+    projections = _largest_projections(x[beyond], y[beyond])
     peak_1, peak_2 = max(x.max(), -x.min()), max(y.max(), -y.min())
     return np.array([peak_1, peak_2, np.median(projections), projections.max()])
 

@@ -1,5 +1,6 @@
 """What the command line says of one motion: its measures and spectra under stable names."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -8,9 +9,13 @@ from numpy.typing import NDArray
 
 from skewbridge.motions.examine import peak_g
 from skewbridge.motions.formats.trace import Given
+from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import component_measures, housner_intensity, motion_measures
 from skewbridge.motions.read import read_motion, read_trace
 from skewbridge.motions.spectrum import component_psa, pair_psa
+from skewbridge.motions.suite import read_entry
+from skewbridge.motions.synthesis.bssa14 import bssa14
+from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.units import G_MPS2
 
 SPECTRUM_PERIODS_S: Final = (
@@ -77,6 +82,48 @@ def read_components(
     components = (motion.accel_1_mps2, motion.accel_2_mps2)
     labels = [path.name for path in files]
     return motion.motion_id, motion.dt_s, dict(zip(labels, components, strict=True))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SuiteTable:
+    """RotD50 spectra of a folder of motions, and what a ground-motion model expects.
+
+    Attributes:
+        periods_s: Periods in s, shape (periods,).
+        rotd50_g: RotD50 PSA in g, shape (motions, periods).
+        model: Name, median in g and dispersion of BSSA14 at the same periods, where all motions
+            are of one synthetic scenario; else None.
+    """
+
+    periods_s: NDArray[np.float64]
+    rotd50_g: NDArray[np.float64]
+    model: tuple[str, NDArray[np.float64], NDArray[np.float64]] | None
+
+
+def suite_table(folder: Path) -> SuiteTable:
+    """Return the spectra of the motions of a folder.
+
+    Raises:
+        InputError: The folder or one of its motions can't be read.
+    """
+    motions = [read_entry(entry) for entry in list_motions(folder)]
+    periods_s = np.array([period for period in SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5])
+    rotd50_g = [
+        pair_psa(m.accel_1_mps2, m.accel_2_mps2, m.dt_s, periods_s).rotd50_mps2 / G_MPS2
+        for m in motions
+    ]
+    model = None
+    scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
+    if len(scenarios) == 1 and motions[0].event.startswith("DDK18"):
+        event, magnitude, distance_km, vs30_mps = scenarios.pop()
+        scenario = Scenario(
+            magnitude=magnitude,
+            distance_km=distance_km,
+            vs30_mps=vs30_mps,
+            mechanism="reverse" if "reverse" in event else "strike_slip",
+        )
+        model = ("BSSA14", *bssa14(scenario, periods_s))
+    return SuiteTable(periods_s=periods_s, rotd50_g=np.array(rotd50_g), model=model)
 
 
 def _with_component(name: str) -> str:

@@ -79,8 +79,7 @@ def suite_spectra(
     periods_s: Sequence[float] | Vector,
     *,
     title: str,
-    model_g: tuple[Vector, Vector] | None = None,
-    model_name: str = "",
+    model: tuple[str, Vector, Vector] | None = None,
 ) -> Figure:
     """Return the RotD50 spectra of a suite with median and 16-84 % band.
 
@@ -88,14 +87,13 @@ def suite_spectra(
         rotd50_g: RotD50 PSA in g, shape (motions, periods).
         periods_s: Periods in s.
         title: Title.
-        model_g: Median in g and standard deviation of the logarithm of a ground-motion model at
-            the same periods, to compare with; its dispersion goes to a second panel.
-        model_name: Its name.
+        model: Name, median in g and standard deviation of the logarithm of a ground-motion model
+            at the same periods, to compare with; its dispersion goes to a second panel.
     """
     periods = np.asarray(periods_s, dtype=np.float64)
     log_psa = np.log(rotd50_g)
     figure = Figure(figsize=(_WIDTH_IN, 4.5), layout="constrained")
-    panels: Any = figure.subplots(1, 2 if model_g else 1, squeeze=False)
+    panels: Any = figure.subplots(1, 2 if model else 1, squeeze=False)
     axis: Axes = panels[0, 0]
     axis.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
     middle, low, high = (np.exp(np.percentile(log_psa, q, axis=0)) for q in (50, 16, 84))
@@ -106,8 +104,8 @@ def suite_spectra(
     axis.set(xlabel="period (s)", ylabel="RotD50 PSA, 5 % damping (g)")
     axis.set_xlim(float(periods[0]), float(periods[-1]))
     axis.grid(visible=True, which="both", color="0.92", lw=0.5)
-    if model_g:
-        _draw_model(axis, panels[0, 1], periods, log_psa, model_g, model_name)
+    if model:
+        _draw_model(axis, panels[0, 1], periods, log_psa, model)
     axis.legend(frameon=False, loc="lower left")
     figure.suptitle(title)
     sns.despine(figure)
@@ -119,11 +117,10 @@ def _draw_model(
     dispersion: Axes,
     periods: Vector,
     log_psa: Vector,
-    model_g: tuple[Vector, Vector],
-    name: str,
+    model: tuple[str, Vector, Vector],
 ) -> None:
     blue, orange = sns.color_palette("colorblind")[0], sns.color_palette("colorblind")[1]
-    median_g, sigma = model_g
+    name, median_g, sigma = model
     axis.loglog(periods, median_g, color=orange, lw=1.6, label=f"median of {name}")
     for sign in (-1.0, 1.0):
         axis.loglog(periods, median_g * np.exp(sign * sigma), color=orange, lw=0.9, ls=":")
