@@ -48,6 +48,7 @@ def register(app: typer.Typer) -> None:
     app.command("modal")(modal)
     app.command("pushover")(pushover)
     app.command("static")(static)
+    app.command("model")(model)
 
 
 @clear_errors
@@ -146,6 +147,37 @@ def static(
 
     curve = push_abutment(variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400)
     _finish(curve, out, as_json=as_json)
+
+
+@clear_errors
+def model(
+    out: OutOption,
+    bridge: BridgeOption = "osb1",
+    abutment: AbutmentOption = "contact-friction",
+    skew_deg: SkewOption = 0,
+    gap_mm: GapOption = 51,
+    friction: FrictionOption = 0.5,
+    gap_scale: Annotated[float, typer.Option("--gap-scale", help="Factor on drawn gaps.")] = 20.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Draw a model (model.png, model.html) and write it as a plain OpenSeesPy script."""
+    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
+    from skewbridge.analysis.model_script import model_script
+    from skewbridge.bridge.geometry import model_geometry
+    from skewbridge.report.model_view import model_figure, model_page
+
+    geometry = model_geometry(variant)
+    folder = _folder(out)
+    model_figure(geometry, gap_scale=gap_scale).savefig(folder / "model.png", dpi=150)
+    page = model_page(geometry, gap_scale=gap_scale)
+    (folder / "model.html").write_text(page, encoding="utf-8")
+    script = model_script(variant, _options())
+    (folder / "model.py").write_text(script, encoding="utf-8")
+    files = [str(folder / name) for name in ("model.png", "model.html", "model.py")]
+    if as_json:
+        emit_json({"variant": geometry.title, "files": files})
+    else:
+        messages.print(f"{geometry.title}: {', '.join(files)}", markup=False)
 
 
 def _angle(direction: str, angle_deg: float | None) -> float:

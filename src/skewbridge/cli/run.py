@@ -48,6 +48,9 @@ ArraysOption = Annotated[str, typer.Option("--arrays", help="rigid or corotation
 IntegrationOption = Annotated[
     str, typer.Option("--column-integration", help="hinge_radau or lobatto5.")
 ]
+SaveModelOption = Annotated[
+    bool, typer.Option("--save-model", help="Write the model as an OpenSeesPy script, model.py.")
+]
 FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")]
 
 
@@ -74,6 +77,7 @@ def run(
     arrays: ArraysOption = "rigid",
     column_integration: IntegrationOption = "hinge_radau",
     figures: FiguresOption = True,
+    save_model: SaveModelOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Analyse one variant under one motion; collapse is a result, a failure exits with 1."""
@@ -108,6 +112,11 @@ def run(
     )
     result, row = _analysed(task, _folder(out))
     _write(task, result, row, out, figures=figures)
+    if save_model:
+        from skewbridge.analysis.model_script import model_script
+
+        script = model_script(task.variant, settings.model_options(options))
+        (out / "model.py").write_text(script, encoding="utf-8")
     if as_json:
         emit_json(row)
     else:

@@ -1,0 +1,129 @@
+"""The geometry of a built model as plain data, for drawing."""
+
+from dataclasses import dataclass
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.study.variant import Variant
+
+type Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """A line between two points.
+
+    Attributes:
+        group: ``columns, deck, bearings, backfill, contact, links`` or ``rigid links``.
+        tag: Element tag; 0 for rigid links.
+        ends: Positions at rest in m.
+    """
+
+    group: str
+    tag: int
+    ends: tuple[Point, Point]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactPlace:
+    """Where a contact stands.
+
+    Attributes:
+        name: For labels.
+        surface: Position of the pair on the closed line, in m.
+        normal: Outward normal of the surface (towards the deck), in plan.
+        gap_m: Initial gap.
+        friction: Coulomb coefficient.
+    """
+
+    name: str
+    surface: Point
+    normal: tuple[float, float]
+    gap_m: float
+    friction: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelGeometry:
+    """What a drawing needs.
+
+    Attributes:
+        title: Variant name.
+        members: All lines with a length, and zero-length springs as points (equal ends).
+        contacts: Contact pairs.
+        fixed: Positions of fully or partly fixed nodes.
+        deck_outline: Corners of the deck in plan, counter-clockwise.
+    """
+
+    title: str
+    members: tuple[Member, ...]
+    contacts: tuple[ContactPlace, ...]
+    fixed: tuple[Point, ...]
+    deck_outline: tuple[tuple[float, float], ...]
+
+
+def model_geometry(variant: Variant, options: ModelOptions | None = None) -> ModelGeometry:
+    """Build a variant and return its geometry.
+
+    Raises:
+        InputError: Bad bridge or variant.
+    """
+    with domain():
+        model = build(variant, options or ModelOptions())
+        return ModelGeometry(
+            title=model.variant.slug,
+            members=(*_elements(model), *_rigid_links(model)),
+            contacts=_contacts(model),
+            fixed=tuple(_place(node) for node in ops.getFixedNodes()),
+            deck_outline=_outline(model),
+        )
+
+
+def _place(node: int) -> Point:
+    x, y, z = ops.nodeCoord(node)
+    return float(x), float(y), float(z)
+
+
+def _elements(model: BridgeModel) -> list[Member]:
+    members: list[Member] = []
+    for group, tags in model.energy_elements.items():
+        for tag in tags:
+            i, j = ops.eleNodes(tag)
+            members.append(Member(group=group, tag=tag, ends=(_place(i), _place(j))))
+    return members
+
+
+def _rigid_links(model: BridgeModel) -> list[Member]:
+    """Return links from each retained node to its followers."""
+    links: list[Member] = []
+    for retained in ops.getRetainedNodes() or []:
+        followers = ops.getConstrainedNodes(retained) or []
+        for node in [followers] if isinstance(followers, int) else followers:
+            ends = (_place(retained), _place(node))
+            links.append(Member(group="rigid links", tag=0, ends=ends))
+    return links
+
+
+def _contacts(model: BridgeModel) -> tuple[ContactPlace, ...]:
+    if model.contacts is None:
+        return ()
+    return tuple(
+        ContactPlace(
+            name=unit.name,
+            surface=_place(unit.node_j),
+            normal=(unit.normal[0], unit.normal[1]),
+            gap_m=unit.gap_m,
+            friction=unit.friction,
+        )
+        for unit in model.contacts.units
+    )
+
+
+def _outline(model: BridgeModel) -> tuple[tuple[float, float], ...]:
+    left, right = model.abutments
+    # each end lists its corners along its tangent: together they go once around
+    ends = [corner.plan_m for corner in right.corners] + [corner.plan_m for corner in left.corners]
+    return tuple(ends)

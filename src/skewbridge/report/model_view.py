@@ -1,0 +1,237 @@
+"""Pictures of a model: a still figure in plan and elevation, and an interactive page."""
+
+from collections.abc import Iterable
+from itertools import groupby
+from typing import Final
+
+import numpy as np
+import plotly.graph_objects as go
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from skewbridge.bridge.geometry import Member, ModelGeometry, Point
+from skewbridge.units import MM
+
+# Okabe and Ito's palette: distinct for every kind of colour vision
+COLOURS: Final = {
+    "deck": "#0072B2",
+    "columns": "#D55E00",
+    "bearings": "#009E73",
+    "backfill": "#E69F00",
+    "contact": "#CC79A7",
+    "links": "#999999",
+    "rigid links": "#BBBBBB",
+}
+DEFAULT_GAP_SCALE: Final = 20.0
+_NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
+_HEAD_M: Final = 0.35
+_EYE: Final = {"x": 0.8, "y": -4.0, "z": 1.8}  # the whole bridge from its side
+_AROUND_M: Final = 2.5  # room around the abutment in its own panel
+
+
+def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> Figure:
+    """Return plan, elevation and one abutment of a model; gaps are drawn to a scale factor.
+
+    Args:
+        geometry: What to draw.
+        gap_scale: Factor on the gaps, so that they can be seen beside the deck.
+    """
+    figure = Figure(figsize=(11, 7.5), layout="constrained")
+    panels = figure.subplot_mosaic(
+        [["plan", "plan"], ["elevation", "end"]], height_ratios=(3, 4), width_ratios=(3, 2)
+    )
+    plan, elevation, end = panels["plan"], panels["elevation"], panels["end"]
+    for axes in (plan, end):
+        _draw_plan(axes, geometry, gap_scale)
+    plan.margins(0.03, 0.10)
+    _draw_members(elevation, geometry, 0, 2)
+    elevation.set(xlabel="x, longitudinal (m)", ylabel="z above soffit (m)")
+    elevation.set_title("elevation (heights stretched)", fontsize=10)
+    corners = np.array(geometry.deck_outline)
+    right = corners[corners[:, 0] > 0.0]
+    end.set_xlim(right[:, 0].min() - _AROUND_M, right[:, 0].max() + _AROUND_M)
+    end.set_ylim(right[:, 1].min() - _AROUND_M, right[:, 1].max() + _AROUND_M)
+    end.set_title("right abutment", fontsize=10)
+    gap_text = f"; gaps drawn {gap_scale:g} times" if geometry.contacts else ""
+    figure.suptitle(f"{geometry.title}{gap_text}")
+    handles, labels = elevation.get_legend_handles_labels()
+    more, names = plan.get_legend_handles_labels()
+    unique = dict(zip([*names, *labels], [*more, *handles], strict=True))
+    figure.legend(
+        unique.values(), unique.keys(), loc="outside lower center", ncols=len(unique), frameon=False
+    )
+    return figure
+
+
+def _draw_plan(axes: Axes, geometry: ModelGeometry, gap_scale: float) -> None:
+    outline = np.array([*geometry.deck_outline, geometry.deck_outline[0]])
+    axes.fill(*outline.T, color=COLOURS["deck"], alpha=0.10, linewidth=0)
+    axes.plot(*outline.T, color=COLOURS["deck"], linewidth=1, alpha=0.5)
+    _draw_members(axes, geometry, 0, 1)
+    for place in geometry.contacts:
+        normal = np.array(place.normal)
+        start = np.array(place.surface[:2]) - gap_scale * place.gap_m * normal
+        axes.annotate(
+            "",
+            xytext=tuple(start),
+            xy=tuple(start + _NORMAL_M * normal),
+            arrowprops={"arrowstyle": "->", "color": COLOURS["contact"]},
+        )
+        axes.plot(*start, marker="s", color=COLOURS["contact"], markersize=4, linestyle="none")
+    if geometry.contacts:
+        axes.plot([], [], "s", color=COLOURS["contact"], label="contact surface and its normal")
+    axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)")
+    axes.set_aspect("equal")
+
+
+def _draw_members(axes: Axes, geometry: ModelGeometry, across: int, up: int) -> None:
+    for group, members in _by_group(geometry):
+        lines = [m for m in members if m.ends[0] != m.ends[1]]
+        for number, member in enumerate(lines):
+            a, b = member.ends
+            axes.plot(
+                [a[across], b[across]],
+                [a[up], b[up]],
+                color=COLOURS[group],
+                linewidth=2.2 if group in ("deck", "columns") else 1.0,
+                label=group if number == 0 else None,
+                zorder=1 if group == "rigid links" else 2,
+            )
+        points = [m.ends[0] for m in members if m.ends[0] == m.ends[1]]
+        if points and group not in ("links", "contact"):
+            place = np.array(points)
+            axes.plot(
+                *(place[:, across], place[:, up], "o"),
+                color=COLOURS[group],
+                markersize=3.5,
+                label=group,
+            )
+    if geometry.fixed:
+        ground = np.array(geometry.fixed)
+        axes.plot(
+            *(ground[:, across], ground[:, up], "^"),
+            color="black",
+            markersize=3,
+            label="ground",
+            zorder=0,
+        )
+
+
+def _by_group(geometry: ModelGeometry) -> Iterable[tuple[str, list[Member]]]:
+    order = list(COLOURS)
+    members = sorted(geometry.members, key=lambda member: order.index(member.group))
+    return [(group, list(part)) for group, part in groupby(members, lambda member: member.group)]
+
+
+def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> str:
+    """Return a self-contained page with the model in space, to turn and to point at."""
+    scene = model_scene(geometry, gap_scale=gap_scale)
+    page = scene.to_html(include_plotlyjs=True, full_html=True)
+    return str(page)
+
+
+def model_scene(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> go.Figure:
+    """Return the model in space: nodes, elements by group, contacts with normals and gaps."""
+    figure = go.Figure()
+    x, y = zip(*geometry.deck_outline, strict=True)
+    figure.add_trace(
+        go.Mesh3d(
+            **{"x": x, "y": y, "z": [0.0] * len(x), "i": [0, 0], "j": [1, 2], "k": [2, 3]},
+            color=COLOURS["deck"],
+            opacity=0.15,
+            name="soffit",
+            showlegend=True,
+            hoverinfo="skip",
+        )
+    )
+    for group, members in _by_group(geometry):
+        if group != "contact":
+            figure.add_trace(_group_trace(group, members))
+    if geometry.contacts:
+        surface, text, arrows = _contact_points(geometry, gap_scale)
+        figure.add_trace(
+            go.Scatter3d(
+                **_xyz(surface),
+                mode="markers",
+                name=f"contacts (gaps {gap_scale:g}x)",
+                marker={"size": 4, "symbol": "square", "color": COLOURS["contact"]},
+                text=text,
+                hoverinfo="text",
+            )
+        )
+        figure.add_trace(_line_trace("contact normals", arrows, COLOURS["contact"], width=3))
+    figure.add_trace(
+        go.Scatter3d(
+            **_xyz(geometry.fixed),
+            mode="markers",
+            name="ground",
+            marker={"size": 3, "symbol": "diamond", "color": "black"},
+            hoverinfo="skip",
+        )
+    )
+    figure.update_layout(
+        title=geometry.title,
+        scene={
+            "xaxis_title": "x (m)",
+            "yaxis_title": "y (m)",
+            "zaxis_title": "z above soffit (m)",
+            "aspectmode": "data",
+            "camera": {"eye": _EYE},
+        },
+        legend={"itemsizing": "constant"},
+        margin={"l": 0, "r": 0, "t": 50, "b": 0},
+    )
+    return figure
+
+
+def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
+    """Return one group: lines with their ends marked, springs of no length as points."""
+    lines: list[Point | None] = []
+    text: list[str] = []
+    for member in members:
+        label = f"{group} {member.tag}" if member.tag else group
+        lines.extend([*member.ends, None])
+        text.extend([f"{label}<br>({x:.2f}, {y:.2f}, {z:.2f}) m" for x, y, z in member.ends])
+        text.append("")
+    trace = _line_trace(
+        group, lines, COLOURS[group], width=6 if group in ("deck", "columns") else 3
+    )
+    trace.update(mode="lines+markers", marker={"size": 2.5}, text=text, hoverinfo="text")
+    return trace
+
+
+def _line_trace(name: str, points: list[Point | None], colour: str, *, width: int) -> go.Scatter3d:
+    return go.Scatter3d(
+        x=[None if p is None else p[0] for p in points],
+        y=[None if p is None else p[1] for p in points],
+        z=[None if p is None else p[2] for p in points],
+        mode="lines",
+        name=name,
+        line={"color": colour, "width": width},
+        hoverinfo="skip",
+    )
+
+
+def _contact_points(
+    geometry: ModelGeometry, gap_scale: float
+) -> tuple[list[Point], list[str], list[Point | None]]:
+    surface: list[Point] = []
+    text: list[str] = []
+    arrows: list[Point | None] = []
+    for place in geometry.contacts:
+        nx, ny = place.normal
+        x, y, z = place.surface
+        start = (x - gap_scale * place.gap_m * nx, y - gap_scale * place.gap_m * ny, z)
+        tip = (start[0] + _NORMAL_M * nx, start[1] + _NORMAL_M * ny, z)
+        side = (-ny * _HEAD_M, nx * _HEAD_M)
+        back = (tip[0] - nx * _HEAD_M, tip[1] - ny * _HEAD_M)
+        surface.append(start)
+        text.append(f"{place.name}<br>gap {place.gap_m / MM:.1f} mm, friction {place.friction:g}")
+        arrows.extend([start, tip, (back[0] + side[0], back[1] + side[1], z), tip])
+        arrows.extend([(back[0] - side[0], back[1] - side[1], z), None])
+    return surface, text, arrows
+
+
+def _xyz(points: Iterable[Point]) -> dict[str, list[float]]:
+    columns = list(zip(*points, strict=True)) or [(), (), ()]
+    return {axis: list(values) for axis, values in zip("xyz", columns, strict=True)}

@@ -1,0 +1,66 @@
+"""Any abutment model on any bridge at any skew: builds, stands, moves, survives."""
+
+import math
+from itertools import product
+
+import pytest
+
+from bridge_motions import pulse_motion
+from shared import shared_path
+from skewbridge.analysis.modal import modal_properties
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.dead_load import total_weight_n
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.motions.read import read_motion
+from skewbridge.study.variant import ABUTMENT_CODES, Variant
+
+BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
+SKEWS = (0, 20, 40, 60)
+ALL = [
+    Variant(bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=51, friction_pct=50)
+    for bridge, abutment, skew in product(BRIDGES, ABUTMENT_CODES, SKEWS)
+]
+SAMPLE = [variant for number, variant in enumerate(ALL) if number % 7 == 0]
+
+
+def check_model(variant: Variant) -> None:
+    result = modal_properties(variant)
+    bridge = load_bridge(variant.bridge)
+    assert result.weight_kn == pytest.approx(total_weight_n(bridge) / 1e3, rel=1e-6)
+    carried = sum(result.column_axial_kn) + sum(result.abutment_reaction_kn)
+    assert carried == pytest.approx(result.weight_kn, rel=1e-6)
+    assert all(force > 0.0 for force in (*result.column_axial_kn, *result.abutment_reaction_kn))
+    for direction in ("x", "y", "rz"):
+        assert 0.2 < result.period_s(direction) < 6.0, direction
+    assert all(math.isfinite(mode.period_s) for mode in result.modes)
+    for total in zip(*((m.mass_x, m.mass_y, m.mass_rz) for m in result.modes), strict=True):
+        assert sum(total) <= 1.0 + 1e-6
+
+
+def check_run(variant: Variant, motion: object, duration_s: float | None) -> None:
+    settings = AnalysisSettings(duration_s=duration_s)
+    result = analyse(variant, motion, 1.0, 0.0, settings, ModelOptions())  # type: ignore[arg-type]
+    assert result.status in ("ok", "collapse"), result.messages
+    assert (result.status == "collapse") == bool(result.collapse_criterion)
+    assert all(math.isfinite(value) for value in result.demands.values())
+    assert abs(result.demands["energy_residual_ratio"]) < 0.05
+
+
+@pytest.mark.parametrize("variant", ALL, ids=lambda variant: variant.slug)
+def test_every_variant_carries_its_weight_and_has_sane_modes(variant: Variant) -> None:
+    check_model(variant)
+
+
+@pytest.mark.parametrize("variant", SAMPLE, ids=lambda variant: variant.slug)
+def test_a_sample_of_variants_survives_strong_pulses(variant: Variant) -> None:
+    check_run(variant, pulse_motion(duration_s=3.0), None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ALL, ids=lambda variant: variant.slug)
+def test_every_variant_survives_a_strong_record(variant: Variant) -> None:
+    folder = shared_path("motions/real/nga")
+    motion = read_motion(folder / "RSN1063_NORTHR_RRS228.AT2", folder / "RSN1063_NORTHR_RRS318.AT2")
+    check_run(variant, motion, 10.0)
