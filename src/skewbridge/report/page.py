@@ -15,6 +15,41 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.report.study_figures import Caption, read_captions
 
+CURVE_COLUMNS: Final = (
+    "variant",
+    "component",
+    "limit_state",
+    "method",
+    "status",
+    "theta",
+    "theta_low",
+    "theta_high",
+    "beta",
+    "beta_low",
+    "beta_high",
+    "n_runs",
+    "n_exceed",
+    "n_collapse",
+    "n_unknown",
+    "theta_bound",
+    "warnings",
+)
+EFFECT_COLUMNS: Final = (
+    "bridge",
+    "axis",
+    "from_value",
+    "to_value",
+    "skew_deg",
+    "gap_mm",
+    "friction",
+    "demand",
+    "ratio",
+    "ci_low",
+    "ci_high",
+    "n_motions",
+    "n_left_out",
+    "verdict",
+)
 STATUS_ORDER: Final = ("ok", "collapse", "numerical_failure", "timeout", "crash", "invalid_input")
 
 
@@ -54,8 +89,8 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
         headline=_headline(effects),
         checks=checks,
         pictures=_pictures(tables["figures"]),
-        curves=_records(curves),
-        effects=_records(effects),
+        curves=_records(curves[[*CURVE_COLUMNS]]),
+        effects=_records(effects.loc[effects["scope"] == "variant", [*EFFECT_COLUMNS]]),
         gate=_records(pd.read_parquet(tables["gate"])),
         sensitivity=_records(pd.read_parquet(tables["sensitivity"])),
         no_exceedance=_no_exceedance(curves),
@@ -83,7 +118,7 @@ def _statuses(demands: pd.DataFrame) -> list[tuple[str, int]]:
 
 
 def _headline(effects: pd.DataFrame) -> list[dict[str, Any]]:
-    friction = effects[effects["axis"] == "friction"]
+    friction = effects[(effects["axis"] == "friction") & (effects["scope"] == "variant")]
     rows = []
     for demand, group in friction.groupby("demand", sort=False):
         verdicts = group["verdict"].value_counts()
