@@ -1,11 +1,18 @@
 """An index that came with someone's motions is not trusted."""
 
+import csv
+
 import numpy as np
 import pytest
 
 from motions_files import at2_text, index_of, make_pairs, shaken_g
+from shared import shared_path
 from skewbridge.errors import InputError
+from skewbridge.motions.paper_records import waho_or_surrogate
+from skewbridge.motions.read import read_motion
+from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import prepare_suite
+from skewbridge.units import G_MPS2
 
 
 @pytest.fixture
@@ -123,3 +130,21 @@ def test_waho_with_the_published_peak_is_accepted(tmp_path):
     (tmp_path / "RSN811_LOMAP_WAH000.AT2").write_text(at2_text(values))
     (tmp_path / "RSN811_LOMAP_WAH090.AT2").write_text(at2_text(1e-6 * values))
     assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
+
+
+def test_without_waho_the_surrogate_is_used_and_named_so(tmp_path):
+    folder = shared_path("motions/real/fema_p695_farfield")
+    for azimuth in (0, 90):
+        text = at2_text(shaken_g(azimuth), azimuth=azimuth)
+        (tmp_path / f"RSN811_LOMAP_WAH{azimuth:03d}.AT2").write_text(text)
+    impostor = read_motion(*sorted(tmp_path.glob("*.AT2")))
+    surrogate = waho_or_surrogate([impostor], folder)
+    assert "surrogate" in surrogate.motion_id
+    pga_g = orbit_rotd50(surrogate.accel_1_mps2, surrogate.accel_2_mps2) / G_MPS2
+    assert pga_g == pytest.approx(0.93 * _manifest_pga_g(), rel=1e-3)
+
+
+def _manifest_pga_g() -> float:
+    with shared_path("motions/real/MANIFEST.csv").open() as stream:
+        rows = [row for row in csv.DictReader(stream) if "121011" in row["file"]]
+    return float(rows[0]["pga_rotd50_g"])

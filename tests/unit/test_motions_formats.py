@@ -10,7 +10,9 @@ from motions_files import shaken_g
 from shared import shared_path
 from skewbridge.errors import InputError
 from skewbridge.motions.formats.trace import DtMissingError, Given
+from skewbridge.motions.index import list_motions
 from skewbridge.motions.read import read_trace
+from skewbridge.motions.suite import read_entry
 from skewbridge.units import G_MPS2
 
 RECORD_G = shaken_g(1, 50)
@@ -140,6 +142,25 @@ def test_csmip_file_of_two_channels_asks_which(tmp_path):
     np.testing.assert_allclose(read_trace(path, Given(channel=2)).accel_mps2, two * 0.01, atol=6e-6)
     with pytest.raises(InputError, match="channel 3 of 2"):
         read_trace(path, Given(channel=3))
+
+
+def test_index_names_the_channels_of_one_file(tmp_path):
+    line = "   50 POINTS OF ACCEL DATA EQUALLY SPACED AT  .010 SEC.  (UNITS: CM/SEC/SEC)"
+    parts = [_v2(line, _rows(RECORD_G * f, 8, "{:10.3f}")) for f in (980.665, 200.0, -500.0)]
+    (tmp_path / "all.V2").write_text("\n".join(parts))
+    (tmp_path / "index.csv").write_text(
+        "motion_id,file_1,file_2,channel_1,channel_2\nbridge,all.V2,all.V2,1,3\n"
+    )
+    motion = read_entry(list_motions(tmp_path)[0])
+    np.testing.assert_allclose(motion.accel_1_mps2, SI, atol=6e-6)
+    np.testing.assert_allclose(motion.accel_2_mps2, -5.0 * RECORD_G, atol=6e-6)
+
+
+@pytest.mark.parametrize(
+    ("given", "unit"), [("GAL", "cm/s2"), ("cm/s^2", "cm/s2"), ("G", "g"), ("m/s/s", "m/s2")]
+)
+def test_common_spellings_of_units_are_understood(given, unit):
+    assert Given(unit=given).unit == unit
 
 
 @pytest.mark.parametrize(

@@ -101,10 +101,12 @@ def test_scaling_keeps_metadata_and_refuses_zero():
         ("RSN1231_CHY080-E.AT2", "RSN1231_CHY080-N.AT2", "RSN1231_CHY080"),
         ("120111.txt", "120112.txt", "12011"),
         ("syn_h1.AT2", "syn_h2.AT2", "syn"),
+        ("AKT0139608110312.EW", "AKT0139608110312.NS", "AKT0139608110312"),
+        ("AKTH019608110312.EW2", "AKTH019608110312.NS2", "AKTH019608110312_surface"),
     ],
 )
 def test_components_are_paired_by_name_up_to_the_azimuth(first, second, name):
-    pairs = pair_by_name([Path(second), Path(first), Path("RSN181_H-E06-UP.AT2")])
+    pairs = pair_by_name([Path(second), Path(first), Path("RSN181_H-E06-UP.AT2"), Path("X.UD2")])
     assert pairs == {name: (Path(first), Path(second))}
 
 

@@ -82,5 +82,7 @@ def _require(demands: pd.DataFrame, good: NDArray[np.bool_], column: str, rule: 
         return
     row = int(np.flatnonzero(~good)[0])
     where = f"row {row} ({demands['variant'].iloc[row]}, {demands['motion_id'].iloc[row]})"
-    msg = f"{column} {rule}, got {demands[column].iloc[row]!r} in {where}"
+    value = demands[column].iloc[row]
+    shown = repr(value) if isinstance(value, str) else f"{value:g}"
+    msg = f"{column} {rule}, got {shown} in {where}"
     raise InputError(msg, row=row, column=column)

@@ -1,0 +1,279 @@
+"""`skewbridge fit` and `export`: one JSON object, the row of an error, exit codes."""
+
+import json
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from fragility_tables import IM, synthetic_demands
+from skewbridge.cli import build_app
+from skewbridge.errors import InputError
+from skewbridge.fragility.export import openquake_measure
+from skewbridge.fragility.foreign import read_foreign
+from skewbridge.fragility.limit_states import limit_states_of
+from skewbridge.fragility.study_fits import fit_study
+
+DRIFT = limit_states_of(
+    [
+        {
+            "component": "column_drift",
+            "demand": "column_drift_ratio",
+            "unit": "percent",
+            "dispersion": 0.35,
+            "citation": "test",
+            "states": {"slight": 1.0, "moderate": 2.5},
+        }
+    ]
+)
+
+
+def run(*arguments):
+    result = CliRunner().invoke(build_app(), [*map(str, arguments), "--json"])
+    return result.exit_code, json.loads(result.stdout)
+
+
+@pytest.fixture
+def write(tmp_path):
+    def save(data):
+        path = tmp_path / "data.json"
+        path.write_text(json.dumps(data), encoding="utf-8")
+        return path
+
+    return save
+
+
+def test_stripes_from_json(write):
+    path = write({"im": [0.2, 0.4, 0.6, 0.8], "n": [20] * 4, "k": [0, 4, 12, 18]})
+    code, found = run("fit", path, "--method", "stripes")
+    assert code == 0
+    assert found["status"] == "ok"
+    assert found["ci_theta"][0] < found["theta"] < found["ci_theta"][1]
+    assert found["n_runs"] == 80
+
+
+@pytest.mark.parametrize(
+    ("data", "method", "row", "text"),
+    [
+        ({"im": [0.3, 0.5], "n": [20, 20], "k": [1, 21]}, "stripes", 1, "0<=k<=n (row 1)"),
+        ({"im": [0.0, 0.5], "n": [20, 20], "k": [1, 2]}, "stripes", 0, "im must be > 0"),
+        ({"im": [0.1, None], "n": [20, 20], "k": [1, 2]}, "stripes", 1, "im must be > 0"),
+        ({"im": [0.1, "x"], "n": [20, 20], "k": [1, 2]}, "stripes", 1, "must be a number"),
+        ({"im": [0.1, -0.2], "edp": [1, 1], "threshold": 1}, "cloud", 1, "im must be > 0"),
+        ({"im": [0.1, 0.2], "edp": [1, 0], "threshold": 1}, "cloud", 1, "edp must be > 0"),
+        ({"im": [0.1, 0.2], "edp": [1, 1], "threshold": -1}, "cloud", 0, "threshold must"),
+        ({"capacity": [1, float("nan")]}, "ida", 1, "capacity must be > 0"),
+        ({"capacity": [1, 2], "censored": [0, 2]}, "ida", 1, "censored must be 0 or 1"),
+        ({"lower": [0.5, 0.7], "upper": [0.6, 0.7]}, "ida", 1, "upper must be above lower"),
+        ({"lower": [0.5, -0.1], "upper": [0.6, 0.7]}, "ida", 1, "lower must be >= 0"),
+        ({"im": [0.1, 0.2], "n": [20], "k": [1, 2]}, "stripes", 1, "differ in length"),
+        ({"im": [0.1, 0.2], "k": [1, 2]}, "stripes", None, "need a column 'n'"),
+        ({}, "stripes", None, "need a column 'im'"),
+    ],
+)
+def test_bad_data_exits_two_with_the_row(write, data, method, row, text):
+    code, found = run("fit", write(data), "--method", method)
+    assert code == 2
+    assert found["status"] == "error"
+    assert found["row"] == row
+    assert text in found["message"]
+
+
+@pytest.mark.parametrize(
+    ("data", "method", "status"),
+    [
+        ({"im": [0.5, 0.5], "n": [20, 20], "k": [5, 6]}, "stripes", "single_level"),
+        ({"im": [0.5] * 4, "edp": [1, 2, 3, 4], "threshold": 2}, "cloud", "single_level"),
+        ({"im": [0.2, 0.4], "n": [20, 20], "k": [0, 0]}, "stripes", "no_exceedance"),
+        ({"im": [0.2, 0.4], "n": [20, 20], "k": [0, 20]}, "stripes", "complete_separation"),
+        ({"capacity": [1, 1, 1]}, "ida", "zero_dispersion"),
+        ({"capacity": [1, 2], "censored": [1, 1]}, "ida", "all_censored"),
+    ],
+)
+def test_degenerate_data_exits_zero_with_its_status(write, data, method, status):
+    code, found = run("fit", write(data), "--method", method)
+    assert (code, found["status"]) == (0, status)
+    if status != "zero_dispersion":
+        assert found["theta"] is None
+
+
+def test_spellings_of_published_data_sets_are_understood(write):
+    _, first = run(
+        "fit", write({"capacity": [1, 2, 3, 3], "right_censored": [0, 0, 0, 1]}), "--method", "ida"
+    )
+    _, second = run(
+        "fit", write({"capacity": [1, 2, 3, 3], "censored": [0, 0, 0, 1]}), "--method", "ida"
+    )
+    assert first == second
+    data = {"bracket_lo": [0.4, 0.8, 0.6], "bracket_hi": [0.7, 1.0, "inf"]}
+    assert run("fit", write(data), "--method", "ida")[1]["status"] == "ok"
+    x = np.array([0.1, 0.2, 0.5, 0.9])
+    y = np.array([0.01, 0.03, 0.05, 0.1])
+    logs = {"ln_im": list(np.log(x)), "ln_edp": list(np.log(y)), "threshold": 0.04}
+    plain = {"im": list(x), "edp": list(y), "threshold": 0.04}
+    found = [run("fit", write(data), "--method", "cloud")[1]["theta"] for data in (logs, plain)]
+    assert found[0] == pytest.approx(found[1])
+
+
+def test_collapses_choose_the_modified_cloud_and_ols_says_what_it_leaves_out(write):
+    rng = np.random.default_rng(0)
+    im = np.exp(rng.uniform(-2, 0.7, 60))
+    edp = 0.03 * im * np.exp(0.3 * rng.normal(size=60))
+    fall = (im * np.exp(0.4 * rng.normal(size=60)) > 1.2).astype(int)
+    data = {"im": list(im), "edp": list(edp), "threshold": 0.03, "collapse": fall.tolist()}
+    assert run("fit", write(data), "--method", "cloud")[1]["method"] == "cloud_modified"
+    _, plain = run("fit", write(data), "--method", "cloud", "--model", "ols")
+    assert "collapse_left_out" in plain["warnings"]
+    _, tobit = run("fit", write(data), "--method", "cloud", "--model", "tobit")
+    assert tobit["n_censored"] == fall.sum()
+
+
+def test_demands_table_with_condition_obeys_status_and_motions(tmp_path):
+    table = synthetic_demands(skews=(0, 30), gaps=(51,))
+    table.loc[20, "status"] = "collapse"
+    path = tmp_path / "demands.parquet"
+    table.to_parquet(path)
+    options = ["--im", IM, "--edp", "column_drift_ratio", "--threshold", 0.01]
+    where = ["--where", "skew_deg == 0 and friction == 0.5"]
+    code, found = run("fit", path, "--method", "cloud", *options, *where)
+    assert code == 0
+    assert found["n_runs"] == 16
+    assert found["n_censored"] == 1
+    code, found = run("fit", path, "--method", "stripes", *options, *where)
+    assert found["status"] in {"ok", "complete_separation"}
+    code, found = run("fit", path, "--method", "cloud", *options, "--where", "skew == 3")
+    assert code == 2
+    assert "skew" in found["message"]
+    code, found = run("fit", path, "--method", "cloud", *options, "--where", "skew_deg == 15")
+    assert "selects no row" in found["message"]
+    code, found = run("fit", path, "--method", "cloud", "--im", "sa", *options[2:])
+    assert "no column 'sa'" in found["message"]
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--method", "magic"], "method must be one of"),
+        (["--method", "cloud", "--model", "magic"], "model must be one of"),
+        (["--method", "stripes", "--link", "cauchit"], "link must be one of"),
+        (["--method", "stripes", "--level", "1.5"], "level must be within"),
+        (["--method", "cloud", "--capacity-dispersion", "-1"], "capacity_dispersion"),
+    ],
+)
+def test_wrong_options_name_the_choice(write, options, text):
+    path = write({"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1})
+    code, found = run("fit", path, *options)
+    assert code == 2
+    assert text in found["message"]
+
+
+@pytest.mark.parametrize("name", ["missing.json", "broken.json", "data.txt"])
+def test_unreadable_files_are_one_sentence(tmp_path, name):
+    path = tmp_path / name
+    if name != "missing.json":
+        path.write_text("{not json", encoding="utf-8")
+    code, found = run("fit", path, "--method", "stripes")
+    assert code == 2
+    assert name in found["message"]
+
+
+def curves_file(tmp_path, im=IM):
+    table = synthetic_demands(skews=(0, 30), gaps=(51,), motions=30).rename(columns={IM: im})
+    path = tmp_path / "curves.parquet"
+    fit_study(table, DRIFT, im).to_parquet(path)
+    return path, pd.read_parquet(path)
+
+
+def test_nrml_carries_the_lognormal_back(tmp_path):
+    path, curves = curves_file(tmp_path, "im_sa_1p000_rotd50_g")
+    out = tmp_path / "fragility.xml"
+    code, report = run("export", path, "--format", "nrml", "--out", out)
+    assert code == 0
+    assert report["curves"] == 8
+    space = {"n": "http://openquake.org/xmlns/nrml/0.5"}
+    model = ElementTree.parse(out).getroot().find("n:fragilityModel", space)
+    assert model.find("n:limitStates", space).text.split() == ["slight", "moderate"]
+    functions = model.findall("n:fragilityFunction", space)
+    assert len(functions) == 4
+    assert functions[0].find("n:imls", space).get("imt") == "SA(1)"
+    cloud = curves[(curves["method"] == "cloud") & (curves["limit_state"] == "moderate")]
+    first = cloud.sort_values("variant").iloc[0]
+    params = functions[0].findall("n:params", space)[1]
+    mean, deviation = float(params.get("mean")), float(params.get("stddev"))
+    sigma = np.sqrt(np.log1p((deviation / mean) ** 2))
+    assert sigma == pytest.approx(first["beta_total"], rel=1e-6)
+    assert mean * np.exp(-0.5 * sigma**2) == pytest.approx(first["theta"], rel=1e-6)
+
+
+def test_pelicun_table_has_one_row_per_component(tmp_path):
+    path, _ = curves_file(tmp_path, "im_pga_rotd50_g")
+    out = tmp_path / "fragility.csv"
+    run("export", path, "--format", "pelicun", "--out", out)
+    table = pd.read_csv(out)
+    assert len(table) == 4
+    assert set(table["Demand-Type"]) == {"Peak Ground Acceleration"}
+    assert set(table["LS1-Family"]) == {"lognormal"}
+    assert (table["LS1-Theta_0"] < table["LS2-Theta_0"]).all()
+
+
+def test_plain_table_keeps_the_rows_without_estimate_and_their_status(tmp_path):
+    path, curves = curves_file(tmp_path)
+    out = tmp_path / "curves.csv"
+    run("export", path, "--format", "csv", "--out", out, "--method", "exceedance")
+    table = pd.read_csv(out)
+    assert len(table) == (curves["method"] == "exceedance").sum()
+    assert "status" in table
+
+
+def test_export_refuses_what_the_other_tool_cannot_name(tmp_path):
+    path, _ = curves_file(tmp_path, "im_sa_t1_rotd50_g")
+    code, found = run("export", path, "--format", "nrml", "--out", tmp_path / "x.xml")
+    assert code == 2
+    assert "has no name in OpenQuake" in found["message"]
+    code, found = run("export", path, "--format", "yaml", "--out", tmp_path / "x")
+    assert "format must be one of" in found["message"]
+    assert openquake_measure("im_pgv_rotd50_mps") == ("PGV", 100.0)
+
+
+def test_a_table_of_somebody_else_is_read_and_fitted(tmp_path):
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=30)
+    theirs = pd.DataFrame(
+        {
+            "record": table["motion_id"],
+            "PGA": table[IM],
+            "drift_pct": 100 * table["column_drift_ratio"],
+        }
+    )
+    path = tmp_path / "theirs.csv"
+    theirs.to_csv(path, index=False)
+    columns = {"motion_id": "record", "im_pga_rotd50_g": "PGA", "column_drift_ratio": "drift_pct"}
+    ours = read_foreign(path, columns, factors={"column_drift_ratio": 0.01})
+    fitted = fit_study(ours, DRIFT, "im_pga_rotd50_g").iloc[0]
+    direct = fit_study(table, DRIFT, IM).iloc[0]
+    assert fitted["theta"] == pytest.approx(direct["theta"])
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"PGA": [0.1, 0.0]}, "im_pga_g must be > 0 and finite (row 1)"),
+        ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
+        ({"status": ["ok", "fine"]}, "status 'fine' is not known (row 1)"),
+        ({"record": ["a", "a"]}, "row 1 repeats"),
+    ],
+)
+def test_a_bad_foreign_table_names_row_and_column(tmp_path, change, text):
+    data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
+    path = tmp_path / "theirs.csv"
+    pd.DataFrame(data | change).to_csv(path, index=False)
+    columns = {
+        "motion_id": "record",
+        "im_pga_g": "PGA",
+        "column_drift_ratio": "drift",
+        "status": "status",
+    }
+    with pytest.raises(InputError) as caught:
+        read_foreign(path, columns)
+    assert text in str(caught.value)

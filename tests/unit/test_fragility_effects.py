@@ -1,0 +1,169 @@
+"""Paired effects: what is found, what is left out, what is decided."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragility_tables import IM, synthetic_demands
+from skewbridge.errors import InputError
+from skewbridge.fragility.capacity_effects import paired_capacity_effects
+from skewbridge.fragility.effects import (
+    EFFECT_COLUMNS,
+    EffectSettings,
+    paired_effects,
+    studentised_interval,
+    verdict_of,
+)
+from skewbridge.fragility.im_quality import rank_measures
+from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.surrogate import (
+    anova,
+    fit_surrogate,
+    leave_one_variant_out,
+    surrogate_sobol,
+)
+
+STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
+
+
+def friction_rows(effects, demand, scope="variant"):
+    return effects[
+        (effects["demand"] == demand)
+        & (effects["axis"] == "friction")
+        & (effects["scope"] == scope)
+    ]
+
+
+def test_verdicts_are_two_one_sided_tests():
+    assert verdict_of(0.96, 1.04) == "negligible"
+    assert verdict_of(1.06, 1.2) == "matters"
+    assert verdict_of(0.8, 0.94) == "matters"
+    assert verdict_of(0.96, 1.06) == "undecided"
+    assert verdict_of(0.9, 1.1) == "undecided"
+    assert verdict_of(np.nan, np.nan) == "undecided"
+
+
+def test_effect_of_the_generator_is_found_and_nothing_else():
+    effects = paired_effects(synthetic_demands())
+    assert list(effects.columns) == list(EFFECT_COLUMNS)
+    rotation = friction_rows(effects, "deck_rotation_rad")
+    assert len(rotation) == 6
+    assert set(rotation["verdict"]) == {"matters"}
+    assert rotation["ratio"].to_numpy() == pytest.approx(np.exp(-0.1), abs=0.04)
+    pooled = friction_rows(effects, "deck_rotation_rad", "pooled").iloc[0]
+    assert pooled["ci_low"] < np.exp(-0.1) < pooled["ci_high"]
+    assert set(friction_rows(effects, "deck_disp_m")["verdict"]) == {"negligible"}
+
+
+def test_pairing_sees_what_an_unpaired_comparison_cannot():
+    table = synthetic_demands(skews=(0,), gaps=(51,), friction_effect=-0.04)
+    rotation = friction_rows(paired_effects(table), "deck_rotation_rad").iloc[0]
+    assert rotation["ci_high"] < 1.0
+    groups = table.groupby("friction")["deck_rotation_rad"]
+    logs = groups.apply(lambda d: np.log(d).std(ddof=1)).to_numpy()
+    unpaired = 1.7 * np.sqrt(np.sum(logs**2) / 16)  # standard error of the log ratio
+    assert unpaired > 10 * (rotation["ci_high"] - rotation["ci_low"]) / 2
+
+
+def test_result_does_not_depend_on_the_order_of_rows():
+    table = synthetic_demands(skews=(0, 30), gaps=(51,))
+    first = paired_effects(table)
+    second = paired_effects(table.sample(frac=1.0, random_state=1))
+    assert first["ci_low"].to_numpy() == pytest.approx(second["ci_low"].to_numpy(), rel=1e-12)
+
+
+def test_failed_collapsed_and_zero_runs_are_left_out_and_counted():
+    table = synthetic_demands(skews=(0,), gaps=(51,))
+    table.loc[0, "status"] = "timeout"
+    table.loc[1, "status"] = "collapse"
+    table.loc[2, "deck_disp_m"] = 0.0
+    found = friction_rows(paired_effects(table), "deck_disp_m").iloc[0]
+    assert found["n_motions"] == 13
+    assert found["n_left_out"] == 3
+    assert found["n_collapse_from"] == 1
+
+
+def test_no_effect_at_all_has_an_interval_of_no_width():
+    table = synthetic_demands(skews=(0,), gaps=(51,), run_scatter=0.0)
+    found = friction_rows(paired_effects(table), "deck_disp_m").iloc[0]
+    assert (found["ratio"], found["ci_low"], found["ci_high"]) == pytest.approx((1, 1, 1))
+    assert found["verdict"] == "negligible"
+
+
+def test_a_demand_that_is_always_zero_is_undecided():
+    table = synthetic_demands(skews=(0,), gaps=(51,)).assign(friction_force_kn=0.0)
+    found = friction_rows(paired_effects(table, ["friction_force_kn"]), "friction_force_kn")
+    assert found.iloc[0]["verdict"] == "undecided"
+    assert found.iloc[0]["n_motions"] == 0
+
+
+def test_a_doubled_run_is_refused():
+    table = synthetic_demands(skews=(0,), gaps=(51,))
+    doubled = table.loc[[*table.index, 0]]
+    with pytest.raises(InputError, match="occurs twice"):
+        paired_effects(doubled)
+
+
+def test_interval_of_the_ratio_covers_at_its_level():
+    rng = np.random.default_rng(9)
+    options = EffectSettings(level=0.90, margin=0.05, replicates=999, seed=1)
+    hits = 0
+    for _ in range(600):
+        _, low, high = studentised_interval(-0.05 + 0.06 * rng.standard_t(6, size=16), options)
+        hits += int(low <= -0.05 <= high)
+    # 90 % nominal; three standard errors of 600 simulations are 3.7 %
+    assert hits / 600 == pytest.approx(0.90, abs=0.037)
+
+
+def test_median_capacities_are_compared_on_the_same_motions():
+    table = synthetic_demands(skews=(0,), gaps=(51,), run_scatter=0.01)
+    table.loc[table["friction"] == 0.5, "column_drift_ratio"] *= 1.2
+    drift = [state for state in STATES if state.component == "column_drift"]
+    found = paired_capacity_effects(table, drift, IM).set_index("demand")
+    moderate = found.loc["column_drift/moderate"]
+    assert moderate["ratio"] == pytest.approx(1 / 1.2, rel=0.03)
+    assert moderate["verdict"] == "matters"
+    assert "column_drift/complete" not in found.index  # no run exceeds: no median to compare
+
+
+def test_anova_and_sobol_rank_the_axes_as_generated():
+    table = synthetic_demands()
+    found = anova(table, "deck_rotation_rad").set_index("term")
+    assert found.loc["skew_deg", "partial_eta2"] > found.loc["friction", "partial_eta2"] > 0.5
+    assert found.loc["gap_mm", "p_value"] > 0.01
+    surrogate = fit_surrogate(table, "deck_rotation_rad")
+    assert surrogate.scatter == pytest.approx(0.03, rel=0.2)
+    friction = surrogate.terms.index("friction")
+    assert surrogate.coefficients[friction] == pytest.approx(-0.2, abs=0.06)
+    indices = surrogate_sobol(surrogate, table).set_index("factor")["first_order"]
+    # variances of 0.4 u and 0.1 u over uniform ranges 0..0.75 and 0..0.5
+    assert indices["skew_deg"] == pytest.approx(0.09 / (0.09 + 0.01), abs=0.05)
+
+
+def test_surrogate_drops_terms_that_two_designs_cannot_tell_apart():
+    table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,))
+    assert fit_surrogate(table, "deck_rotation_rad").terms == ("skew",)
+
+
+def test_surrogate_predicts_a_variant_left_out():
+    found = leave_one_variant_out(synthetic_demands(), "deck_rotation_rad")
+    assert len(found) == 12
+    # mean of 16 runs of 3 % scatter against a six-term surface: about 1.5 % expected
+    assert found["error"].abs().max() < 0.05
+
+
+def test_measures_are_ranked_with_a_probability_of_being_best():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=40)
+    rng = np.random.default_rng(0)
+    table["im_poor_g"] = table[IM] * np.exp(0.6 * rng.normal(size=len(table)))
+    table["im_bad_g"] = 0.0
+    motions = table[["motion_id"]].assign(
+        magnitude=rng.uniform(5, 7.5, len(table)), distance_km=rng.uniform(2, 60, len(table))
+    )
+    found = rank_measures(table, "column_drift_ratio", motions=motions).set_index("im")
+    assert list(found.index[:2]) == [IM, "im_poor_g"]
+    assert found.loc[IM, "p_best_efficiency"] > 0.99
+    assert found.loc["im_bad_g", "status"] == "non_positive_im"
+    assert found.loc[IM, "relative_sufficiency_nats"] == 0.0
+    assert found.loc[IM, "p_magnitude"] > 0.01

@@ -1,0 +1,85 @@
+"""Figures: they draw what the tables say, and say why where there is nothing to draw."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragility_tables import IM, synthetic_demands
+from skewbridge.fragility.effects import paired_effects
+from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.study_fits import fit_study
+from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
+from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
+
+STATES = [
+    state
+    for state in load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
+    if state.component in {"column_drift", "column_shear"}
+]
+
+
+@pytest.fixture(scope="module")
+def tables():
+    demands = synthetic_demands(skews=(0, 30))
+    demands.loc[4, "status"] = "timeout"
+    return demands, fit_study(demands, STATES, IM), paired_effects(demands)
+
+
+def texts(figure):
+    figure.canvas.draw()
+    return [t.get_text() for axes in figure.axes for t in axes.texts]
+
+
+def test_verdict_map_has_a_cell_per_demand_and_variant(tables):
+    _, _, effects = tables
+    figure = verdict_map(effects)
+    rows = effects[(effects["axis"] == "friction") & (effects["scope"] == "variant")]
+    assert len(figure.axes[0].patches) == len(rows)
+    matters = (rows["verdict"] == "matters").sum()
+    bold = [t for t in figure.axes[0].texts if t.get_fontweight() == "bold"]
+    assert len(bold) == matters > 0
+
+
+def test_curves_have_a_panel_per_state_and_skew_with_a_band_each(tables):
+    demands, curves, _ = tables
+    figure = fragility_curves(curves, demands, "column_drift")
+    drawn = curves[
+        (curves["component"] == "column_drift")
+        & (curves["method"] == "cloud")
+        & (curves["status"] == "ok")
+    ]
+    assert len(figure.axes) == 2 * drawn["limit_state"].nunique()
+    assert sum(len(axes.collections) for axes in figure.axes) == len(drawn)
+
+
+def test_panels_without_a_curve_say_why(tables):
+    demands, curves, _ = tables
+    figure = fragility_curves(curves, demands, "column_shear", states=["dcr_065", "dcr_100"])
+    assert any("no exceedance" in text for text in texts(figure))
+    nothing = fragility_curves(curves[curves["limit_state"] == "dcr_100"], demands, "column_shear")
+    assert "no_exceedance" in nothing.texts[0].get_text()
+
+
+def test_cloud_draws_failed_runs_open(tables):
+    demands, curves, _ = tables
+    figure = demand_clouds(demands, curves, "column_drift_ratio", IM)
+    marks = [line for line in figure.axes[0].get_lines() if line.get_marker() == "^"]
+    assert sum(len(line.get_xdata()) for line in marks) == 1
+    assert figure.axes[0].get_ylabel() == "Column drift ratio"
+
+
+@pytest.mark.parametrize("axis", ["friction", "gap_mm", "skew_deg"])
+def test_ratios_draw_every_interval(tables, axis):
+    _, _, effects = tables
+    figure = paired_ratios(effects, axis)
+    rows = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
+    dots = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    assert len(dots) == len(rows)
+    assert np.isfinite([dot.get_xdata()[0] for dot in dots]).all()
+
+
+def test_an_axis_that_does_not_vary_is_said(tables):
+    _, _, effects = tables
+    figure = paired_ratios(effects[effects["axis"] != "gap_mm"], "gap_mm")
+    assert "gap_mm" in figure.texts[0].get_text()

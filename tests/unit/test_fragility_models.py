@@ -1,0 +1,307 @@
+"""Single models: degenerate data, intervals, bootstrap, dispersion, goodness, frequency content."""
+
+import numpy as np
+import pytest
+
+from skewbridge.errors import InputError
+from skewbridge.fragility import designs, dispersion, existence, goodness, risk, system
+from skewbridge.fragility.bootstrap import record_weights, refit_exceedance
+from skewbridge.fragility.cloud import fit_cloud
+from skewbridge.fragility.cloud_models import fit_heteroscedastic, fit_modified_cloud
+from skewbridge.fragility.fit import FragilityFit
+from skewbridge.fragility.frequency_content import fourier_ratio, frequency_content
+from skewbridge.fragility.ida import brackets_of_runs, fit_brackets, fit_capacities
+from skewbridge.fragility.intervals import percentile_interval, wald_intervals
+from skewbridge.fragility.likelihood import BinomialKernel, maximise
+from skewbridge.fragility.ordered import crossing, fit_ordered
+from skewbridge.fragility.profile import _bracketed_end, profile_ends
+from skewbridge.fragility.stripes import fit_stripes
+from skewbridge.fragility.tobit import fit_tobit
+
+
+@pytest.mark.parametrize(
+    ("k", "status"),
+    [
+        ([0, 0, 0, 0], "no_exceedance"),
+        ([20, 20, 20, 20], "all_exceed"),
+        ([0, 0, 20, 20], "complete_separation"),
+        ([0, 7, 20, 20], "quasi_separation"),
+        ([20, 20, 0, 0], "non_increasing"),
+        ([20, 9, 0, 0], "non_increasing"),
+        ([15, 12, 9, 3], "non_increasing"),
+        ([10, 10, 10, 10], "non_increasing"),
+        ([0, 3, 12, 20], "ok"),
+        ([0, 0, 1, 0], "ok"),
+    ],
+)
+def test_every_kind_of_stripes_has_its_status(k, status):
+    fit = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, k)
+    assert fit.status == status
+    assert np.isnan(fit.theta) == (status != "ok")
+
+
+def test_quasi_separation_gives_the_firth_estimate_under_its_name():
+    fit = fit_stripes([0.3, 0.5, 0.8], [20] * 3, [0, 7, 20])
+    assert fit.details["firth"]["theta"] == pytest.approx(0.53463, abs=1e-5)
+    assert fit.details["firth"]["beta"] == pytest.approx(0.19540, abs=1e-5)
+    assert fit.details["theta_interval"] == pytest.approx([0.5, 0.5])
+
+
+def test_firth_of_two_levels_is_the_closed_form():
+    # with two levels the fit is saturated: the penalised counts are (k + c)/(n + 2c) at both
+    a0, a1 = existence.firth(np.log([0.3, 0.6]), np.array([10.0, 10]), np.array([0.0, 10]))
+    assert np.exp(-a0 / a1) == pytest.approx(0.424264, abs=1e-5)
+    assert 1 / a1 == pytest.approx(0.188502, abs=1e-5)
+
+
+def test_stripes_without_runs_are_dropped_with_a_warning():
+    fit = fit_stripes([0.2, 0.5, 0.8, 1.1], [0, 20, 20, 20], [0, 7, 12, 17])
+    assert fit.warnings[0] == "stripes_without_runs"
+    assert fit.n_runs == 60
+
+
+def test_fractional_counts_give_an_estimate_without_interval():
+    fit = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, [0.4, 4.2, 11.7, 17.3])
+    assert fit.status == "ok"
+    assert fit.ci_method == ""
+    assert "fractional_counts_no_interval" in fit.warnings
+
+
+def test_every_link_has_its_median_at_one_half():
+    for link in ("probit", "logit", "cloglog"):
+        fit = fit_stripes([0.2, 0.4, 0.6, 0.8, 1], [40] * 5, [2, 9, 19, 30, 36], link=link)
+        # three shapes through the same data: close in the middle, not equal
+        assert fit.theta == pytest.approx(0.58, abs=0.04)
+        assert fit.beta == pytest.approx(0.53, abs=0.08)
+        assert fit.ci_theta[0] < fit.theta < fit.ci_theta[1]
+
+
+def test_bracketed_and_direct_ends_of_the_profile_agree():
+    x = np.log([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
+    design = np.column_stack([np.ones(8), x])
+    k = np.array([0, 1, 3, 6, 10, 14, 17, 19.0])
+    kernel = BinomialKernel(design, np.full(8, 20.0), k)
+    best = maximise(kernel, np.zeros((1, 2)))
+    ends = profile_ends(kernel, best, 0.95, 0.0)
+    target = float(best.loglik[0]) - 0.5 * 3.841458820694124
+    slow = [_bracketed_end(kernel, best, target, index) for index in range(4)]
+    assert [*ends.ln_theta, *ends.slope] == pytest.approx(slow, rel=1e-9)
+
+
+def test_wald_is_close_to_the_profile_for_many_runs():
+    fit = fit_stripes([0.3, 0.5, 0.8, 1.2, 1.8], [400] * 5, [20, 90, 190, 290, 360])
+    theta, beta = wald_intervals(fit, 0.95)
+    assert theta == pytest.approx(fit.ci_theta, rel=0.01)
+    assert beta == pytest.approx(fit.ci_beta, rel=0.01)
+
+
+def test_capacities_with_no_information_get_their_status():
+    assert fit_capacities([1.0, 1.0, 0.9], [0, 0, 1]).status == "unbounded_likelihood"
+    assert fit_capacities([1.0, 1.0, 1.4], [0, 0, 1]).status == "ok"
+    assert fit_brackets([0.4, 0.4], [0.7, 0.7]).status == "complete_separation"
+    assert fit_brackets([0.4, 0.7], [0.7, 1.0]).status == "quasi_separation"
+    assert fit_brackets([0.0, 0.0], [0.7, 1.0]).status == "all_exceed"
+    assert fit_brackets([0.7, 1.0], [None, None]).status == "all_censored"
+    assert fit_brackets([0.0, 1.2], [0.7, None]).status == "non_increasing"
+
+
+def test_brackets_take_the_first_crossing_and_count_resurrections():
+    im = np.array([0.2, 0.4, 0.6, 0.2, 0.4, 0.6, 0.2, 0.4, 0.6])
+    hit = np.array([0, 1, 0, 0, 0, 0, 1, 1, 1.0])
+    lower, upper, odd = brackets_of_runs(im, hit, np.repeat([0, 1, 2], 3))
+    assert list(lower) == [0.2, 0.6, 0.0]
+    assert list(upper) == [0.4, np.inf, 0.2]
+    assert odd == 1
+
+
+def test_exact_intervals_accompany_complete_capacities():
+    fit = fit_capacities([0.9, 1.3, 1.1, 1.8, 0.7, 1.5, 1.2, 2.2])
+    low, high = fit.details["ci_theta_exact"]
+    assert low < fit.ci_theta[0] < fit.theta < fit.ci_theta[1] < high
+
+
+def test_flat_and_falling_clouds_are_refused():
+    rng = np.random.default_rng(1)
+    im = np.exp(rng.uniform(-2, 0, 12))
+    noise = np.exp(rng.normal(size=12))
+    assert fit_cloud(im, 0.02 * noise, 0.03).status in {"slope_not_significant", "non_increasing"}
+    assert fit_cloud([0.3, 0.3, 0.3], [0.01, 0.02, 0.03], 0.02).status == "single_level"
+    assert fit_cloud([0.3, 0.4], [0.01, 0.02], 0.02).status == "too_few_runs"
+    assert fit_cloud(im, 0.02 * im, 0.01).status == "zero_dispersion"
+
+
+def test_censoring_removes_the_bias_that_clipping_makes():
+    rng = np.random.default_rng(4)
+    im = np.exp(rng.uniform(-2.3, 0.4, 400))
+    edp = 0.03 * im * np.exp(0.4 * rng.normal(size=400))
+    limit = 0.02
+    clipped = fit_cloud(im, np.minimum(edp, limit), 0.015)
+    censored = fit_tobit(im, edp, 0.015, censor_above=limit)
+    assert censored.ci_theta[0] < 0.5 < censored.ci_theta[1]
+    assert censored.ci_beta[0] < 0.4 < censored.ci_beta[1]
+    assert clipped.details["b"] < 0.8 < censored.details["b"]
+
+
+def test_few_collapses_are_separated_and_say_so():
+    im = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+    edp = [0.01, 0.021, 0.029, 0.042, 0.05, None]
+    fit = fit_modified_cloud(im, edp, 0.03, [0, 0, 0, 0, 0, 1])
+    assert fit.status == "complete_separation"
+    assert fit.details["part"] == "collapse"
+
+
+def test_constant_scatter_is_not_called_heteroscedastic():
+    rng = np.random.default_rng(6)
+    im = np.exp(rng.uniform(-2.3, 0.4, 200))
+    edp = 0.03 * im * np.exp(0.4 * rng.normal(size=200))
+    fit = fit_heteroscedastic(im, edp, 0.015)
+    assert fit.details["lr_p"] > 0.01
+    assert fit.theta == pytest.approx(0.5, rel=0.1)
+
+
+def test_ordered_fits_never_cross_and_free_fits_are_checked():
+    theta, beta = np.array([0.3, 0.5]), np.array([0.3, 0.6])
+    found = crossing(theta, beta, 0.01, 5.0)
+    assert len(found) == 1
+    assert found[0][2] == pytest.approx(0.18, abs=0.005)
+    assert crossing(theta, np.array([0.4, 0.4]), 0.01, 5.0) == []
+    assert fit_ordered([0.2, 0.4], [[5, 0, 0], [0, 0, 5]]).status == "empty_state"
+
+
+def test_pooling_is_tested():
+    im = np.array([0.2, 0.4, 0.6, 0.9])
+    n = np.full(4, 50.0)
+    alike = dispersion.pool_stripes(
+        [(im, n, np.array([2.0, 15, 32, 45])), (im, n, np.array([1.0, 8, 22, 40]))]
+    )
+    assert alike.p_value > 0.2
+    steep = (im, n, np.array([0.0, 3, 47, 50]))
+    differ = dispersion.pool_stripes([(im, n, np.array([12.0, 20, 27, 33])), steep])
+    assert differ.p_value < 1e-6
+    pooled, p_value = dispersion.pool_scatter(np.array([0.3, 0.31]), np.array([20.0, 30.0]))
+    assert 0.3 < pooled < 0.31
+    assert p_value > 0.5
+
+
+def test_rotation_keeps_the_percentile_in_place():
+    theta = dispersion.rotated_median(1.0, 0.4, 0.6, 0.1)
+    z = -1.2815515655446004
+    assert theta * np.exp(0.6 * z) == pytest.approx(np.exp(0.4 * z))
+
+
+def test_bootstrap_p_value_of_a_good_fit_is_not_small():
+    im, n, k = [0.2, 0.4, 0.6, 0.8, 1.0], np.full(5, 20.0), [1, 5, 11, 15, 18]
+    fit = fit_stripes(im, n, k)
+    params = np.array([fit.details["a0"], fit.details["a1"]])
+    p = goodness.deviance_p_value(np.log(im), n, params, fit.details["deviance"], replicates=299)
+    assert p > 0.2
+    _, isotonic = goodness.isotonic_p_value(
+        np.log(im), n, np.array(k, float), params, fit.details["loglik_kernel"], replicates=99
+    )
+    assert isotonic > 0.2
+
+
+def test_lack_of_fit_is_seen():
+    im, n, k = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2], np.full(6, 200.0), [2, 90, 95, 100, 110, 198]
+    fit = fit_stripes(im, n, k)
+    params = np.array([fit.details["a0"], fit.details["a1"]])
+    _, p = goodness.isotonic_p_value(
+        np.log(im), n, np.array(k, float), params, fit.details["loglik_kernel"], replicates=99
+    )
+    assert p <= 0.02
+
+
+def test_record_bootstrap_draws_all_runs_of_a_motion_together():
+    weights = record_weights(np.array([0, 0, 1, 2, 2]), 50, np.random.default_rng(0))
+    assert np.all(weights[:, 0] == weights[:, 1])
+    assert np.all(weights[:, 3] == weights[:, 4])
+    assert np.all(weights[:, 0] + weights[:, 2] + weights[:, 3] == 3)
+
+
+def test_separated_replicates_are_kept_as_limits():
+    x = np.log([0.2, 0.4, 0.6])
+    n = np.full((3, 3), 5.0)
+    found = refit_exceedance(x, n, np.array([[0, 0, 5.0], [0, 0, 0], [1, 2, 4]]))
+    assert found.theta[0] == pytest.approx(np.sqrt(0.24))
+    assert found.beta[0] == 0.0
+    assert found.theta[1] == np.inf
+    assert found.separated == pytest.approx(2 / 3)
+    assert percentile_interval(found.theta, 0.95)[1] == np.inf
+
+
+def test_system_bounds_hold_and_shares_name_the_weak_component():
+    rng = np.random.default_rng(2)
+    im = np.exp(rng.uniform(-2, 0.4, 80))
+    common = rng.normal(size=80)
+    demand = np.column_stack(
+        [im * np.exp(0.3 * common), 0.4 * im * np.exp(0.2 * common + 0.2 * rng.normal(size=80))]
+    )
+    joint = system.joint_demand(im, demand, np.array([0.5, 0.5]), np.array([0.35, 0.35]))
+    # residual correlation, not that of ln D, which the common trend would bring near 1
+    assert 0.2 < joint.correlation[0, 1] < 0.6
+    curve = system.series_system(np.geomspace(0.05, 3, 60), joint)
+    assert np.all(curve.lower <= curve.p + 1e-12)
+    assert np.all(curve.p <= curve.upper + 1e-12)
+    assert np.all(curve.share_without[:, 0] > curve.share_without[:, 1])
+    theta, beta, worst = system.lognormal_of_system(curve)
+    assert theta < joint.theta.min()
+    assert beta < 1
+    assert worst < 0.05
+
+
+def test_equal_components_fail_together():
+    joint = system.JointDemand(
+        theta=np.full(3, 0.8), beta=np.full(3, 0.4), correlation=np.ones((3, 3))
+    )
+    curve = system.series_system(np.array([0.4, 0.8, 1.2]), joint)
+    assert curve.p == pytest.approx(curve.components[:, 0], abs=2e-4)  # jitter of the factor
+
+
+def test_frequency_outside_the_hazard_table_is_named():
+    found = risk.annual_frequency(0.8, 0.4, [0.1, 1.0], [1e-2, 1e-4])
+    assert found.above == 1e-4
+    assert found.below < 1e-6
+    with pytest.raises(InputError, match=r"im must increase \(row 1\)"):
+        risk.annual_frequency(0.8, 0.4, [0.5, 0.3], [1e-2, 1e-3])
+
+
+def test_parameterised_curve_refuses_a_slope_that_turns_negative():
+    rng = np.random.default_rng(0)
+    ln_im = rng.uniform(-2, 1, 400)
+    skew = rng.choice([0.0, 1.0], 400)
+    eta = (2.0 - 3.2 * skew) * ln_im
+    y = (rng.normal(size=400) < eta).astype(float)
+    fit = designs.fit_design(ln_im, {"skew": skew}, y, interactions=("skew:ln_im",))
+    assert fit.status == "slope_not_positive"
+    apart = designs.fit_design(ln_im, {"skew": skew}, (ln_im > 0).astype(float))
+    assert apart.status == "separation"
+    with pytest.raises(InputError, match="unknown variable 'gap'"):
+        designs.fit_design(ln_im, {"skew": skew}, y, interactions=("gap:ln_im",))
+    with pytest.raises(InputError, match="gap_mm must be > 0"):
+        designs.scaled_design(skew, np.zeros(400), skew)
+
+
+def test_period_of_a_decaying_sine_is_found_three_ways():
+    t = np.arange(0, 30, 0.01)
+    wave = np.sin(2 * np.pi * t / 0.8) * np.exp(-0.05 * t)
+    found = frequency_content(wave, 0.01)
+    assert found.peak_period_s == pytest.approx(0.8, rel=0.02)
+    assert found.crossing_period_s == pytest.approx(0.8, rel=0.01)
+    assert found.mean_period_s == pytest.approx(0.8, rel=0.05)
+    with pytest.raises(InputError, match="constant"):
+        frequency_content(np.ones(100), 0.01)
+
+
+def test_fourier_ratio_shows_a_removed_component():
+    t = np.arange(0, 40, 0.01)
+    slow, fast = np.sin(2 * np.pi * t / 2.0), np.sin(2 * np.pi * t / 0.5)
+    ratio = fourier_ratio(slow + 0.5 * fast, slow + fast, 0.01, np.array([0.5, 2.0]))
+    assert ratio == pytest.approx([1.0, 0.5], rel=0.03)
+
+
+def test_json_of_a_fit_has_the_keys_of_the_contract():
+    keys = (
+        "status theta beta se_ln_theta se_beta cov_ln_theta_beta ci_theta ci_beta loglik n_runs "
+        "warnings"
+    )
+    assert set(keys.split()) <= set(FragilityFit(method="x", status="ok").as_json())
