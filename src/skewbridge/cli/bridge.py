@@ -49,6 +49,7 @@ def register(app: typer.Typer) -> None:
     app.command("pushover")(pushover)
     app.command("static")(static)
     app.command("model")(model)
+    app.command("sdc")(sdc)
 
 
 @clear_errors
@@ -178,6 +179,32 @@ def model(
         emit_json({"variant": geometry.title, "files": files})
     else:
         messages.print(f"{geometry.title}: {', '.join(files)}", markup=False)
+
+
+@clear_errors
+def sdc(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `run`.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Displacement, P-Delta and seat checks of one analysis, as in the Caltrans criteria."""
+    import pandas as pd
+
+    from skewbridge.analysis.sdc import corner_moves_m, sdc_rows
+    from skewbridge.study.variant import parse_slug
+
+    try:
+        row = pd.read_parquet(run / "demands.parquet").iloc[0]
+        table = pd.read_parquet(run / "histories.parquet")
+    except OSError as error:
+        msg = f"{run}: no demands.parquet and histories.parquet of a run: {error}"
+        raise InputError(msg) from error
+    variant = parse_slug(str(row["variant"]))
+    histories = {name: table[name].to_numpy() for name in table.columns}
+    rows = sdc_rows(variant, float(row["deck_disp_m"]), corner_moves_m(variant, histories))
+    if as_json:
+        emit_json({"variant": variant.slug, "checks": rows})
+    else:
+        emit_table(rows, title=variant.slug)
 
 
 def _angle(direction: str, angle_deg: float | None) -> float:

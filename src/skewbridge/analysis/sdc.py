@@ -1,0 +1,163 @@
+"""Checks of a variant in the form of the seismic design criteria: displacement, P-Delta, seat."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import cos, degrees, radians, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.column import section_response
+from skewbridge.bridge.dead_load import column_axial_n
+from skewbridge.study.variant import Variant
+from skewbridge.units import FOOT, INCH
+
+P_DELTA_LIMIT = 0.20  # source: Caltrans SDC 1.7 section 4.2
+MINIMUM_SEAT_M = 30 * INCH  # source: Caltrans SDC 1.7 section 7.8.3
+SEAT_ALLOWANCE_M = 4 * INCH  # source: same, beyond movements and demand
+# ASSUME prestress shortening, creep, shrinkage and temperature together take 1/1000 of the length
+SHORTENING_RATIO = 1.0e-3
+SEISMIC_SEAT_FACTOR = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BentCapacity:
+    """Displacement capacity of a bent by its plastic hinges.
+
+    Attributes:
+        bent: Number from the left, 1 and up.
+        plastic_moment_nm: Of one column under dead load.
+        axial_n: Of one column under dead load.
+        yield_disp_m: Idealised yield displacement.
+        capacity_m: Displacement at the ultimate curvature.
+        height_m: Clear height.
+    """
+
+    bent: int
+    plastic_moment_nm: float
+    axial_n: float
+    yield_disp_m: float
+    capacity_m: float
+    height_m: float
+
+    @property
+    def ductility_capacity(self) -> float:
+        """Displacement capacity over yield displacement."""
+        return self.capacity_m / self.yield_disp_m
+
+    def p_delta_ratio(self, disp_m: float) -> float:
+        """Return dead load times demand over plastic moment."""
+        return self.axial_n * disp_m / self.plastic_moment_nm
+
+
+def bent_capacities(bridge: BridgeData) -> list[BentCapacity]:
+    """Return the displacement capacities of the bents, rigid deck.
+
+    A pinned column is a cantilever from the base; a fixed one two cantilevers of half its height.
+
+    References:
+        Caltrans SDC 1.7 section 3.1.3.
+    """
+    capacities: list[BentCapacity] = []
+    for number, bent in enumerate(bridge.bents):
+        axial_n = column_axial_n(bridge, number)
+        curve = section_response(bridge.column, axial_n)
+        parts = 1 if bridge.base == "pinned" else 2
+        span, hinge = bent.clear_height_m / parts, bridge.column.hinge_length_m
+        elastic = curve.yield_curvature_per_m * span**2 / 3
+        rotation = hinge * (curve.ultimate_curvature_per_m - curve.yield_curvature_per_m)
+        capacities.append(
+            BentCapacity(
+                bent=number + 1,
+                plastic_moment_nm=curve.plastic_moment_nm,
+                axial_n=axial_n,
+                yield_disp_m=parts * elastic,
+                capacity_m=parts * (elastic + rotation * (span - hinge / 2)),
+                height_m=bent.clear_height_m,
+            )
+        )
+    return capacities
+
+
+def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
+    """Return the required seat width normal to the bearing line.
+
+    References:
+        Caltrans SDC 1.7 section 7.8.3.
+    """
+    movement = SHORTENING_RATIO * bridge.length_m / 2
+    return max(movement + unseating_m + SEAT_ALLOWANCE_M, MINIMUM_SEAT_M)
+
+
+def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
+    """Return 1.5 N with the skew factor, N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches.
+
+    L is the length of deck to the next joint and H the mean column height, both in ft; S the skew
+    in degrees.
+
+    References:
+        AASHTO LRFD Bridge Design Specifications 4.7.4.4.
+    """
+    heights = [bent.clear_height_m for bent in bridge.bents]
+    height_ft = sum(heights) / len(heights) / FOOT if heights else 0.0
+    length_ft = bridge.length_m / FOOT
+    skew = 1.0 + 0.000125 * degrees(skew_rad) ** 2
+    return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
+
+
+def sdc_rows(
+    variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
+) -> list[dict[str, object]]:
+    """Return the table of checks of one variant under given demands.
+
+    Args:
+        variant: The variant.
+        deck_disp_m: Largest displacement of the deck.
+        corners_m: Largest outward displacement normal to the seat by corner, for example
+            ``left acute``.
+
+    Returns:
+        Rows of check, demand, capacity, ratio, ok.
+    """
+    bridge = load_bridge(variant.bridge)
+    rows: list[dict[str, object]] = []
+    for bent in bent_capacities(bridge):
+        rows.append(_row(f"bent {bent.bent} displacement (m)", deck_disp_m, bent.capacity_m))
+        ratio = bent.p_delta_ratio(deck_disp_m)
+        rows.append(_row(f"bent {bent.bent} P-Delta ratio", ratio, P_DELTA_LIMIT))
+    seat = bridge.abutment.seat_width_m
+    for corner, unseating_m in corners_m.items():
+        rows.append(_row(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), seat))
+    skew = radians(variant.skew_deg)
+    rows.append(_row("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), seat))
+    return rows
+
+
+def corner_moves_m(
+    variant: Variant, histories: Mapping[str, NDArray[np.float64]]
+) -> dict[str, float]:
+    """Return the largest outward move of each deck corner, normal to its seat.
+
+    Args:
+        variant: The variant.
+        histories: Histories of a single analysis, with the plan displacements of the corners.
+    """
+    skew = radians(variant.skew_deg)
+    moves: dict[str, float] = {}
+    for side, sign in (("left", -1.0), ("right", 1.0)):
+        for kind in ("acute", "obtuse"):
+            name = f"abutment_{side}_{kind}"
+            along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
+            moves[f"{side} {kind}"] = max(0.0, float(np.max(-sign * along)))
+    return moves
+
+
+def _row(check: str, demand: float, capacity: float) -> dict[str, object]:
+    return {
+        "check": check,
+        "demand": demand,
+        "capacity": capacity,
+        "ratio": demand / capacity,
+        "ok": demand <= capacity,
+    }

@@ -1,0 +1,71 @@
+"""Design checks against hand values of the project's reference page, sections 1 and 6."""
+
+from math import radians
+
+import numpy as np
+import pytest
+
+from skewbridge.analysis.sdc import (
+    bent_capacities,
+    corner_moves_m,
+    sdc_rows,
+    seat_demand_aashto_m,
+    seat_demand_sdc_m,
+)
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.study.variant import Variant
+
+VARIANT = Variant(
+    bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "yield_mm", "capacity_mm", "ductility"),
+    [("osb1", 36.0, 211.0, 5.8), ("osb2s", 179.0, 908.0, 5.1)],
+)
+def test_displacement_capacity_agrees_with_the_hand_value(
+    name: str, yield_mm: float, capacity_mm: float, ductility: float
+) -> None:
+    bent = bent_capacities(load_bridge(name))[0]
+    assert 1e3 * bent.yield_disp_m == pytest.approx(yield_mm, rel=0.05)
+    assert 1e3 * bent.capacity_m == pytest.approx(capacity_mm, rel=0.05)
+    assert bent.ductility_capacity == pytest.approx(ductility, rel=0.05)
+
+
+@pytest.mark.parametrize(("skew_deg", "seat_m"), [(0, 0.59), (30, 0.66), (45, 0.74), (60, 0.86)])
+def test_seat_width_of_aashto_agrees_with_the_hand_value(skew_deg: int, seat_m: float) -> None:
+    found = seat_demand_aashto_m(load_bridge("osb1"), radians(skew_deg))
+    assert found == pytest.approx(seat_m, abs=0.006)
+    assert seat_demand_aashto_m(load_bridge("osb1"), radians(-skew_deg)) == found
+
+
+def test_seat_width_of_the_criteria_has_a_minimum() -> None:
+    bridge = load_bridge("osb1")
+    assert seat_demand_sdc_m(bridge, 0.0) == pytest.approx(0.762)
+    assert seat_demand_sdc_m(bridge, 1.0) == pytest.approx(1.0 + 0.1016 + 0.04572)
+
+
+def test_the_table_names_what_fails() -> None:
+    rows = sdc_rows(VARIANT, 0.30, {"left acute": 0.2, "right acute": 0.9})
+    failed = {row["check"] for row in rows if not row["ok"]}
+    assert failed == {"bent 1 displacement (m)", "right acute seat, SDC (m)"}
+
+
+def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:
+    still = np.zeros(2)
+    histories = {
+        f"abutment_{side}_{kind}_{axis}_m": still
+        for side in ("left", "right")
+        for kind in ("acute", "obtuse")
+        for axis in "xy"
+    }
+    histories["abutment_right_acute_x_m"] = np.array([0.0, -0.1])
+    histories["abutment_right_obtuse_x_m"] = np.array([0.0, 0.1])
+    # along the wall: no move normal to the seat
+    histories["abutment_left_acute_x_m"] = np.array([0.0, -0.1 * np.sin(radians(30))])
+    histories["abutment_left_acute_y_m"] = np.array([0.0, 0.1 * np.cos(radians(30))])
+    moves = corner_moves_m(VARIANT, histories)
+    assert moves["right acute"] == pytest.approx(0.1 * np.cos(radians(30)))
+    assert moves["right obtuse"] == 0.0
+    assert moves["left acute"] == pytest.approx(0.0, abs=1e-12)
