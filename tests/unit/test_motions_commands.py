@@ -80,6 +80,14 @@ def test_check_holds_files_against_their_index(tmp_path):
     assert pd.read_csv(tmp_path / "index.csv")["magnitude"][0] == 6.9  # the rest is kept
 
 
+def test_index_of_components_with_different_dt_is_a_pair_error(tmp_path):
+    pairs = make_pairs(tmp_path, 1)
+    pairs[0][1].write_text(at2_text(shaken_g(1), dt_s=0.02))
+    index_of(tmp_path, pairs)
+    code, out, _ = _run("check", tmp_path, "--json")
+    assert (code, json.loads(out)["files"][1]["verdict"]) == (2, "pair_error")
+
+
 def test_check_of_a_missing_path_is_bad_input(tmp_path):
     code, out, err = _run("check", tmp_path / "nowhere", "--json")
     assert code == 2

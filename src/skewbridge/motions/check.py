@@ -10,12 +10,13 @@ from skewbridge.motions.examine import peak_g
 from skewbridge.motions.formats.trace import DtMissingError, Given, Trace
 from skewbridge.motions.index import (
     INDEX_NAME,
+    IndexEntry,
     list_motions,
     motion_files,
     read_index_table,
 )
 from skewbridge.motions.pairing import is_vertical, split_name
-from skewbridge.motions.read import join_traces, read_trace
+from skewbridge.motions.read import PairError, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.write import write_index
 
@@ -106,6 +107,7 @@ def write_folder_index(folder: Path) -> Path:
                 "station": motion.station,
                 "azimuth_1_deg": motion.azimuth_1_deg,
                 "azimuth_2_deg": motion.azimuth_2_deg,
+                "unit": motion_unit(entry),
                 "dt_s": motion.dt_s,
                 **{k: v for k, v in known.get(entry.motion_id, {}).items() if v},
                 "npts": motion.npts,
@@ -114,6 +116,15 @@ def write_folder_index(folder: Path) -> Path:
         )
     write_index(index, rows)
     return index
+
+
+def motion_unit(entry: IndexEntry) -> str:
+    """Return the unit of the files of a motion, empty if they differ."""
+    units = {
+        read_trace(path, given).unit
+        for path, given in ((entry.file_1, entry.given_1), (entry.file_2, entry.given_2))
+    }
+    return units.pop() if len(units) == 1 else ""
 
 
 def _files_of(folder: Path) -> list[Path]:
@@ -214,11 +225,20 @@ def _pairs(paths: list[Path], *, explicit: bool) -> list[tuple[Path, Path]]:
 def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
     checks: list[FileCheck] = []
     for entry in list_motions(folder):
-        pair = _check_files([entry.file_1, entry.file_2], entry.given, strict=strict)
+        pair = [
+            check
+            for path, given in ((entry.file_1, entry.given_1), (entry.file_2, entry.given_2))
+            for check in _check_files([path], given, strict=strict)
+        ]
         if all(check.passes for check in pair):
             try:
-                read_entry(entry)
+                motion = read_entry(entry)
             except InputError as error:
-                pair = [_with(check, str(error), "error") for check in pair]
+                verdict = "pair_error" if isinstance(error, PairError) else "error"
+                pair = [_with(check, str(error), verdict) for check in pair]
+            else:
+                known = {text for check in pair for text in check.messages}
+                new = [m for m in motion.messages if m.partition(": ")[2] not in known]
+                pair = [replace(check, messages=(*check.messages, *new)) for check in pair]
         checks.extend(pair)
     return checks

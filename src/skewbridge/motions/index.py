@@ -13,12 +13,15 @@ from skewbridge.motions.pairing import pair_by_name
 
 INDEX_NAME: Final = "index.csv"
 # Anything else in a folder of motions (notes, tables) is left alone.
-SUFFIXES: Final = (".at2", ".v2", ".ew", ".ns", ".knet", ".acc", ".g3", ".th", ".txt", ".csv")
+SUFFIXES: Final = (
+    ".at2", ".v2", ".ew", ".ns", ".ew1", ".ns1", ".ew2", ".ns2", ".knet", ".acc", ".g3", ".th",
+    ".thf", ".dat", ".txt", ".csv",
+)  # fmt: skip
 _NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
 COLUMNS: Final = (
-    "motion_id", "file_1", "file_2", "event", "magnitude", "distance_km", "vs30_mps", "station",
-    "azimuth_1_deg", "azimuth_2_deg", "unit", "dt_s", "npts", "sha256", "scale", "scale_t1_s",
-    "scale_low_g", "scale_high_g", "licence", "source",
+    "motion_id", "file_1", "file_2", "channel_1", "channel_2", "event", "magnitude", "distance_km",
+    "vs30_mps", "station", "azimuth_1_deg", "azimuth_2_deg", "unit", "dt_s", "npts", "sha256",
+    "scale", "scale_t1_s", "scale_low_g", "scale_high_g", "licence", "source",
 )  # fmt: skip
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
 
@@ -31,7 +34,8 @@ class IndexEntry:
         motion_id: Name of the motion.
         file_1: File of component 1 (bridge x at incidence 0).
         file_2: File of component 2.
-        given: Time step and unit to use where the index has them.
+        given_1: Time step, unit and channel of file 1 where the index has them.
+        given_2: The same of file 2.
         event: Earthquake.
         magnitude: Moment magnitude.
         distance_km: Closest distance to the rupture.
@@ -49,7 +53,8 @@ class IndexEntry:
     motion_id: str
     file_1: Path
     file_2: Path
-    given: Given
+    given_1: Given
+    given_2: Given
     event: str = ""
     magnitude: float = float("nan")
     distance_km: float = float("nan")
@@ -77,7 +82,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     if index.is_file():
         return read_index(index)
     entries = [
-        IndexEntry(motion_id=name, file_1=first, file_2=second, given=Given())
+        IndexEntry(motion_id=name, file_1=first, file_2=second, given_1=Given(), given_2=Given())
         for name, (first, second) in pair_by_name(motion_files(folder)).items()
     ]
     if not entries:
@@ -151,6 +156,17 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
             raise InputError(msg, file=str(index))
         return value
 
+    def known(channel_column: str) -> Given:
+        channel = number(channel_column)
+        if not (math.isnan(channel) or channel.is_integer()):
+            msg_0 = f"{where}: {channel_column} must be whole, got {channel}"
+            raise InputError(msg_0)
+        return Given(
+            dt_s=None if math.isnan(dt_s) else dt_s,
+            unit=row.get("unit") or None,
+            channel=None if math.isnan(channel) else int(channel),
+        )
+
     motion_id = row["motion_id"].strip()
     if not motion_id:
         msg = f"{where}: motion_id is empty"
@@ -166,7 +182,8 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         motion_id=motion_id,
         file_1=inside_folder(index.parent, row["file_1"], where),
         file_2=inside_folder(index.parent, row["file_2"], where),
-        given=Given(dt_s=None if math.isnan(dt_s) else dt_s, unit=row.get("unit") or None),
+        given_1=known("channel_1"),
+        given_2=known("channel_2"),
         event=row.get("event", ""),
         magnitude=number("magnitude"),
         distance_km=number("distance_km"),

@@ -11,6 +11,8 @@ from skewbridge.errors import InputError
 # Vertical components (UP, DWN, V) are never used: the bridge gets two horizontal ones.
 _VERTICAL = re.compile(r"[-_.](UP|UD|DWN|DN|V|VER|VERT|Z|H?3)$|[a-z0-9](DWN|-UP)$", re.IGNORECASE)
 
+_NIED = re.compile(r"\.(?P<end>EW|NS|UD)(?P<sensor>[12]?)", re.IGNORECASE)
+
 # Endings that tell the components of one motion apart, the most telling first.
 _ENDINGS: Final = (
     re.compile(r"(?<=[A-Za-z_.\-])(?P<end>[0-3]\d{2})$"),  # azimuth: TAR090, E06140
@@ -24,7 +26,10 @@ _ENDINGS: Final = (
 
 def split_name(path: Path) -> tuple[str, str]:
     """Return the name of the motion and the component ending of a file; ('name', '') if none."""
-    stem = path.stem if path.suffix.lower() not in {".ew", ".ns"} else path.name
+    if match := _NIED.fullmatch(path.suffix):  # K-NET and KiK-net name the component there
+        sensor = {"1": "_borehole", "2": "_surface"}.get(match["sensor"], "")
+        return path.stem + sensor, match["end"].lower()
+    stem = path.stem
     for pattern in _ENDINGS:
         if match := pattern.search(stem):
             return stem[: match.start("end")].rstrip("-_. "), match["end"].lower()
@@ -33,7 +38,7 @@ def split_name(path: Path) -> tuple[str, str]:
 
 def is_vertical(path: Path) -> bool:
     """Say whether the name is that of a vertical component."""
-    return path.suffix.lower() == ".ud" or bool(_VERTICAL.search(path.stem))
+    return path.suffix.lower().startswith(".ud") or bool(_VERTICAL.search(path.stem))
 
 
 def motion_name(first: Path, second: Path) -> str:

@@ -17,10 +17,12 @@ from skewbridge.motions.record import GroundMotion
 MAX_FILE_BYTES: Final = 64_000_000
 
 
-class Format(Protocol):
-    """What a module of `formats` offers."""
+class PairError(InputError):
+    """Two components, each good in itself, that can't be of one motion."""
 
-    NAME: str
+
+class Format(Protocol):
+    """What a module of `formats` offers; a new format is a new module and a place in `FORMATS`."""
 
     def recognises(self, lines: list[str], path: Path) -> bool:
         """Say whether the text is of this format."""
@@ -32,7 +34,7 @@ class Format(Protocol):
 
 
 # The first that recognises a file reads it.
-FORMATS: Final = (knet, csmip_v2, peer_at2, two_column, values)
+FORMATS: Final[tuple[Format, ...]] = (knet, csmip_v2, peer_at2, two_column, values)
 
 _FOREIGN: Final = (
     (b"PK\x03\x04", "a zip archive: unpack it first"),
@@ -103,17 +105,14 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     """Return the motion of two components; the shorter one gets zeros at its end.
 
     Raises:
-        InputError: The time steps differ.
+        PairError: The time steps differ.
     """
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
         msg = (
             f"motion {motion_id}: dt of {first.path.name} is {first.dt_s} s, "
             f"of {second.path.name} {second.dt_s} s; resample one of them"
         )
-        raise InputError(
-            msg,
-            motion_id=motion_id,
-        )
+        raise PairError(msg, motion_id=motion_id)
     sizes = (first.accel_mps2.size, second.accel_mps2.size)
     messages = [
         f"{trace.path.name}: {text}"

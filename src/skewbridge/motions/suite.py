@@ -17,7 +17,7 @@ from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.index import IndexEntry, list_motions
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
 from skewbridge.motions.paper_records import refuse_false_waho
-from skewbridge.motions.read import read_motion
+from skewbridge.motions.read import join_traces, read_trace
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import BLOCK, LEVEL_RANGE_G, block_factors
 
@@ -43,7 +43,11 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     Raises:
         InputError: Unreadable files, a digest that differs, a false claim to be the WAHO record.
     """
-    motion = read_motion(entry.file_1, entry.file_2, entry.given, motion_id=entry.motion_id)
+    motion = join_traces(
+        read_trace(entry.file_1, entry.given_1),
+        read_trace(entry.file_2, entry.given_2),
+        motion_id=entry.motion_id,
+    )
     if entry.sha256 and entry.sha256 != motion.sha256:
         msg = (
             f"motion {entry.motion_id}: the files {entry.file_1.name} and {entry.file_2.name} "

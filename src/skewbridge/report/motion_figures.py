@@ -70,7 +70,7 @@ def _draw_record_spectra(axis: Axes, dt_s: float, components: Mapping[str, Vecto
             PERIODS_S, both.rotd100_mps2 / G_MPS2, color="black", lw=1.0, ls="--", label="RotD100"
         )
     axis.set(xlabel="period (s)", ylabel="PSA, 5 % damping (g)", xlim=(PERIODS_S[0], PERIODS_S[-1]))
-    axis.grid(visible=True, which="both", color="0.9", lw=0.5)
+    _grid(axis, "0.9")
     axis.legend(frameon=False, loc="lower left")
 
 
@@ -103,7 +103,7 @@ def suite_spectra(
     axis.loglog(periods, high, color=color, lw=1.0, ls="--")
     axis.set(xlabel="period (s)", ylabel="RotD50 PSA, 5 % damping (g)")
     axis.set_xlim(float(periods[0]), float(periods[-1]))
-    axis.grid(visible=True, which="both", color="0.92", lw=0.5)
+    _grid(axis, "0.92")
     if model:
         _draw_model(axis, panels[0, 1], periods, log_psa, model)
     axis.legend(frameon=False, loc="lower left")
@@ -122,11 +122,19 @@ def _draw_model(
     blue, orange = sns.color_palette("colorblind")[0], sns.color_palette("colorblind")[1]
     name, median_g, sigma = model
     axis.loglog(periods, median_g, color=orange, lw=1.6, label=f"median of {name}")
-    for sign in (-1.0, 1.0):
-        axis.loglog(periods, median_g * np.exp(sign * sigma), color=orange, lw=0.9, ls=":")
+    axis.loglog(periods, median_g * np.exp(sigma), color=orange, lw=0.9, ls=":")
+    axis.loglog(
+        periods, median_g * np.exp(-sigma), color=orange, lw=0.9, ls=":", label="its 16 and 84 %"
+    )
     dispersion.semilogx(periods, log_psa.std(axis=0, ddof=1), color=blue, lw=2.0, label="motions")
     dispersion.semilogx(periods, sigma, color=orange, lw=1.6, label=name)
     dispersion.set(xlabel="period (s)", ylabel="standard deviation of ln PSA", ylim=(0.0, 1.0))
     dispersion.set_xlim(float(periods[0]), float(periods[-1]))
-    dispersion.grid(visible=True, which="both", color="0.92", lw=0.5)
+    _grid(dispersion, "0.92")
     dispersion.legend(frameon=False, loc="lower left")
+
+
+def _grid(axis: Axes, grey: str) -> None:
+    axis.grid(visible=True, which="both", color=grey, lw=0.5)
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.yaxis.set_major_formatter("{x:g}")

@@ -11,6 +11,10 @@ from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2, GAL
 
 UNIT_FACTORS: Final = {"g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0}
+_SPELLINGS: Final = {
+    "cm/s/s": "cm/s2", "cm/s^2": "cm/s2", "cm/sec2": "cm/s2", "cm/sec/sec": "cm/s2",
+    "gal": "cm/s2", "m/s/s": "m/s2", "m/s^2": "m/s2", "m/sec2": "m/s2",
+}  # fmt: skip
 DEFAULT_UNIT: Final = "g"
 HEADER_WIDTH: Final = 300  # no header line is longer; the rest of a longer one is not searched
 
@@ -25,7 +29,7 @@ class Given:
 
     Attributes:
         dt_s: Time step in s.
-        unit: One of ``g``, ``cm/s2``, ``m/s2``.
+        unit: One of ``g``, ``cm/s2``, ``m/s2``; other common spellings are taken as these.
         channel: Which channel of a file with several, counted from 1.
     """
 
@@ -34,6 +38,9 @@ class Given:
     channel: int | None = None
 
     def __post_init__(self) -> None:
+        if self.unit is not None:
+            unit = self.unit.strip().lower()
+            object.__setattr__(self, "unit", _SPELLINGS.get(unit, unit))
         if self.unit is not None and self.unit not in UNIT_FACTORS:
             known = ", ".join(UNIT_FACTORS)
             msg = f"unit must be one of {known}, got {self.unit!r}"
@@ -98,7 +105,7 @@ def dt_of(given: Given, in_file: float | None, path: Path) -> tuple[float, list[
         clash = in_file is not None and abs(in_file / given.dt_s - 1.0) > 1.0e-6
         return given.dt_s, [f"dt {given.dt_s} s as given, the file says {in_file}"] if clash else []
     if in_file is None:
-        msg = f"{path.name}: values only, give the time step (dt_s)"
+        msg = f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)"
         raise DtMissingError(msg, file=str(path))
     return in_file, []
 
