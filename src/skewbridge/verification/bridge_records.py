@@ -31,6 +31,10 @@ FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 # source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
 TARZANA_PGA_ROTD50_G: Final = 1.6440
 
+# source: PEER NGA-West2, RSN 6 (Imperial Valley 1940, El Centro): geometric mean of the two
+# components, 0.2808 and 0.2107 g
+EL_CENTRO_PGA_G: Final = 0.2432
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperMotion:
@@ -70,6 +74,15 @@ def waho() -> PaperMotion:
         scaled = motion.scaled(SURROGATE_FACTOR)
         return PaperMotion(motion=scaled, label=label, is_paper_record=False)
     return _synthetic(WAHO_PGA_ROTD50_G, "WAHO")
+
+
+def el_centro() -> PaperMotion:
+    """Return El Centro with 180 longitudinal and 270 transverse, or a synthetic pair as strong."""
+    files = _find("*ELC180*"), _find("*ELC270*")
+    if all(files):
+        motion = _read(files, motion_id="RSN6_ELC")
+        return PaperMotion(motion=motion, label="El Centro (ELC)", is_paper_record=True)
+    return _synthetic(EL_CENTRO_PGA_G, "El Centro")
 
 
 def _folders() -> list[Path]:

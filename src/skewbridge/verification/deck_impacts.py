@@ -16,7 +16,8 @@ type Array = NDArray[np.float64]
 
 # Members of the deck over the penalties: stiffer than this changes nothing.
 _RIGIDITY: Final = 1.0e4
-_LOCKED_S: Final = 1.0e-3
+# Period of rotation of a locked deck: stiff against the corner springs at their lever arms.
+_LOCKED_S: Final = 1.0e-5
 
 
 def perimeter_beams(centre: int, corners: list[int], case: DeckCase) -> None:

@@ -25,6 +25,7 @@ from skewbridge.verification.figure_style import (
     PINK,
     label,
     legend,
+    legend_above,
     panels,
 )
 
@@ -193,7 +194,7 @@ def _displacements(elastic: DeckHistory, rigid: DeckHistory, far: DeckHistory) -
         label(axis, "", f"{name} ({unit})")
     axes[0, 0].set_title("case C1: W/L = 1/2, skew 30 deg, no friction", fontsize=9, loc="left")
     axes[2, 0].set_xlabel("time (s)", fontsize=8)
-    legend(axes[0, 0], ncols=3, loc="lower right")
+    legend_above(figure, axes[0, 0])
     return figure
 
 
@@ -213,7 +214,7 @@ def _corners(elastic: DeckHistory, rigid: DeckHistory) -> Figure:
         axes[1, column].axhline(0.0, color=GREY, lw=0.8, ls="--")
         label(axes[0, column], "", "tangential (mm)", f"{name} corner")
         label(axes[1, column], "time (s)", "opening (mm)")
-    legend(axes[0, 0], loc="lower right")
+    legend_above(figure, axes[0, 0])
     return figure
 
 
@@ -233,10 +234,10 @@ def _restitution(bounced: pd.DataFrame, locked: pd.DataFrame) -> Figure:
             color=colour,
             label=f"{step:g}",
         )
-    axis.set_ylim(-0.3, 2.0)
-    label(axis, "approach speed (m/s)", "rebound / approach (-)", "C1, Houbolt, elastic penalty")
-    legend(axis, title="step x frequency", title_fontsize=7)
+    axis.set_ylim(-0.3, 2.9)
+    label(axis, "approach speed (m/s)", "rebound / approach (-)", "every impact of case C1")
+    legend(axis, title="Houbolt, step x contact frequency", title_fontsize=7, ncols=3)
     right = axes[0, 1]
     right.loglog(locked["relative_stiffness"], locked["rms_ratio"], "o-", color=BLUE, lw=1.2, ms=4)
-    label(right, "kn* = 2 Kn / (m wp^2)", "RMS of un / scale (-)", "rotation locked, e = 0.6")
+    label(right, "relative stiffness kn* (-)", "RMS of un / scale (-)", "rotation locked, e = 0.6")
     return figure

@@ -40,3 +40,11 @@ def label(axis: Axes, x: str, y: str, title: str = "") -> None:
 def legend(axis: Axes, **options: Any) -> None:
     """Add a small legend."""
     axis.legend(**({"fontsize": 7, "frameon": False} | options))
+
+
+def legend_above(figure: Figure, axis: Axes) -> None:
+    """Put the legend of an axis above the figure, in one row."""
+    handles, names = axis.get_legend_handles_labels()
+    figure.legend(
+        handles, names, loc="outside upper center", ncols=len(names), fontsize=8, frameon=False
+    )
