@@ -20,10 +20,10 @@ from skewbridge.verification.deck_model import (
 )
 from skewbridge.verification.unit_path import clean_domain
 
-_CENTRE: Final = 1
+CENTRE: Final = 1
 _GROUND: Final = 2
-_FIRST_CORNER: Final = 11
-_FIRST_WALL: Final = 21
+FIRST_CORNER: Final = 11
+FIRST_WALL: Final = 21
 _INTEGRATORS: Final = {
     "newmark": ("Newmark", 0.5, 0.25),
     "houbolt": ("Houbolt",),
@@ -56,12 +56,12 @@ def run_opensees(
     """
     with clean_domain():
         corners = deck.corners
-        _model(deck)
-        corner_nodes = [_FIRST_CORNER + k for k in range(len(CORNERS))]
-        (connect or _rigid_links)(_CENTRE, corner_nodes, case)
+        build_deck(deck)
+        corner_nodes = [FIRST_CORNER + k for k in range(len(CORNERS))]
+        (connect or rigid_links)(CENTRE, corner_nodes, case)
         contacts = _contacts(case, deck)
-        times, accel = _excite(case, excitation)
-        _analysis(case.integrator)
+        times, accel = excite_deck(case, excitation)
+        prepare_analysis(case.integrator)
         q, v = np.zeros((len(times), 3)), np.zeros((len(times), 3))
         openings, normals, friction = (np.zeros((len(times), 4)) for _ in range(3))
         openings[0] = case.gap_normal_m
@@ -72,7 +72,7 @@ def run_opensees(
                 msg = f"OpenSees stopped at {times[k]:.6g} s of {times[-1]:.6g} s"
                 raise DeckFailedError(msg)
             contacts.after_step(case.dt_s)
-            q[k], v[k] = ops.nodeDisp(_CENTRE), ops.nodeVel(_CENTRE)
+            q[k], v[k] = ops.nodeDisp(CENTRE), ops.nodeVel(CENTRE)
             openings[k], normals[k] = contacts.openings_m, contacts.normals_n
             forces = contacts.tangentials_n
             friction[k] = [sign * force[0] for sign, force in zip(signs, forces, strict=True)]
@@ -87,28 +87,36 @@ def run_opensees(
     )
 
 
-def _model(deck: Deck) -> None:
+def build_deck(deck: Deck, wall_offset_m: float = 0.0) -> None:
+    """Define the mass centre on its bearings, the corners and the walls before them.
+
+    Args:
+        deck: The deck.
+        wall_offset_m: Distance of the walls from the corners; our own contacts need none.
+    """
     ops.model("basic", "-ndm", 2, "-ndf", 3)
-    ops.node(_CENTRE, 0.0, 0.0)
+    ops.node(CENTRE, 0.0, 0.0)
     ops.node(_GROUND, 0.0, 0.0)
     ops.fix(_GROUND, 1, 1, 1)
-    ops.mass(_CENTRE, *deck.mass)
+    ops.mass(CENTRE, *deck.mass)
     for dof, (stiffness, damping) in enumerate(
         zip(deck.stiffness, deck.damping, strict=True), start=1
     ):
         ops.uniaxialMaterial("Elastic", dof, stiffness, damping)
-    ops.element("zeroLength", 1, _GROUND, _CENTRE, "-mat", 1, 2, 3, "-dir", 1, 2, 6)
+    ops.element("zeroLength", 1, _GROUND, CENTRE, "-mat", 1, 2, 3, "-dir", 1, 2, 6)
     for k, corner in enumerate(deck.corners):
-        for first in (_FIRST_CORNER, _FIRST_WALL):
-            ops.node(first + k, corner.x_m, corner.y_m)
-        ops.fix(_FIRST_WALL + k, 1, 1, 1)
+        (x, y), (nx, ny) = (corner.x_m, corner.y_m), corner.normal
+        ops.node(FIRST_CORNER + k, x, y)
+        ops.node(FIRST_WALL + k, x - wall_offset_m * nx, y - wall_offset_m * ny)
+        ops.fix(FIRST_WALL + k, 1, 1, 1)
 
 
 def _turned(normal: tuple[float, float]) -> Array:
     return np.array([-normal[1], normal[0]])
 
 
-def _rigid_links(centre: int, corners: list[int], case: DeckCase) -> None:
+def rigid_links(centre: int, corners: list[int], case: DeckCase) -> None:
+    """Connect the mass centre to the corners by rigid links."""
     del case
     for corner in corners:
         ops.rigidLink("beam", centre, corner)
@@ -123,7 +131,7 @@ def _contacts(case: DeckCase, deck: Deck) -> ContactSet:
         )
     for k, corner in enumerate(deck.corners):
         contacts.add(
-            *(_FIRST_WALL + k, _FIRST_CORNER + k, corner.normal, case.gap_normal_m),
+            *(FIRST_WALL + k, FIRST_CORNER + k, corner.normal, case.gap_normal_m),
             *(case.friction, case.cohesion_n),
             kn=case.normal_stiffness_n_per_m,
             kt=case.kt_n_per_m,
@@ -133,7 +141,7 @@ def _contacts(case: DeckCase, deck: Deck) -> ContactSet:
     return contacts
 
 
-def _excite(case: DeckCase, excitation: Excitation) -> tuple[Array, Array]:
+def excite_deck(case: DeckCase, excitation: Excitation) -> tuple[Array, Array]:
     """Apply the excitation; return the times of the steps and the accelerations at them."""
     times = step_times(case)
     half = 0.5 * case.dt_s
@@ -145,14 +153,15 @@ def _excite(case: DeckCase, excitation: Excitation) -> tuple[Array, Array]:
         ops.timeSeries("Path", dof, "-dt", case.dt_s, "-values", *values, values[-1])
         ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
         # The pulse starts with a jump: the deck has its acceleration from the start.
-        ops.setNodeAccel(_CENTRE, dof, -values[0], "-commit")
+        ops.setNodeAccel(CENTRE, dof, -values[0], "-commit")
     return times, accel
 
 
-def _analysis(integrator: str) -> None:
+def prepare_analysis(integrator: str, system: str = "ProfileSPD") -> None:
+    """Define the transient analysis."""
     ops.constraints("Transformation")
     ops.numberer("RCM")
-    ops.system("ProfileSPD")
+    ops.system(system)
     ops.test("NormDispIncr", _TOLERANCE_M, 50)
     ops.algorithm("NewtonLineSearch")
     ops.integrator(*_INTEGRATORS[integrator])

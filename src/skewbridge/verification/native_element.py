@@ -1,0 +1,206 @@
+"""Cross-check with the contact element that OpenSees has: `zeroLengthContactASDimplex`.
+
+It iterates friction within the step, for a constant coefficient and without cohesion; its gap is
+the distance of its nodes. Where it converges it is an independent solution of the same equations.
+
+References:
+    Akan, Petracca, Camata, Spacone and Lai (2020), the authors of the element.
+"""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Final
+
+import numpy as np
+import openseespy.opensees as ops
+import pandas as pd
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from skewbridge.contact import ContactLaw
+from skewbridge.verification.cases import C1, C2, C3, C5, NamedCase, deck_case
+from skewbridge.verification.checks import Checklist, StudyResult
+from skewbridge.verification.deck import run_deck
+from skewbridge.verification.deck_model import CORNERS, make_deck, pulse_of
+from skewbridge.verification.deck_opensees import (
+    CENTRE,
+    FIRST_CORNER,
+    FIRST_WALL,
+    build_deck,
+    excite_deck,
+    prepare_analysis,
+    rigid_links,
+)
+from skewbridge.verification.figure_style import BLUE, ORANGE, label, legend_above, panels
+from skewbridge.verification.unit_path import clean_domain, drive_unit, path_work_j
+
+type Matrix = NDArray[np.float64]
+
+IMPLICIT: Final = 0
+IMPLEX: Final = 1
+_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
+_SOURCE: Final = "zeroLengthContactASDimplex"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NativeDeck:
+    """Response of the deck with native contacts, as far as it went."""
+
+    t_s: Matrix
+    q: Matrix
+    time_reached_s: float
+
+
+def run() -> StudyResult:
+    """Run the study."""
+    checks = Checklist("native")
+    rows = [_compare_paths(checks, integration) for integration in (IMPLICIT, IMPLEX)]
+    decks = pd.DataFrame(
+        [
+            row
+            for named in (C1, C2, C3, C5)
+            for integration in (IMPLICIT, IMPLEX)
+            for row in _compare_decks(checks, named, integration)
+        ]
+    )
+    return StudyResult(
+        checks=checks.checks,
+        figures={"decks": _figure()},
+        tables={"paths": pd.DataFrame(rows), "decks": decks},
+    )
+
+
+def curved_path(rows_per_period: int = 1000) -> Matrix:
+    """Return a smooth path in space that opens and closes."""
+    t = np.linspace(0.0, 2.0, 2 * rows_per_period + 1)
+    return np.column_stack(
+        [
+            t,
+            0.5 * np.sin(2.0 * pi * t),
+            0.4 * np.sin(4.0 * pi * t + 0.7) - 0.4 * np.sin(0.7),
+            0.03 - 0.08 * np.sin(pi * t + 0.4),
+        ]
+    )
+
+
+def drive_native(law: ContactLaw, path: Matrix, integration: int, substeps: int = 1) -> Matrix:
+    """Drive the native element along a path; forces as `drive_unit` gives them."""
+    forces = np.zeros((len(path), 3))
+    with clean_domain():
+        ops.model("basic", "-ndm", 3, "-ndf", 3)
+        for node in (1, 2, 3, 4):
+            ops.node(node, 0.0, 0.0, law.gap_m if node == 2 else 0.0)
+        for node, fixed in ((1, (1, 1, 1)), (3, (1, 1, 1)), (4, (0, 1, 1))):
+            ops.fix(node, *fixed)
+        ops.uniaxialMaterial("Elastic", 1, 1.0)
+        ops.element("zeroLength", 1, 3, 4, "-mat", 1, "-dir", 1)
+        ops.element(
+            *("zeroLengthContactASDimplex", 2, 1, 2, law.kn_n_per_m, law.kt_n_per_m),
+            *(law.friction, "-orient", 0.0, 0.0, 1.0, "-intType", integration),
+        )
+        for dof in (1, 2, 3):
+            values = [0.0, *path[:, dof].tolist(), float(path[-1, dof])]
+            ops.timeSeries("Path", dof, "-dt", 1.0, "-values", *values)
+            ops.pattern("Plain", dof, dof)
+            ops.sp(2, dof, 1.0)
+        ops.constraints("Transformation")
+        ops.numberer("Plain")
+        ops.system("FullGeneral")
+        ops.test("NormDispIncr", 1e-12, 10)
+        ops.algorithm("Linear")
+        ops.integrator("LoadControl", 1.0)
+        ops.analysis("Static")
+        ops.analyze(1)
+        ops.integrator("LoadControl", 1.0 / substeps)
+        for row in range(1, len(path)):
+            ops.analyze(substeps)
+            fx, fy, fz = ops.eleForce(2)[3:6]
+            forces[row] = (fx, fy, -fz)
+    return forces
+
+
+def _compare_paths(checks: Checklist, integration: int) -> dict[str, float | str]:
+    path = curved_path()
+    ours = drive_unit(_LAW, path, substeps=10).forces_n
+    native = drive_native(_LAW, path, integration, substeps=10)
+    limit = _LAW.friction * float(ours[:, 2].max())
+    error = float(np.sqrt(np.mean(np.sum((ours - native)[:, :2] ** 2, axis=1)))) / limit
+    name = "implicit" if integration == IMPLICIT else "IMPL-EX"
+    if integration == IMPLICIT:
+        checks.at_most("driven path: RMS difference over the limit", error, 0.01, _SOURCE)
+        checks.relative(
+            "driven path: work (J)",
+            *(path_work_j(path, ours), path_work_j(path, native), 2e-3, _SOURCE),
+        )
+    else:
+        checks.report("driven path, IMPL-EX: RMS difference over the limit", error, 0.0, _SOURCE)
+    return {"integration": name, "rms_difference_ratio": error}
+
+
+def run_native_deck(named: NamedCase, integration: int, dt_s: float = 1e-4) -> NativeDeck:
+    """Run an elastic deck case with native contacts, as far as it converges."""
+    case = deck_case(named, dt_s=dt_s)
+    deck = make_deck(case)
+    with clean_domain():
+        build_deck(deck, wall_offset_m=case.gap_normal_m)
+        rigid_links(CENTRE, [FIRST_CORNER + k for k in range(len(CORNERS))], case)
+        for k, corner in enumerate(deck.corners):
+            ops.element(
+                *("zeroLengthContactASDimplex", 100 + k, FIRST_WALL + k, FIRST_CORNER + k),
+                *(case.normal_stiffness_n_per_m, case.kt_n_per_m, case.friction),
+                *("-orient", *corner.normal, 0.0, "-intType", integration),
+            )
+        times, _ = excite_deck(case, pulse_of(case))
+        prepare_analysis(case.integrator, system="FullGeneral")
+        q = np.zeros((len(times), 3))
+        for k in range(1, len(times)):
+            if ops.analyze(1, case.dt_s) != 0:
+                return NativeDeck(t_s=times[:k], q=q[:k], time_reached_s=float(times[k - 1]))
+            q[k] = ops.nodeDisp(CENTRE)
+    return NativeDeck(t_s=times, q=q, time_reached_s=float(times[-1]))
+
+
+def _compare_decks(
+    checks: Checklist, named: NamedCase, integration: int
+) -> list[dict[str, float | str]]:
+    case = deck_case(named)
+    ours, native = run_deck(case), run_native_deck(named, integration)
+    name = "implicit" if integration == IMPLICIT else "IMPL-EX"
+    finished = native.time_reached_s >= case.duration_s - case.dt_s
+    peaks = np.abs(native.q).max(axis=0)
+    rows: list[dict[str, float | str]] = []
+    for key, value, tolerance in zip(
+        ("ux_m", "uy_m", "theta_rad"), peaks.tolist(), (0.01, 0.01, 0.02), strict=True
+    ):
+        text = f"{named.name}: peak {key}"
+        if finished and integration == IMPLICIT:
+            checks.relative(text, ours.peaks()[key], value, tolerance, _SOURCE)
+        else:
+            checks.report(f"{text}, {name}", ours.peaks()[key], value, _SOURCE)
+        rows.append(
+            {
+                "case": named.name,
+                "integration": name,
+                "quantity": key,
+                "ours": ours.peaks()[key],
+                "native": value,
+                "time_reached_s": native.time_reached_s,
+            }
+        )
+    return rows
+
+
+def _figure() -> Figure:
+    figure, axes = panels(2, 1, height_in=4.2, sharex=True)
+    ours, native = run_deck(deck_case(C5)), run_native_deck(C5, IMPLICIT)
+    for row, (column, factor, text) in enumerate(((1, 1e3, "uy (mm)"), (2, 1e3, "theta (mrad)"))):
+        axis = axes[row, 0]
+        axis.plot(
+            native.t_s, factor * native.q[:, column], color=BLUE, lw=2.2, label="native element"
+        )
+        axis.plot(
+            ours.t_s, factor * ours.q[:, column], color=ORANGE, lw=0.9, label="parameter updates"
+        )
+        label(axis, "time (s)" if row else "", text, "" if row else "case C5, elastic penalty")
+    legend_above(figure, axes[0, 0])
+    return figure
