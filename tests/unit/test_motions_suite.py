@@ -118,3 +118,13 @@ def test_suite_table_has_the_promised_columns(tmp_path):
                 "distance_km", "vs30_mps", "station", "accel_1_mps2", "accel_2_mps2"}  # fmt: skip
     assert promised | set(IM_COLUMNS) <= set(suite.columns)
     assert isinstance(suite, pd.DataFrame)
+
+
+def test_notes_beside_the_motions_do_not_matter(tmp_path):
+    make_pairs(tmp_path, 2)
+    (tmp_path / "notes.txt").write_text("Downloaded on Monday.\n")
+    (tmp_path / "table.csv").write_text("RSN,PGA\nRSN6,0.2\n")
+    (tmp_path / "_SearchResults.csv").write_text("1,2\n3,4\n")
+    (tmp_path / "q0_h1.VT2").write_text("velocity\n")
+    (tmp_path / "q0_UP.AT2").write_text("vertical\n")
+    assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q0", "q1"]

@@ -1,6 +1,7 @@
 """The list of motions in a folder: `index.csv`, or the pairs found by file name."""
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -17,6 +18,8 @@ SUFFIXES: Final = (
     ".at2", ".v2", ".ew", ".ns", ".ew1", ".ns1", ".ew2", ".ns2", ".knet", ".acc", ".g3", ".th",
     ".thf", ".dat", ".txt", ".csv",
 )  # fmt: skip
+_ANY_TEXT: Final = (".txt", ".csv", ".dat")
+_NUMBERS: Final = re.compile(rb"\s*[-+.\d][-+.,;\seEdD\d]*")
 _NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
 COLUMNS: Final = (
     "motion_id", "file_1", "file_2", "channel_1", "channel_2", "event", "magnitude", "distance_km",
@@ -94,7 +97,8 @@ def list_motions(folder: Path) -> list[IndexEntry]:
 def motion_files(folder: Path) -> list[Path]:
     """Return the files of a folder that look like motions, sorted by name.
 
-    Velocities and displacements of a PEER download (`.VT2`, `.DT2`) are not motions.
+    Velocities and displacements of a PEER download (`.VT2`, `.DT2`), its search results and text
+    files that start with text are not motions.
     """
     return [
         path
@@ -102,7 +106,19 @@ def motion_files(folder: Path) -> list[Path]:
         if path.is_file()
         and path.suffix.lower() in SUFFIXES
         and path.name.lower() not in _NOT_MOTIONS
+        and not path.name.startswith(("_", "."))
+        and (path.suffix.lower() not in _ANY_TEXT or _starts_with_numbers(path))
     ]
+
+
+def _starts_with_numbers(path: Path) -> bool:
+    """Say whether a line of nothing but numbers is among the first ten."""
+    try:
+        with path.open("rb") as stream:
+            lines = stream.read(4096).splitlines()[:10]
+    except OSError:
+        return True  # the reader will say what is wrong
+    return any(_NUMBERS.fullmatch(line) for line in lines)
 
 
 def read_index(index: Path) -> list[IndexEntry]:

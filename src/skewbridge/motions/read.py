@@ -125,6 +125,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     return GroundMotion(
         motion_id=motion_id,
         dt_s=first.dt_s,
+        # ASSUME both components start together; the shorter one was cut at its end
         accel_1_mps2=np.pad(first.accel_mps2, (0, npts - sizes[0])),
         accel_2_mps2=np.pad(second.accel_mps2, (0, npts - sizes[1])),
         event=first.event,

@@ -16,7 +16,7 @@ type Vector = NDArray[np.float64]
 
 BLOCK: Final = 8
 LEVEL_RANGE_G: Final = (0.1, 1.5)
-# source: common practice for unconditional suites; larger factors distort the spectral shape
+# ASSUME a motion stays credible when scaled by 0.25 to 4; larger factors distort spectral shape
 FACTOR_LIMITS: Final = (0.25, 4.0)
 
 

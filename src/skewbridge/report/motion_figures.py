@@ -103,9 +103,9 @@ def suite_spectra(
     axis.loglog(periods, high, color=color, lw=1.0, ls="--")
     axis.set(xlabel="period (s)", ylabel="RotD50 PSA, 5 % damping (g)")
     axis.set_xlim(float(periods[0]), float(periods[-1]))
-    _grid(axis, "0.92")
     if model:
         _draw_model(axis, panels[0, 1], periods, log_psa, model)
+    _grid(axis, "0.92")  # last: drawing sets the tick labels anew
     axis.legend(frameon=False, loc="lower left")
     figure.suptitle(title)
     sns.despine(figure)

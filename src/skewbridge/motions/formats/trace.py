@@ -15,6 +15,7 @@ _SPELLINGS: Final = {
     "cm/s/s": "cm/s2", "cm/s^2": "cm/s2", "cm/sec2": "cm/s2", "cm/sec/sec": "cm/s2",
     "gal": "cm/s2", "m/s/s": "m/s2", "m/s^2": "m/s2", "m/sec2": "m/s2",
 }  # fmt: skip
+# ASSUME values without a unit are in g: so are nearly all public files, and the reader says it.
 DEFAULT_UNIT: Final = "g"
 HEADER_WIDTH: Final = 300  # no header line is longer; the rest of a longer one is not searched
 

@@ -84,6 +84,7 @@ def synthesize(
         time_s = np.arange(one_g.size, dtype=np.float64) * how.dt_s - start_s
         one_g = one_g + pulse_acceleration(parameters.pulse, time_s)
     elif how.orientation == "random":
+        # ASSUME any direction of the principal axes is as likely as another
         one_g, two_g = _turned(one_g, two_g, np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0))
     return GroundMotion(
         motion_id=f"syn{index + 1:03d}",
