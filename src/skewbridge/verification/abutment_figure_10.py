@@ -23,6 +23,13 @@ FRICTION_PCT: Final = 50  # source: the paper, section 4
 GAP_MM: Final = 51  # source: the paper, section 4
 SKEWS_DEG: Final = (0, 25)  # source: the paper, section 4 (both)
 DURATION_S: Final = 25.0
+_PEAKS: Final = (
+    "into the backfill (m)",
+    "away from the backfill (m)",
+    "transverse (m)",
+    "force into the backfill (kN)",
+    "transverse force (kN)",
+)
 _PAPER: Final = "paper, section 4 and figure 10"
 
 type Pair = tuple[AbutmentHistory, AbutmentHistory]
@@ -71,20 +78,24 @@ def _pair(skew_deg: int, motion: PaperMotion, keys: str) -> Pair:
 
 def _report(checks: Checklist, name: str, pair: Pair) -> None:
     """Put the peaks with friction beside those without."""
-    rows = (
-        ("into the backfill (m)", lambda h: h.disp_m[:, 0].max()),
-        ("away from the backfill (m)", lambda h: -h.disp_m[:, 0].min()),
-        ("transverse (m)", lambda h: np.abs(h.disp_m[:, 1]).max()),
-        ("force into the backfill (kN)", lambda h: h.force_n[:, 0].max() / KN),
-        ("transverse force (kN)", lambda h: np.abs(h.force_n[:, 1]).max() / KN),
-    )
-    for quantity, peak in rows:
-        with_friction, without = (float(peak(history)) for history in pair)
+    for quantity, with_friction, without in zip(
+        _PEAKS, *(_peaks(history) for history in pair), strict=True
+    ):
         checks.report(
             f"{name}: peak {quantity}, friction 0.5 against 0", with_friction, without, _PAPER
         )
     slip_kj = sum(unit.slip_work_j for unit in pair[0].ledger) / KJ
     checks.report(f"{name}: work of friction (kJ)", slip_kj, 0.0, _PAPER)
+
+
+def _peaks(history: AbutmentHistory) -> list[float]:
+    """Return the peaks named in `_PEAKS`."""
+    x_m, y_m = history.disp_m.T
+    x_n, y_n = history.force_n.T
+    return [
+        *(float(x_m.max()), float(-x_m.min()), float(np.abs(y_m).max())),
+        *(float(x_n.max()) / KN, float(np.abs(y_n).max()) / KN),
+    ]
 
 
 def _statements(checks: Checklist, pair: Pair, strong: Pair) -> None:

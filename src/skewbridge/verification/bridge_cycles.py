@@ -1,6 +1,7 @@
 """What friction changes, cycle by cycle: two runs of the same motion compared."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +61,8 @@ def half_cycles(
     largest = float(np.abs(without_m).max())
     scale = largest * float(np.abs(other_axis_m).max())
     cycles: list[HalfCycle] = []
-    for start, end in zip(bounds[:-1], bounds[1:], strict=True):
-        part = slice(int(start), int(end))
+    for start, end in pairwise(bounds.tolist()):
+        part = slice(start, end)
         if end - start < 2 or np.abs(without_m[part]).max() < SMALLEST_CYCLE * largest:
             continue
         cycles.append(

@@ -1,0 +1,186 @@
+"""Demands are what the data dictionary says, on histories made by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skewbridge.analysis import peaks
+from skewbridge.analysis.monitor import Layout, Trace
+from skewbridge.bridge.handles import (
+    AbutmentHandle,
+    BearingHandle,
+    ColumnHandle,
+    CornerHandle,
+    SpringHandle,
+)
+from skewbridge.bridge.shear_capacity import ShearSection, sdc_shear_strength
+
+CENTRE, TOP, BASE, CORNER_1, CORNER_2, WALL = 1, 2, 3, 4, 5, 6
+COLUMN = 10
+SPRING = 20
+GAP_M = 0.05
+STEPS = 4
+
+SECTION = ShearSection(
+    diameter_m=1.676,
+    core_diameter_m=1.549,
+    cover_m=0.064,
+    hoop_area_m2=510e-6,
+    hoop_spacing_m=0.127,
+    hoop_yield_pa=414e6,
+    expected_hoop_yield_pa=469e6,
+    concrete_strength_pa=27.6e6,
+    expected_concrete_strength_pa=35.85e6,
+    longitudinal_ratio=0.02,
+    shear_span_m=5.64,
+    neutral_axis_depth_m=0.5,
+)
+
+
+@pytest.fixture
+def layout():
+    return Layout(
+        nodes=(CENTRE, TOP, CORNER_1, CORNER_2, WALL),
+        columns=(COLUMN,),
+        sections=((COLUMN, 6),),
+        springs=((SPRING, 2),),
+        bearings=(),
+        units=2,
+        centre_node=CENTRE,
+    )
+
+
+@pytest.fixture
+def rows(layout):
+    rows = np.zeros((STEPS, layout.width))
+    rows[:, 0] = np.arange(STEPS) * 0.1
+    return rows
+
+
+@pytest.fixture
+def column():
+    return ColumnHandle(
+        element=COLUMN,
+        base_node=BASE,
+        top_node=TOP,
+        clear_height_m=5.0,
+        hinge_sections=(6,),
+        yield_curvature_per_m=0.0034,
+        yield_drift_ratio=0.01,
+        shear=SECTION,
+        dead_axial_n=6e6,
+    )
+
+
+def abutment(**changes):
+    handle = AbutmentHandle(
+        side="right",
+        normal=(1.0, 0.0),
+        tangent=(0.0, 1.0),
+        skew_rad=0.0,
+        gap_m=GAP_M,
+        transverse_gap_m=0.0064,
+        seat_width_m=0.9,
+        centre_node=CENTRE,
+        corners=(
+            CornerHandle(node=CORNER_1, kind="acute", plan_m=(0.0, 7.0)),
+            CornerHandle(node=CORNER_2, kind="obtuse", plan_m=(0.0, -7.0)),
+        ),
+        bearings=(BearingHandle(element=30, seat_node=BASE, deck_node=CORNER_1),),
+        wall_units=(0, 1),
+        key_units=(),
+        wall_nodes=(WALL,),
+        key_nodes=(),
+        wall_springs=(),
+        key_springs=(),
+        wing_springs=(),
+        other_springs=(),
+    )
+    return replace(handle, **changes)
+
+
+def test_displacements_count_from_the_state_under_gravity(layout, rows):
+    rows[:, layout.node(CENTRE)] = [0.01, 0.03, -0.04, 0.01]
+    trace = Trace(layout=layout, rows=rows)
+    np.testing.assert_allclose(trace.disp(CENTRE)[:, 0], [0.0, 0.02, -0.05, 0.0])
+
+
+def test_a_fixed_node_does_not_move(layout, rows):
+    assert not Trace(layout=layout, rows=rows).disp(BASE).any()
+
+
+def test_drift_is_the_resultant_over_the_clear_height(layout, rows, column):
+    rows[1, layout.node(TOP) : layout.node(TOP) + 2] = 0.3, 0.4
+    trace = Trace(layout=layout, rows=rows)
+    assert peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
+
+
+def test_capacity_remembers_the_largest_ductility_so_far(layout, rows, column):
+    rows[:, layout.column(COLUMN)] = 2.0e6  # the same shear all the time
+    rows[:, layout.column(COLUMN) + 2] = 6.0e6
+    rows[1, layout.node(TOP)] = 0.25  # drift 0.05, five times yield
+    ratio = peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
+    undamaged, damaged = (2.0e6 / sdc_shear_strength(SECTION, 6.0e6, mu) for mu in (1.0, 5.0))
+    assert ratio.tolist() == pytest.approx([undamaged, damaged, damaged, damaged])
+    assert damaged > undamaged
+
+
+def test_tension_lowers_the_shear_capacity(layout, rows, column):
+    rows[:, layout.column(COLUMN)] = 2.0e6
+    rows[:, layout.column(COLUMN) + 2] = [6.0e6, -1.0e5, 6.0e6, 6.0e6]
+    ratio = peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
+    assert ratio[1] > ratio[0] == pytest.approx(ratio[2])
+
+
+def test_curvature_ductility_is_the_resultant_over_yield(layout, rows, column):
+    start = layout.section(COLUMN, 6)
+    rows[2, start + 1 : start + 3] = 0.003, -0.004
+    ductility = peaks.curvature_ductility(column, Trace(layout=layout, rows=rows))
+    assert ductility.max() == pytest.approx(0.005 / 0.0034)
+
+
+def test_unseating_is_positive_away_from_the_backwall(layout, rows):
+    rows[1, layout.node(CORNER_1)] = -0.2
+    rows[2, layout.node(CORNER_2)] = -0.3
+    rows[3, layout.node(CORNER_1)] = 0.4  # towards the backwall: nobody falls
+    trace = Trace(layout=layout, rows=rows)
+    assert peaks.unseating_m(abutment(), trace).tolist() == pytest.approx([0.0, 0.2, 0.3, 0.0])
+    acute = peaks.unseating_m(abutment(), trace, "acute").tolist()
+    assert acute == pytest.approx([0.0, 0.2, 0.0, -0.4])
+
+
+def test_unseating_is_normal_to_a_skewed_seat(layout, rows):
+    normal = (np.cos(0.5), -np.sin(0.5))
+    rows[1, layout.node(CORNER_1) : layout.node(CORNER_1) + 2] = -0.2, 0.1
+    move = peaks.unseating_m(abutment(normal=normal), Trace(layout=layout, rows=rows))
+    assert move.max() == pytest.approx(0.2 * np.cos(0.5) + 0.1 * np.sin(0.5))
+
+
+def test_a_wall_is_pushed_by_what_its_nodes_move(layout, rows):
+    rows[:, layout.node(WALL)] = [0.0, 0.02, -0.01, 0.0]
+    push = peaks.wall_push_m(abutment(), Trace(layout=layout, rows=rows))
+    assert push[:, 0].tolist() == pytest.approx([0.0, 0.02, -0.01, 0.0])
+
+
+def test_without_wall_nodes_the_gap_is_no_push(layout, rows):
+    spring = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), nodes=(BASE, CENTRE))
+    handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(spring,))
+    rows[:, layout.node(CENTRE)] = [0.0, 0.04, 0.08, -0.3]
+    trace = Trace(layout=layout, rows=rows)
+    push = peaks.wall_push_m(handle, trace)
+    assert push[:, 0].tolist() == pytest.approx([0.0, 0.0, 0.03, 0.0])
+
+
+def test_the_force_on_a_wall_is_compression_whatever_way_its_spring_points(layout, rows):
+    at = layout.spring(SpringHandle(element=SPRING, component=0, direction=(1, 0), nodes=(3, 1)))
+    rows[1, at] = -5.0e5
+    spring = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), nodes=(BASE, CENTRE))
+    handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(spring,))
+    force = peaks.wall_force_n(handle, Trace(layout=layout, rows=rows))
+    assert force.max() == pytest.approx(5.0e5)
+
+
+def test_the_force_on_a_wall_adds_its_contacts(layout, rows):
+    rows[2, layout.normals()] = 1.0e5, 2.0e5
+    assert peaks.wall_force_n(abutment(), Trace(layout=layout, rows=rows)).max() == 3.0e5
