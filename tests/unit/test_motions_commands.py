@@ -69,6 +69,30 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     assert list(index["sha256"]) == list(suite["sha256"])
 
 
+def test_time_step_and_unit_given_with_the_check_go_into_the_index(tmp_path):
+    for name in ("q_h1.acc", "q_h2.acc"):
+        (tmp_path / name).write_text("\n".join(map(str, 5.0 * shaken_g(3))))
+    assert _run("check", tmp_path, "--write")[0] == 2
+    assert _run("check", tmp_path, "--write", "--dt-s", 0.005, "--unit", "m/s2")[0] == 0
+    suite = prepare_suite(tmp_path, t1_s=0.7)
+    assert suite["dt_s"][0] == 0.005
+    assert np.abs(suite["accel_1_mps2"][0]).max() == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize("command", ["plot", "synthesize"])
+def test_unwritable_folder_is_bad_input(tmp_path, command):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    files = make_pairs(tmp_path, 1)[0]
+    options = {
+        "plot": list(files),
+        "synthesize": ["--magnitude", 7, "--distance-km", 9, "--vs30-mps", 400, "--count", 1],
+    }
+    code, _, err = _run(command, *options[command], "--out", blocked / "below")
+    assert code == 2
+    assert "written" in err
+
+
 def test_check_holds_files_against_their_index(tmp_path):
     pairs = make_pairs(tmp_path, 1)
     index_of(tmp_path, pairs, sha256=["f" * 64], magnitude=[6.9])

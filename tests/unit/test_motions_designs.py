@@ -11,7 +11,7 @@ from motions_files import make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions.designs import bracket_capacity, striped, unscaled_cloud
 from skewbridge.motions.spectrum import component_psa
-from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 from skewbridge.motions.synthesis.generate import synthesize
 from skewbridge.motions.synthesis.scenario import Scenario
 
@@ -49,6 +49,15 @@ def test_unreachable_stripes_are_refused(suite):
         striped(suite, [0.2], measure="im_arias_mps")
     with pytest.raises(InputError, match="positive"):
         striped(suite, [])
+
+
+def test_striped_suite_survives_parquet(suite, tmp_path):
+    table = striped(suite, [0.1, 0.2], factor_limits=(1e-3, 1e3))
+    write_suite(table, tmp_path / "stripes.parquet")
+    back = read_suite(tmp_path / "stripes.parquet")
+    assert [item.motion.motion_id for item in back] == ["q0", "q1", "q2"] * 2
+    levels_g = [item.measures["im_saavg_rotd50_g"] for item in back]
+    np.testing.assert_allclose(levels_g, [0.1] * 3 + [0.2] * 3)
 
 
 def test_unscaled_cloud_is_as_recorded(suite):

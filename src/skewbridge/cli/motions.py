@@ -55,11 +55,12 @@ def check(
     """Read motion files and say what is wrong or doubtful; exit 2 if any can't be used."""
     from skewbridge.motions.check import check_paths, write_folder_index
 
+    given = _given(dt_s, unit)
     if write:
         for folder in paths:
             if folder.is_dir():
-                messages.print(f"wrote {write_folder_index(folder)}", markup=False)
-    checks = check_paths(paths, _given(dt_s, unit), strict=strict)
+                messages.print(f"wrote {write_folder_index(folder, given)}", markup=False)
+    checks = check_paths(paths, given, strict=strict)
     if as_json:
         emit_json({"files": [asdict(item) for item in checks]})
     else:

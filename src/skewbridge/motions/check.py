@@ -83,8 +83,12 @@ def check_paths(
     return checks + _check_files(loose, given, strict=strict)
 
 
-def write_folder_index(folder: Path) -> Path:
+def write_folder_index(folder: Path, given: Given | None = None) -> Path:
     """Write the `index.csv` of a folder, or bring the digests of an existing one up to date.
+
+    Args:
+        folder: Folder with motions.
+        given: Time step and unit of files the index does not have them for; they go into it.
 
     Raises:
         InputError: A motion that can't be read, an unpaired file.
@@ -96,8 +100,14 @@ def write_folder_index(folder: Path) -> Path:
     else:
         known = {}
     rows: list[dict[str, object]] = []
-    for entry in list_motions(folder):
-        motion = read_entry(replace(entry, sha256=""))
+    for listed in list_motions(folder):
+        entry = replace(
+            listed,
+            sha256="",
+            given_1=_completed(listed.given_1, given),
+            given_2=_completed(listed.given_2, given),
+        )
+        motion = read_entry(entry)
         rows.append(
             {
                 "motion_id": entry.motion_id,
@@ -107,7 +117,7 @@ def write_folder_index(folder: Path) -> Path:
                 "station": motion.station,
                 "azimuth_1_deg": motion.azimuth_1_deg,
                 "azimuth_2_deg": motion.azimuth_2_deg,
-                "unit": motion_unit(entry),
+                "unit": _unit_of(entry),
                 "dt_s": motion.dt_s,
                 **{k: v for k, v in known.get(entry.motion_id, {}).items() if v},
                 "npts": motion.npts,
@@ -118,7 +128,17 @@ def write_folder_index(folder: Path) -> Path:
     return index
 
 
-def motion_unit(entry: IndexEntry) -> str:
+def _completed(known: Given, otherwise: Given | None) -> Given:
+    if otherwise is None:
+        return known
+    return replace(
+        known,
+        dt_s=otherwise.dt_s if known.dt_s is None else known.dt_s,
+        unit=otherwise.unit if known.unit is None else known.unit,
+    )
+
+
+def _unit_of(entry: IndexEntry) -> str:
     """Return the unit of the files of a motion, empty if they differ."""
     units = {
         read_trace(path, given).unit

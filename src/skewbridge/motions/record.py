@@ -10,7 +10,7 @@ from skewbridge.errors import InputError
 type Vector = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GroundMotion:
     """Two horizontal acceleration components of equal length and time step.
 

@@ -31,7 +31,7 @@ _COSINES: Final = np.cos(_ANGLES_RAD)
 _SINES: Final = np.sin(_ANGLES_RAD)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PairSpectrum:
     """Pseudo-spectral accelerations of a pair of components, all of shape (periods,).
 

@@ -22,7 +22,7 @@ from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import BLOCK, LEVEL_RANGE_G, block_factors
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SuiteMotion:
     """One motion of a study.
 

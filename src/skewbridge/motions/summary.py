@@ -84,7 +84,7 @@ def read_components(
     return motion.motion_id, motion.dt_s, dict(zip(labels, components, strict=True))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SuiteTable:
     """RotD50 spectra of a folder of motions, and what a ground-motion model expects.
 

@@ -54,7 +54,7 @@ class Given:
             raise InputError(msg)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
     """One acceleration component read from one file.
 
