@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fragility_tables import IM, synthetic_demands
@@ -11,6 +12,7 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.study_fits import fit_study
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
+from skewbridge.report.fragility_frequency_figure import frequency_figure
 
 STATES = [
     state
@@ -83,3 +85,16 @@ def test_an_axis_that_does_not_vary_is_said(tables):
     _, _, effects = tables
     figure = paired_ratios(effects[effects["axis"] != "gap_mm"], "gap_mm")
     assert "gap_mm" in figure.texts[0].get_text()
+
+
+def test_frequency_figure_has_an_amplitude_and_a_ratio_per_direction():
+    t_s = np.arange(0, 20, 0.01)
+    histories = {}
+    for name, period_s in (("friction 0", 1.0), ("friction 0.5", 0.8)):
+        wave = np.sin(2 * np.pi * t_s / period_s) * np.exp(-0.1 * t_s)
+        histories[name] = pd.DataFrame({"t_s": t_s, "deck_ux_m": wave, "deck_uy_m": 0.0 * wave})
+    figure = frequency_figure(histories)
+    assert len(figure.axes) == 2  # the deck does not move transversely
+    labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert labels[1].startswith("friction 0.5, $T_m$ = 0.8")
+    assert "two histories" in frequency_figure({}).texts[0].get_text()

@@ -21,7 +21,7 @@ NEGLIGIBLE: Final = "negligible"
 MATTERS: Final = "matters"
 UNDECIDED: Final = "undecided"
 EFFECT_LEVEL: Final = 0.90  # two one-sided tests at 5 % are a 90 % interval inside the margin
-MARGIN: Final = 0.05
+MARGIN: Final = 0.05  # ASSUME 5 % of demand is below what a designer would act on
 _MIN_MOTIONS: Final = 3
 DEFAULT_DEMANDS: Final = (
     "column_shear_kn",

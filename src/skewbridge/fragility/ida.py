@@ -159,6 +159,7 @@ def brackets_of_runs(
     """
     lower, upper, odd = [], [], 0
     for code in np.unique(record):
+        # ASSUME the first crossing is the capacity
         rows = record == code
         levels, hit = im[rows], exceed[rows] > 0.0
         first = float(np.min(levels[hit])) if np.any(hit) else np.inf

@@ -50,6 +50,8 @@ def outcomes_of(demand: FloatArray, status: NDArray[np.str_], state: LimitState)
     collapsed = status == COLLAPSE
     complete = status == OK
     above = np.nan_to_num(demand, nan=-np.inf) > state.threshold
+    # ASSUME a collapsed bridge exceeds every limit state, unless the state says that its peak up
+    # to the collapse decides (column shear)
     exceed = above | (collapsed if state.collapse == COLLAPSE_EXCEEDS else False)
     judged = complete | collapsed
     return Outcomes(exceed=exceed, unknown=~judged & ~exceed, demand=demand, complete=complete)

@@ -24,7 +24,8 @@ def fit_variant_cloud(
         return replace(blank, status="non_positive_demand"), {}
     known = ~outcomes.unknown
     exceed = outcomes.exceed[known]
-    # Without one exceedance (or non-exceedance) theta would be an extrapolation of the line.
+    # ASSUME a study states no median that no run reached: without one exceedance (or
+    # non-exceedance) theta would be an extrapolation of the line.
     if not np.any(exceed) or np.all(exceed):
         reason = existence.ALL_EXCEED if np.any(exceed) else existence.NO_EXCEEDANCE
         refused = replace(_line_only(blank, runs, outcomes), status=reason)

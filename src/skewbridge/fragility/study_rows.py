@@ -97,6 +97,7 @@ def curve_row(
             bound = value.get(f"{bound_beta:g}", nan)
     total = nan
     if slope > 0.0:
+        # ASSUME capacity independent of demand; b carries its dispersion over to the intensity
         total = float(np.hypot(fit.beta, state.dispersion / slope))
     row: dict[str, Any] = {
         "component": state.component,

@@ -13,6 +13,7 @@ from skewbridge.fragility.outcomes import Outcomes
 
 DEFAULT_SEED: Final = 20240501
 MAX_UNKNOWN_SHARE: Final = 0.05
+# ASSUME a median is worth printing if unknown outcomes can move it by 15 % at most.
 MAX_BOUNDS_RATIO: Final = 1.15  # of the medians when unknown outcomes all, or none, exceed
 BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
 

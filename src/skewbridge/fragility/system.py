@@ -86,6 +86,7 @@ def joint_demand(
     a, b = np.array([line.ln_a for line in lines]), np.array([line.b for line in lines])
     residual = y - a - np.outer(x, b)
     scatter = residual.T @ residual / (x.size - 2)
+    # ASSUME capacities of components independent of each other and of the demands
     spread = np.sqrt(np.diag(scatter) + capacity_dispersion**2)
     correlation = scatter / np.outer(spread, spread)
     np.fill_diagonal(correlation, 1.0)
