@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, radians, sin
+from os import devnull
 
 import numpy as np
 import openseespy.opensees as ops
@@ -191,6 +192,7 @@ def _march(
     integrator: tuple[str | int, ...],
 ) -> bool:
     """Advance to a target in steps, halving those that fail; return whether it was reached."""
+    ops.logFile(devnull, "-noEcho")  # steps that fail are tried again: their messages mislead
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("BandGeneral")
@@ -201,6 +203,8 @@ def _march(
     left, halvings = 1.0, 0
     while left > LAST_PART:
         part = min(0.5**halvings / steps, left)
+        if contacts is not None:
+            contacts.prepare(part)
         if not _converges(integrator, target * part):
             halvings += 1
             if halvings > MAX_HALVINGS:

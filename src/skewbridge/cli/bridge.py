@@ -1,10 +1,13 @@
 """Commands of the bridge room: modes and static pushes of one variant."""
 
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from skewbridge.cli.bridge_studies import OutOption, result_folder
+from skewbridge.cli.bridge_studies import register as register_studies
 from skewbridge.cli.output import (
     EXIT_FAILED,
     JsonOption,
@@ -22,10 +25,14 @@ from skewbridge.cli.variant_options import (
     variant_of,
 )
 from skewbridge.errors import InputError
+from skewbridge.study.variant import ABUTMENT_CODES
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
     from skewbridge.bridge.options import ModelOptions
+    from skewbridge.study.variant import Variant
+
+LADDER_ANGLES_DEG = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
 
 DirectionOption = Annotated[
     str, typer.Option("--direction", help="x (longitudinal) or y (transverse).")
@@ -35,7 +42,6 @@ AngleOption = Annotated[
     typer.Option("--angle-deg", help="Direction counter-clockwise from x; replaces --direction."),
 ]
 MaxDispOption = Annotated[float, typer.Option("--max-disp-m", help="Where the push ends.")]
-OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 BackfillOption = Annotated[str, typer.Option("--backfill", help="hyperbolic or sdc.")]
 KeysOption = Annotated[str, typer.Option("--keys", help="sacrificial or monolithic.")]
 IntegrationOption = Annotated[
@@ -48,8 +54,7 @@ def register(app: typer.Typer) -> None:
     app.command("modal")(modal)
     app.command("pushover")(pushover)
     app.command("static")(static)
-    app.command("model")(model)
-    app.command("sdc")(sdc)
+    register_studies(app)
 
 
 @clear_errors
@@ -82,7 +87,7 @@ def modal(
         for mode in result.modes
     ]
     if out is not None:
-        pd.DataFrame(modes).to_parquet(_folder(out) / "modal.parquet", index=False)
+        pd.DataFrame(modes).to_parquet(result_folder(out) / "modal.parquet", index=False)
     if as_json:
         emit_json(
             {
@@ -140,71 +145,57 @@ def static(
     keys: KeysOption = "sacrificial",
     as_json: JsonOption = False,
 ) -> None:
-    """Push one abutment by its deck end (x: into the backfill, angle 180: away from it)."""
-    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
+    """Push one abutment by its deck end (x: into the backfill, angle 180: away from it).
+
+    `--abutment all` pushes every model of the ladder in six directions and draws them.
+    """
     angle = _angle(direction, angle_deg)
     options = _options(backfill=backfill, keys=keys)
+    if abutment == "all":
+        variants = {
+            name: variant_of(bridge, name, skew_deg, gap_mm, friction) for name in ABUTMENT_CODES
+        }
+        _push_ladder(variants, options, max_disp_m, out, as_json=as_json)
+        return
+    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
     from skewbridge.analysis.pushover import push_abutment
 
     curve = push_abutment(variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400)
     _finish(curve, out, as_json=as_json)
 
 
-@clear_errors
-def model(
-    out: OutOption,
-    bridge: BridgeOption = "osb1",
-    abutment: AbutmentOption = "contact-friction",
-    skew_deg: SkewOption = 0,
-    gap_mm: GapOption = 51,
-    friction: FrictionOption = 0.5,
-    gap_scale: Annotated[float, typer.Option("--gap-scale", help="Factor on drawn gaps.")] = 20.0,
-    as_json: JsonOption = False,
+def _push_ladder(
+    variants: "dict[str, Variant]",
+    options: "ModelOptions",
+    max_disp_m: float,
+    out: Path,
+    *,
+    as_json: bool,
 ) -> None:
-    """Draw a model (model.png, model.html) and write it as a plain OpenSeesPy script."""
-    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
-    from skewbridge.analysis.model_script import model_script
-    from skewbridge.bridge.geometry import model_geometry
-    from skewbridge.report.model_view import model_figure, model_page
-
-    geometry = model_geometry(variant)
-    folder = _folder(out)
-    model_figure(geometry, gap_scale=gap_scale).savefig(folder / "model.png", dpi=150)
-    page = model_page(geometry, gap_scale=gap_scale)
-    (folder / "model.html").write_text(page, encoding="utf-8")
-    script = model_script(variant, _options())
-    (folder / "model.py").write_text(script, encoding="utf-8")
-    files = [str(folder / name) for name in ("model.png", "model.html", "model.py")]
-    if as_json:
-        emit_json({"variant": geometry.title, "files": files})
-    else:
-        messages.print(f"{geometry.title}: {', '.join(files)}", markup=False)
-
-
-@clear_errors
-def sdc(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `run`.")],
-    as_json: JsonOption = False,
-) -> None:
-    """Displacement, P-Delta and seat checks of one analysis, as in the Caltrans criteria."""
+    """Push every model of the ladder in all directions; write the curves and their figure."""
     import pandas as pd
 
-    from skewbridge.analysis.sdc import corner_moves_m, sdc_rows
-    from skewbridge.study.variant import parse_slug
+    from skewbridge.analysis.pushover import push_abutment
+    from skewbridge.report.static_figures import ladder_figure
+    from skewbridge.units import KN
 
-    try:
-        row = pd.read_parquet(run / "demands.parquet").iloc[0]
-        table = pd.read_parquet(run / "histories.parquet")
-    except OSError as error:
-        msg = f"{run}: no demands.parquet and histories.parquet of a run: {error}"
-        raise InputError(msg) from error
-    variant = parse_slug(str(row["variant"]))
-    histories = {name: table[name].to_numpy() for name in table.columns}
-    rows = sdc_rows(variant, float(row["deck_disp_m"]), corner_moves_m(variant, histories))
+    parts: list[pd.DataFrame] = []
+    peaks: list[dict[str, Any]] = []
+    for (name, variant), angle in product(variants.items(), LADDER_ANGLES_DEG):
+        curve = push_abutment(variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400)
+        table = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
+        parts.append(pd.DataFrame({"abutment": name, "angle_deg": angle, **table}))
+        peaks.append({"abutment": name, "angle_deg": angle, "peak_kn": curve.peak_n / KN})
+    curves = pd.concat(parts, ignore_index=True)
+    folder = result_folder(out)
+    curves.to_parquet(folder / "curve.parquet", index=False)
+    first = next(iter(variants.values()))
+    title = f"{first.bridge}, right abutment, skew {first.skew_deg} degrees, gap {first.gap_mm} mm"
+    ladder_figure(curves, title=title).savefig(folder / "ladder.png", dpi=150)
     if as_json:
-        emit_json({"variant": variant.slug, "checks": rows})
+        emit_json({"pushes": peaks})
     else:
-        emit_table(rows, title=variant.slug)
+        emit_table(peaks, title=title)
 
 
 def _angle(direction: str, angle_deg: float | None) -> float:
@@ -222,15 +213,6 @@ def _options(**chosen: Any) -> "ModelOptions":
     return ModelOptions(**chosen)
 
 
-def _folder(out: Path) -> Path:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        msg = f"out {out}: {error.strerror}"
-        raise InputError(msg) from error
-    return out
-
-
 def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:
     """Write the curve and its summary; a push that stopped early ends with an error code."""
     import pandas as pd
@@ -238,7 +220,7 @@ def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:
     from skewbridge.units import KN
 
     table = pd.DataFrame({"disp_m": curve.disp_m, "force_kn": curve.force_n / KN})
-    table.to_parquet(_folder(out) / "curve.parquet", index=False)
+    table.to_parquet(result_folder(out) / "curve.parquet", index=False)
     summary = {
         "peak_kn": curve.peak_n / KN,
         "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,

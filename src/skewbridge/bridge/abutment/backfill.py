@@ -110,15 +110,17 @@ def variation_factors(
     return [1.0 + slope * acute_sign * s / half for s in stations]
 
 
-def wing_wall(abutment: AbutmentData, skew_rad: float) -> Passive:
+def wing_wall(abutment: AbutmentData) -> Passive:
     """Return the transverse resistance of the wing walls of one abutment, both directions.
 
     The SDC curve of the backwall times wing length over wall width, participation and
     effectiveness.
+
+    ASSUME: no reduction for skew, the wings bear on the soil at a right angle.
 
     References:
         Aviram, Mackie and Stojadinovic (2008), PEER 2008/03.
     """
     factor = abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
     straight = sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
-    return straight.scaled(factor * skew_reduction(skew_rad))
+    return straight.scaled(factor)

@@ -52,7 +52,7 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
     inward = (-end.normal[0], -end.normal[1])
     frame = Frame(x=inward)
     points = context.wall_parts()
-    wing = wing_wall(context.data, end.skew_rad)
+    wing = wing_wall(context.data)
     restoring = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad)
     stiffest = max(points, key=lambda point: point[2].stiffness_n_per_m)
     mass_kg = context.wall_mass_kg() * stiffest[1]

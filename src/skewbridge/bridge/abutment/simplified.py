@@ -30,7 +30,7 @@ def build_simplified(context: SideContext) -> SideParts:
     straight = sdc_backfill(data.wall_width_m, data.wall_height_m)
     longitudinal = straight.scaled(0.5 * skew_reduction(end.skew_rad))
     # ASSUME the transverse springs act at once, as in the published model
-    transverse = wing_wall(data, end.skew_rad).scaled(0.5)
+    transverse = wing_wall(data).scaled(0.5)
     ends = [-end.wall_length_m / 2, end.wall_length_m / 2]
     factors = variation_factors(
         ends, end.skew_rad, context.options.backfill_variation, end.acute_sign

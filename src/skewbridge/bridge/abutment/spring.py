@@ -81,7 +81,7 @@ def _build_body(context: SideContext, parts: SideParts) -> tuple[int, float]:
     if context.options.embankment_mass:
         mass_kg += embankment_mass_kg(context)
     frame = Frame(x=end.tangent)
-    wing = wing_wall(data, end.skew_rad)
+    wing = wing_wall(data)
     ratio = context.options.wall_dashpot_ratio
     # ASSUME across the wall the body is held by its initial backfill stiffness
     across = context.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
