@@ -92,8 +92,9 @@ def run_block(
     force_n: History | None = None,
     base_mps2: History | None = None,
     anchor_m: History | None = None,
+    integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
 ) -> BlockHistory:
-    """Run a block by the trapezoidal rule.
+    """Run a block, by the trapezoidal rule unless another integrator is given.
 
     Args:
         block: The block.
@@ -102,6 +103,7 @@ def run_block(
         force_n: Force along x as a function of an array of times.
         base_mps2: Acceleration of the surface along x; motion is then relative to it.
         anchor_m: Position of the spring's anchor.
+        integrator: Arguments of the OpenSees command.
 
     Raises:
         BlockError: A step does not converge.
@@ -115,6 +117,8 @@ def run_block(
         if base_mps2 is not None:
             force = force - block.mass_kg * base_mps2(times)
         _load(block, times, dt_s, force, anchor_m)
+        ops.integrator(*integrator)
+        ops.analysis("Transient")
         _settle(block, contacts)
         rows = np.zeros((len(times), 6))
         rows[0] = _row(contacts)
@@ -175,8 +179,6 @@ def _load(block: Block, times: Array, dt_s: float, force: Array, anchor_m: Histo
     ops.system("FullGeneral")
     ops.test("NormDispIncr", 1e-13, 50)
     ops.algorithm("NewtonLineSearch")
-    ops.integrator("Newmark", 0.5, 0.25)
-    ops.analysis("Transient")
 
 
 def _settle(block: Block, contacts: ContactSet) -> None:

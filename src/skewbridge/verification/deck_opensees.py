@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.contact import ContactSet, Drive
+from skewbridge.contact import ContactSet, Drive, make_step
 from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.verification.case_files import DeckCase
 from skewbridge.verification.deck_model import (
@@ -41,7 +41,12 @@ type Connect = Callable[[int, list[int], DeckCase], None]
 
 
 def run_opensees(
-    case: DeckCase, deck: Deck, excitation: Excitation, *, connect: Connect | None = None
+    case: DeckCase,
+    deck: Deck,
+    excitation: Excitation,
+    *,
+    connect: Connect | None = None,
+    parts_on_change: int = 1,
 ) -> DeckHistory:
     """Run a deck case in OpenSees.
 
@@ -50,6 +55,7 @@ def run_opensees(
         deck: Its numbers.
         excitation: The ground acceleration.
         connect: Connects the centre node to the corner nodes; by default rigid links.
+        parts_on_change: Parts of a step in which a contact is expected to open or close.
 
     Raises:
         DeckFailedError: A step does not converge.
@@ -68,10 +74,9 @@ def run_opensees(
         # The units count slip along the normal turned counter-clockwise.
         signs = [1.0 if _turned(c.normal) @ np.array(c.tangent) > 0.0 else -1.0 for c in corners]
         for k in range(1, len(times)):
-            if ops.analyze(1, case.dt_s) != 0:
+            if not make_step(contacts, case.dt_s, parts_on_change=parts_on_change):
                 msg = f"OpenSees stopped at {times[k]:.6g} s of {times[-1]:.6g} s"
                 raise DeckFailedError(msg)
-            contacts.after_step(case.dt_s)
             q[k], v[k] = ops.nodeDisp(CENTRE), ops.nodeVel(CENTRE)
             openings[k], normals[k] = contacts.openings_m, contacts.normals_n
             forces = contacts.tangentials_n

@@ -39,6 +39,19 @@ type Matrix = NDArray[np.float64]
 IMPLICIT: Final = 0
 IMPLEX: Final = 1
 _LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
+# The friction of the native element is of first order in the step and still 1.6 to 8 % off for C2
+# at 2e-5 s; so the frictional case judged is C5, at the smaller step.
+_JUDGED: Final = (("C1", 1e-4), ("C3", 1e-4), ("C5", 2e-5))
+_DECK_RUNS: Final = (
+    (C1, IMPLICIT, 1e-4),
+    (C1, IMPLEX, 1e-4),
+    (C3, IMPLICIT, 1e-4),
+    (C2, IMPLICIT, 5e-3),
+    (C2, IMPLICIT, 1e-4),
+    (C5, IMPLICIT, 1e-4),
+    (C5, IMPLICIT, 2e-5),
+    (C5, IMPLEX, 1e-4),
+)
 _SOURCE: Final = "zeroLengthContactASDimplex"
 
 
@@ -58,9 +71,8 @@ def run() -> StudyResult:
     decks = pd.DataFrame(
         [
             row
-            for named in (C1, C2, C3, C5)
-            for integration in (IMPLICIT, IMPLEX)
-            for row in _compare_decks(checks, named, integration)
+            for named, integration, dt_s in _DECK_RUNS
+            for row in _compare_decks(checks, named, integration, dt_s)
         ]
     )
     return StudyResult(
@@ -161,26 +173,31 @@ def run_native_deck(named: NamedCase, integration: int, dt_s: float = 1e-4) -> N
 
 
 def _compare_decks(
-    checks: Checklist, named: NamedCase, integration: int
+    checks: Checklist, named: NamedCase, integration: int, dt_s: float
 ) -> list[dict[str, float | str]]:
     case = deck_case(named)
-    ours, native = run_deck(case), run_native_deck(named, integration)
+    ours, native = run_deck(case), run_native_deck(named, integration, dt_s)
     name = "implicit" if integration == IMPLICIT else "IMPL-EX"
     finished = native.time_reached_s >= case.duration_s - case.dt_s
+    if not finished:
+        text = f"{named.name}, {name}, dt {dt_s:g} s: stops converging at (s)"
+        checks.report(text, native.time_reached_s, case.duration_s, _SOURCE)
     peaks = np.abs(native.q).max(axis=0)
     rows: list[dict[str, float | str]] = []
     for key, value, tolerance in zip(
         ("ux_m", "uy_m", "theta_rad"), peaks.tolist(), (0.01, 0.01, 0.02), strict=True
     ):
-        text = f"{named.name}: peak {key}"
-        if finished and integration == IMPLICIT:
+        text = f"{named.name}, {name}, dt {dt_s:g} s: peak {key}"
+        is_judged = integration == IMPLICIT and (named.name, dt_s) in _JUDGED
+        if finished and is_judged:
             checks.relative(text, ours.peaks()[key], value, tolerance, _SOURCE)
         else:
-            checks.report(f"{text}, {name}", ours.peaks()[key], value, _SOURCE)
+            checks.report(text, ours.peaks()[key], value, _SOURCE)
         rows.append(
             {
                 "case": named.name,
                 "integration": name,
+                "dt_s": dt_s,
                 "quantity": key,
                 "ours": ours.peaks()[key],
                 "native": value,
@@ -192,7 +209,7 @@ def _compare_decks(
 
 def _figure() -> Figure:
     figure, axes = panels(2, 1, height_in=4.2, sharex=True)
-    ours, native = run_deck(deck_case(C5)), run_native_deck(C5, IMPLICIT)
+    ours, native = run_deck(deck_case(C5)), run_native_deck(C5, IMPLICIT, 2e-5)
     for row, (column, factor, text) in enumerate(((1, 1e3, "uy (mm)"), (2, 1e3, "theta (mrad)"))):
         axis = axes[row, 0]
         axis.plot(

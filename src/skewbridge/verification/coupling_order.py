@@ -1,0 +1,142 @@
+"""Order of convergence in the time step of the two couplings, on paths and on a frictional deck."""
+
+from math import pi
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+from numpy.typing import NDArray
+
+from skewbridge.contact import ContactLaw, Coupling
+from skewbridge.verification.cases import C5, deck_case
+from skewbridge.verification.checks import Checklist, StudyResult
+from skewbridge.verification.deck import run_deck
+from skewbridge.verification.deck_impacts import contact_speed
+from skewbridge.verification.deck_model import make_deck, pulse_of
+from skewbridge.verification.deck_opensees import run_opensees
+from skewbridge.verification.figure_style import BLUE, GREEN, GREY, ORANGE, label, legend, panels
+from skewbridge.verification.unit_path import drive_unit, follow_law
+
+type Matrix = NDArray[np.float64]
+
+_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
+_ROWS: Final = (125, 250, 500, 1000, 2000, 4000)
+_COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
+_DECK_STEPS: Final = (0.2, 0.1, 0.05, 0.02, 0.01)
+_DECK_DURATION_S: Final = 0.6
+_PARTS: Final = 8
+_COLOURS: Final = {"extrapolated": BLUE, "lagged": ORANGE, "extrapolated, sub-steps": GREEN}
+
+
+def run() -> StudyResult:
+    """Run the study."""
+    checks = Checklist("coupling")
+    table = pd.DataFrame([*_path_errors(), *_deck_errors()])
+    source = "radial return on a fine grid"
+    for (study, coupling), group in table.groupby(["study", "coupling"]):
+        order = _order(group)
+        if study == "closed" and coupling == "extrapolated":
+            at_1000 = float(group.loc[group["rows"] == 1000, "error_ratio"].iloc[0])
+            checks.at_most("closed path, 1000 rows per period: RMS error", at_1000, 0.012, source)
+            checks.holds("closed path: order at least 0.9", truth=order >= 0.9, source=source)
+        checks.report(f"{study}, {coupling}: order", order, 1.0, source)
+    return StudyResult(
+        checks=checks.checks, figures={"order": _figure(table)}, tables={"errors": table}
+    )
+
+
+def smooth_path(rows: int, *, opens: bool) -> Matrix:
+    """Return two periods of 1 s of a curve in space that stays closed, or opens once each."""
+    t = np.linspace(0.0, 2.0, 2 * rows + 1)
+    x = 0.5 * np.sin(2.0 * pi * t) + 0.2 * np.sin(4.0 * pi * t + 0.4) - 0.2 * np.sin(0.4)
+    y = 0.4 * np.sin(2.0 * pi * t + 1.1) - 0.4 * np.sin(1.1)
+    z = (0.02 if opens else -0.10) - 0.08 * np.sin(2.0 * pi * t + 0.3)
+    return np.column_stack([t, x, y, z])
+
+
+def path_error(rows: int, coupling: Coupling, *, opens: bool, substeps: int = 1) -> float:
+    """Return the RMS error of the friction over the largest limit."""
+    path = smooth_path(rows, opens=opens)
+    # The reference follows the smooth curve, not the chords between the rows.
+    parts = max(1, 64000 // rows)
+    fine = follow_law(_LAW, smooth_path(rows * parts, opens=opens)).forces_n[::parts]
+    forces = drive_unit(_LAW, path, substeps=substeps, coupling=coupling).forces_n
+    limit = _LAW.cohesion_n + _LAW.friction * float(fine[:, 2].max())
+    return float(np.sqrt(np.mean(np.sum((forces - fine)[:, :2] ** 2, axis=1)))) / limit
+
+
+def _path_errors() -> list[dict[str, Any]]:
+    return [
+        {
+            "study": "opening and closing" if opens else "closed",
+            "coupling": coupling,
+            "rows": rows,
+            "step": 1.0 / rows,
+            "error_ratio": path_error(rows, coupling, opens=opens),
+        }
+        for opens in (False, True)
+        for coupling in _COUPLINGS
+        for rows in _ROWS
+    ]
+
+
+def _deck_errors() -> list[dict[str, Any]]:
+    exact = run_deck(deck_case(C5, solver="penalty", dt_s=2.5e-4, duration_s=_DECK_DURATION_S))
+    scale = np.abs(exact.q).max(axis=0)
+    rows: list[dict[str, Any]] = []
+    for step in _DECK_STEPS:
+        dt = step / contact_speed(deck_case(C5))
+        for coupling, parts in (("extrapolated", 1), ("lagged", 1), ("extrapolated", _PARTS)):
+            case = deck_case(C5, dt_s=dt, duration_s=_DECK_DURATION_S, coupling=coupling)
+            found = run_opensees(case, make_deck(case), pulse_of(case), parts_on_change=parts)
+            q = np.array([np.interp(exact.t_s, found.t_s, column) for column in found.q.T]).T
+            rows.append(
+                {
+                    "study": "deck C5",
+                    "coupling": coupling if parts == 1 else f"{coupling}, sub-steps",
+                    "rows": 0,
+                    "step": step,
+                    "error_ratio": float(np.sqrt(np.mean(((q - exact.q) / scale) ** 2))),
+                }
+            )
+    return rows
+
+
+def _order(group: pd.DataFrame) -> float:
+    """Return the slope of the error in the step, both logarithmic."""
+    slope, _ = np.polyfit(np.log(group["step"]), np.log(group["error_ratio"]), 1)
+    return float(slope)
+
+
+def _figure(table: pd.DataFrame) -> Figure:
+    figure, axes = panels(1, 3, height_in=2.9)
+    for axis, (study, x, title) in zip(
+        axes[0],
+        (
+            ("closed", "step / period (-)", "path that stays closed"),
+            ("opening and closing", "step / period (-)", "path that opens and closes"),
+            ("deck C5", "step x contact frequency (-)", "frictional deck C5"),
+        ),
+        strict=True,
+    ):
+        part = table[table["study"] == study]
+        for coupling, group in part.groupby("coupling"):
+            name = str(coupling)
+            axis.loglog(
+                group["step"],
+                group["error_ratio"],
+                "o-",
+                ms=3,
+                lw=1.1,
+                color=_COLOURS[name],
+                label=f"{name}: {_order(group):.2f}",
+            )
+        steps = np.array([part["step"].min(), part["step"].max()])
+        axis.loglog(steps, part["error_ratio"].min() * steps / steps[0] / 2, color=GREY, lw=0.8)
+        axis.set_ylim(part["error_ratio"].min() / 4, part["error_ratio"].max() * 30)
+        axis.xaxis.set_minor_formatter(NullFormatter())
+        label(axis, x, "RMS error (-)" if study == "closed" else "", title)
+        legend(axis, title="order of convergence", title_fontsize=7, loc="upper left", fontsize=6.5)
+    return figure
