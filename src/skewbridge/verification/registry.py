@@ -24,6 +24,7 @@ STUDIES: Final[dict[str, str]] = {
     "fig4": f"{_ROOM}.figure_4:run",
     "fig5-6": f"{_ROOM}.figure_5_6:run",
     "fig7-8": f"{_ROOM}.figure_7_8:run",
+    "bridges": f"{_ROOM}.bridge_hand_values:run",
     "fig10": f"{_ROOM}.abutment_figure_10:run",
     "fig11-12": f"{_ROOM}.bridge_figures_11_12:run",
     "ladder": f"{_ROOM}.bridge_ladder:run",
