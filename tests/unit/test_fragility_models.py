@@ -242,7 +242,8 @@ def test_system_bounds_hold_and_shares_name_the_weak_component():
     curve = system.series_system(np.geomspace(0.05, 3, 60), joint)
     assert np.all(curve.lower <= curve.p + 1e-12)
     assert np.all(curve.p <= curve.upper + 1e-12)
-    assert np.all(curve.share_without[:, 0] > curve.share_without[:, 1])
+    share = system.contributions(curve.im, joint)
+    assert np.all(share[:, 0] > share[:, 1])
     theta, beta, worst = system.lognormal_of_system(curve)
     assert theta < joint.theta.min()
     assert beta < 1

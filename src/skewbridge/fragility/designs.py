@@ -4,7 +4,8 @@ eta = c0 + c1 ln x + sum c_j z_j + sum d_j z_j ln x (and products of two z); at 
 theta = exp(-(c0 + c z)/(c1 + d z)), beta = 1/(c1 + d z).
 
 References:
-    Ghosh, Padgett and Duenas-Osorio (2013), Structural Safety 41:1-11, for parameterised curves.
+    Ghosh, Padgett and Duenas-Osorio (2013), Probabilistic Engineering Mechanics 34:189-199, for
+    parameterised curves.
     Liang and Zeger (1986), Biometrika 73(1):13-22, for errors robust to clusters.
 """
 

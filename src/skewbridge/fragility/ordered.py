@@ -155,7 +155,8 @@ def crossing(
         if difference == 0.0:
             continue
         offset = np.log(theta[first]) / beta[first] - np.log(theta[second]) / beta[second]
-        at = float(np.exp(offset / difference))
+        # equal dispersions but for rounding cross where no intensity is
+        at = float(np.exp(np.clip(offset / difference, -700.0, 700.0)))
         if im_low <= at <= im_high:
             found.append((first, second, at))
     return found

@@ -10,8 +10,9 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.bootstrap import DEFAULT_REPLICATES
-from skewbridge.fragility.fit import DEFAULT_LEVEL, FragilityFit
+from skewbridge.fragility.fit import DEFAULT_LEVEL, OK, FragilityFit
 from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.ordered import crossing
 from skewbridge.fragility.outcomes import COLLAPSE, VARIANT_COLUMNS, check_demands, outcomes_of
 from skewbridge.fragility.study_cloud import fit_variant_cloud
 from skewbridge.fragility.study_exceedance import fit_exceedance, fit_record_brackets
@@ -79,7 +80,21 @@ def fit_study(
         variant = {name: part[name].iloc[0] for name in VARIANT_COLUMNS}
         for state in limit_states:
             rows += [variant | row for row in _variant_rows(runs, part, state, im_column, options)]
-    return pd.DataFrame(rows)
+    return _flag_crossings(pd.DataFrame(rows), demands[im_column])
+
+
+def _flag_crossings(curves: pd.DataFrame, im: pd.Series) -> pd.DataFrame:
+    """Add ``curves_cross`` where curves of a component, fitted apart, cross inside the range."""
+    low, high = float(im.min()), float(im.max())
+    drawn = curves[curves["status"] == OK].sort_values("threshold")
+    for _, part in drawn.groupby(["variant", "component", "method"], sort=False):
+        theta, beta = part["theta"].to_numpy(), part["beta"].to_numpy()
+        for first, second, _ in crossing(theta, beta, low, high):
+            for index in (part.index[first], part.index[second]):
+                known = str(curves.loc[index, "warnings"]).split(";")
+                flags = dict.fromkeys([*(name for name in known if name), "curves_cross"])
+                curves.loc[index, "warnings"] = ";".join(flags)
+    return curves
 
 
 def _variant_rows(

@@ -1,8 +1,8 @@
 """Cloud regression in which some demands are known only to exceed a value (Tobit).
 
 References:
-    Tobin (1958), Econometrica 26(1):24-36; Martins and Silva (2021), Bull. Earthquake Eng.
-    19:6617-6643, for its use with a cloud of demands.
+    Tobin (1958), Econometrica 26(1):24-36; Martins and Silva (2021), Bulletin of
+    Earthquake Engineering 19, for its use with a cloud of demands.
 """
 
 import numpy as np
