@@ -1,6 +1,7 @@
 """An index that came with someone's motions is not trusted."""
 
 import csv
+import os
 
 import numpy as np
 import pytest
@@ -8,11 +9,12 @@ import pytest
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from shared import shared_path
 from skewbridge.errors import InputError
-from skewbridge.motions.paper_records import waho_or_surrogate
+from skewbridge.motions.check import check_paths
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.units import G_MPS2
+from skewbridge.verification.bridge_records import waho
 
 
 @pytest.fixture
@@ -132,15 +134,20 @@ def test_waho_with_the_published_peak_is_accepted(tmp_path):
     assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
 
 
-def test_without_waho_the_surrogate_is_used_and_named_so(tmp_path):
+def test_a_false_waho_gives_way_to_the_surrogate_and_it_is_named_so(tmp_path, monkeypatch):
     folder = shared_path("motions/real/fema_p695_farfield")
     for azimuth in (0, 90):
         text = at2_text(shaken_g(azimuth), azimuth=azimuth)
         (tmp_path / f"RSN811_LOMAP_WAH{azimuth:03d}.AT2").write_text(text)
-    impostor = read_motion(*sorted(tmp_path.glob("*.AT2")))
-    surrogate = waho_or_surrogate([impostor], folder)
-    assert "surrogate" in surrogate.motion_id
-    pga_g = orbit_rotd50(surrogate.accel_1_mps2, surrogate.accel_2_mps2) / G_MPS2
+    with pytest.raises(InputError, match="claims to be the WAHO"):
+        read_motion(*sorted(tmp_path.glob("*.AT2")))
+    assert {item.verdict for item in check_paths([tmp_path])} == {"error"}
+    monkeypatch.setenv("SKEWBRIDGE_RECORDS", f"{tmp_path}{os.pathsep}{folder}")
+    used = waho()
+    assert not used.is_paper_record
+    assert "surrogate" in used.label
+    assert "surrogate" in used.motion.motion_id
+    pga_g = orbit_rotd50(used.motion.accel_1_mps2, used.motion.accel_2_mps2) / G_MPS2
     assert pga_g == pytest.approx(0.93 * _manifest_pga_g(), rel=1e-3)
 
 

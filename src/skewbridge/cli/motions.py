@@ -102,7 +102,7 @@ def im(
     if len(files) == 2:
         answer = pair_summary(files[0], files[1], _given(dt_s, unit), t1_s, period_s)
     elif len(files) == 1:
-        answer = component_summary(files[0], _given(dt_s, unit), period_s)
+        answer = component_summary(files[0], _given(dt_s, unit), t1_s, period_s)
     else:
         msg = f"motions im takes one or two files, got {len(files)}"
         raise InputError(msg)

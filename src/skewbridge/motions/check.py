@@ -178,8 +178,11 @@ def _check_files(paths: list[Path], given: Given | None, *, strict: bool) -> lis
     for first, second in _pairs(list(traces), explicit=len(paths) == 2):
         try:
             motion = join_traces(traces[first], traces[second], motion_id=split_name(first)[0])
-        except InputError as error:
+        except PairError as error:
             checks[second] = _with(checks[second], str(error), "pair_error")
+        except InputError as error:
+            checks[first] = _with(checks[first], str(error), "error")
+            checks[second] = _with(checks[second], str(error), "error")
         else:
             for message in motion.messages[len(_own(traces[first])) + len(_own(traces[second])) :]:
                 checks[first] = _with(checks[first], f"with {second.name}: {message}")

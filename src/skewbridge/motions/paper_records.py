@@ -5,12 +5,9 @@ one, a surrogate of the same earthquake is used, and called a surrogate.
 """
 
 import re
-from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.trace import Given
-from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.units import G_MPS2
@@ -28,20 +25,22 @@ SURROGATE_ID: Final = "surrogate_for_WAHO_capitola_x0.93"
 _CLAIM = re.compile(r"RSN0*811(?!\d)|(?<![A-Z])WAHO?(?![A-Z])", re.IGNORECASE)
 
 
-def claims_to_be_waho(motion: GroundMotion) -> bool:
-    """Say whether a motion calls itself the WAHO record by name, file name or station."""
-    if motion.motion_id == SURROGATE_ID:
-        return False
-    return any(_CLAIM.search(text) for text in (motion.motion_id, motion.station, *motion.files))
+class FalseClaimError(InputError):
+    """A motion calls itself the WAHO record and is not: use the surrogate instead."""
+
+
+def claims_to_be_waho(*names: str) -> bool:
+    """Say whether any of some names (motion, station, files) is that of the WAHO record."""
+    return SURROGATE_ID not in names and any(_CLAIM.search(name) for name in names)
 
 
 def refuse_false_waho(motion: GroundMotion) -> None:
     """Refuse a motion that claims to be WAHO but has not its published peak.
 
     Raises:
-        InputError: RotD50 PGA more than 2 % off.
+        FalseClaimError: RotD50 PGA more than 2 % off.
     """
-    if not claims_to_be_waho(motion):
+    if not claims_to_be_waho(motion.motion_id, motion.station, *motion.files):
         return
     pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
     if abs(pga_g / WAHO_PGA_ROTD50_G - 1.0) > WAHO_TOLERANCE:
@@ -50,29 +49,7 @@ def refuse_false_waho(motion: GroundMotion) -> None:
             f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g, "
             f"{WAHO_TOLERANCE:.0%} allowed. Rename it, or use the surrogate."
         )
-        raise InputError(
+        raise FalseClaimError(
             msg,
             motion_id=motion.motion_id,
         )
-
-
-def waho_or_surrogate(candidates: list[GroundMotion], surrogate_folder: Path) -> GroundMotion:
-    """Return the first true WAHO record among some motions, else the surrogate.
-
-    Args:
-        candidates: Motions at hand.
-        surrogate_folder: Folder with the FEMA P-695 far-field files.
-
-    Raises:
-        InputError: No true record, and the surrogate's files are not there.
-    """
-    for motion in candidates:
-        if claims_to_be_waho(motion):
-            try:
-                refuse_false_waho(motion)
-            except InputError:
-                continue
-            return motion
-    first, second = (surrogate_folder / name for name in SURROGATE_FILES)
-    motion = read_motion(first, second, Given(unit="g"), motion_id=SURROGATE_ID)
-    return motion.scaled(SURROGATE_FACTOR)

@@ -12,6 +12,7 @@ from skewbridge.motions.examine import doubts, refuse_impossible
 from skewbridge.motions.formats import csmip_v2, knet, peer_at2, two_column, values
 from skewbridge.motions.formats.trace import Given, Trace
 from skewbridge.motions.pairing import motion_name
+from skewbridge.motions.paper_records import refuse_false_waho
 from skewbridge.motions.record import GroundMotion
 
 MAX_FILE_BYTES: Final = 64_000_000
@@ -106,6 +107,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
 
     Raises:
         PairError: The time steps differ.
+        FalseClaimError: The motion claims to be the WAHO record and is not.
     """
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
         msg = (
@@ -122,7 +124,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     if sizes[0] != sizes[1]:
         messages.append(f"lengths {sizes[0]} and {sizes[1]}: zeros added at the end of the shorter")
     npts = max(sizes)
-    return GroundMotion(
+    motion = GroundMotion(
         motion_id=motion_id,
         dt_s=first.dt_s,
         # ASSUME both components start together; the shorter one was cut at its end
@@ -136,6 +138,8 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         files=(first.path.name, second.path.name),
         messages=tuple(messages),
     )
+    refuse_false_waho(motion)
+    return motion
 
 
 def files_digest(*paths: Path) -> str:

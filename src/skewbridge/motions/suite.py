@@ -58,8 +58,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
             msg,
             motion_id=entry.motion_id,
         )
-    refuse_false_waho(motion)
-    return replace(
+    motion = replace(
         motion,
         event=entry.event or motion.event,
         station=entry.station or motion.station,
@@ -70,6 +69,8 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         azimuth_2_deg=_known(entry.azimuth_2_deg, motion.azimuth_2_deg),
         source=entry.source,
     )
+    refuse_false_waho(motion)
+    return motion
 
 
 def prepare_suite(

@@ -12,7 +12,7 @@ from skewbridge.motions.formats.trace import Given
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import component_measures, housner_intensity, motion_measures
 from skewbridge.motions.read import read_motion, read_trace
-from skewbridge.motions.spectrum import component_psa, pair_psa
+from skewbridge.motions.spectrum import component_psa, pair_psa, sa_avg_periods
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.synthesis.bssa14 import bssa14
 from skewbridge.motions.synthesis.scenario import Scenario
@@ -54,7 +54,7 @@ def pair_summary(
 
 
 def component_summary(
-    path: Path, given: Given, periods_s: list[float] | None = None
+    path: Path, given: Given, t1_s: float | None = None, periods_s: list[float] | None = None
 ) -> dict[str, Any]:
     """Return the measures and the spectrum of one file, and what the reader noticed."""
     trace = read_trace(path, given)
@@ -63,11 +63,24 @@ def component_summary(
     measures = component_measures(trace.accel_mps2, trace.dt_s)
     return {
         **{_with_component(name): value for name, value in measures.items()},
+        **_conditioned(trace.accel_mps2, trace.dt_s, t1_s),
         "dt_s": trace.dt_s,
         "npts": int(trace.accel_mps2.size),
         "periods_s": periods,
         "psa_h1_g": (psa_mps2 / G_MPS2).tolist(),
         "messages": [*trace.warnings, *trace.notes],
+    }
+
+
+def _conditioned(
+    accel_mps2: NDArray[np.float64], dt_s: float, t1_s: float | None
+) -> dict[str, float]:
+    if t1_s is None:
+        return {}
+    psa_g = component_psa(accel_mps2, dt_s, np.append(sa_avg_periods(t1_s), t1_s)) / G_MPS2
+    return {
+        "sa_t1_h1_g": float(psa_g[-1]),
+        "saavg_h1_g": float(np.exp(np.log(psa_g[:-1]).mean())),
     }
 
 

@@ -18,7 +18,7 @@ from skewbridge.motions.paper_records import (
     SURROGATE_FILES,
     SURROGATE_ID,
     WAHO_PGA_ROTD50_G,
-    refuse_false_waho,
+    FalseClaimError,
 )
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
@@ -63,9 +63,7 @@ def tarzana() -> PaperMotion:
 def waho() -> PaperMotion:
     """Return WAHO with 090 longitudinal and 000 transverse, its surrogate, or a synthetic pair."""
     files = _find("*WAH090*"), _find("*WAH000*")
-    if all(files):
-        motion = _read(files, motion_id="RSN811_WAHO")
-        refuse_false_waho(motion)
+    if all(files) and (motion := _true_waho(files)):
         return PaperMotion(motion=motion, label="WAHO", is_paper_record=True)
     north, east = (_find(name) for name in SURROGATE_FILES)
     if north and east:
@@ -74,6 +72,13 @@ def waho() -> PaperMotion:
         scaled = motion.scaled(SURROGATE_FACTOR)
         return PaperMotion(motion=scaled, label=label, is_paper_record=False)
     return _synthetic(WAHO_PGA_ROTD50_G, "WAHO")
+
+
+def _true_waho(files: tuple[Path | None, Path | None]) -> GroundMotion | None:
+    try:
+        return _read(files, motion_id="RSN811_WAHO")
+    except FalseClaimError:
+        return None
 
 
 def el_centro() -> PaperMotion:
