@@ -101,10 +101,10 @@ class ContactUnit(TrackedUnit):
         """Compare the forces with the law: the run-time part of the proof."""
         opening = self.opening
         expected = -self.kn * opening if opening < 0.0 else 0.0
-        if abs(spring_n - expected) > FORCE_ROUNDING * self.kn * (abs(opening) + self.gap_m):
+        if abs(spring_n - expected) > FORCE_ROUNDING * self.kn * (abs(opening) + abs(self.gap_m)):
             msg = (
                 f"contact {self.name!r} (element {self.element}): the normal spring gives "
-                f"{spring_n:.6g} N where {expected:.6g} N was expected"
+                f"{spring_n:.9g} N where {expected:.9g} N was expected"
             )
             raise ContactError(msg)
         self._check_friction(force_1, force_2)
