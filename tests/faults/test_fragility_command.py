@@ -152,6 +152,39 @@ def test_demands_table_with_condition_obeys_status_and_motions(tmp_path):
     assert "no column 'sa'" in found["message"]
 
 
+def test_row_of_an_error_in_a_selection_is_that_of_the_file(tmp_path):
+    path = tmp_path / "runs.csv"
+    rows = {"im": [0.1, 0.2, -0.3, 0.4], "edp": [1, 2, 3, 4], "skew": [0, 0, 30, 30]}
+    pd.DataFrame(rows).to_csv(path, index=False)
+    options = ["--im", "im", "--edp", "edp", "--threshold", 2, "--where", "skew == 30"]
+    code, found = run("fit", path, "--method", "cloud", *options)
+    assert (code, found["row"]) == (2, 2)
+    assert "row 2 of the file" in found["message"]
+
+
+def test_csv_columns_and_a_missing_cell(tmp_path):
+    path = tmp_path / "stripes.csv"
+    path.write_text("im,n,k\n0.2,20,1\n0.4,20,9\n0.8,20,17\n", encoding="utf-8")
+    code, found = run("fit", path, "--method", "stripes")
+    assert (code, found["status"]) == (0, "ok")
+    path.write_text("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", encoding="utf-8")
+    code, found = run("fit", path, "--method", "stripes")
+    assert (code, found["row"]) == (2, 1)
+    path.write_text("lower,upper\n0.2,0.4\n0.5,0.8\n0.6,\n", encoding="utf-8")
+    assert run("fit", path, "--method", "ida")[1]["status"] == "ok"
+
+
+def test_censored_demands_choose_tobit(write):
+    data = {
+        "im": [0.1, 0.2, 0.3, 0.5, 0.8],
+        "edp": [0.011, 0.018, 0.034, 0.05, 0.05],
+        "censored": [0, 0, 0, 0, 1],
+        "threshold": 0.03,
+    }
+    _, found = run("fit", write(data), "--method", "cloud")
+    assert (found["method"], found["n_censored"]) == ("cloud_tobit", 1)
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [

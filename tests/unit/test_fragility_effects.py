@@ -82,6 +82,10 @@ def test_failed_collapsed_and_zero_runs_are_left_out_and_counted():
     assert found["n_motions"] == 13
     assert found["n_left_out"] == 3
     assert found["n_collapse_from"] == 1
+    assert found["n_discordant"] == 3
+    # the 13 others agree within 5 %, which says nothing about these
+    assert (found["ci_low"] > 0.95) & (found["ci_high"] < 1.05)
+    assert found["verdict"] == "undecided"
 
 
 def test_no_effect_at_all_has_an_interval_of_no_width():

@@ -117,6 +117,7 @@ def _ratio(
         "level": options.level,
         "n_motions": int(motions.size),
         "n_left_out": int(np.sum(~usable)),
+        "n_discordant": int((part["status_to"] != part["status_from"]).sum()),
         "n_collapse_from": int((part["status_from"] == COLLAPSE).sum()),
         "n_collapse_to": int((part["status_to"] == COLLAPSE).sum()),
         "verdict": verdict_of(low, high, options.margin),

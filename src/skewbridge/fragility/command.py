@@ -1,6 +1,5 @@
 """From a file and options to a fit: the work behind `skewbridge fit`."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +10,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility import cloud, cloud_models, ida, stripes, tobit
+from skewbridge.fragility.data_files import read_data
 from skewbridge.fragility.fit import DEFAULT_LEVEL, FragilityFit
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.fragility.links import FloatArray
@@ -92,57 +92,24 @@ def fit_file(path: Path, options: FitOptions) -> FragilityFit:
         InputError: The file or a value in it is unusable; the details hold the row.
     """
     data = read_data(path, options.where)
+    try:
+        return _fit_data(data, options)
+    except InputError as error:
+        row = error.details.get("row")
+        if options.where is None or not isinstance(row, int) or not isinstance(data, pd.DataFrame):
+            raise
+        of_file = int(data.index.to_numpy()[row])
+        msg = f"{error} of the {len(data)} selected; row {of_file} of the file"
+        raise InputError(msg, **(error.details | {"row": of_file})) from error
+
+
+def _fit_data(data: pd.DataFrame | Mapping[str, Any], options: FitOptions) -> FragilityFit:
     if options.edp is not None or options.im is not None:
         if not isinstance(data, pd.DataFrame):
             data = pd.DataFrame({k: v for k, v in data.items() if isinstance(v, list)})
         return _fit_runs(data, options)
     columns = {_ALIASES.get(str(key), str(key)): value for key, value in dict(data).items()}
     return _fit_columns(columns, options)
-
-
-def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[str, Any]:
-    """Read a JSON object of columns, or a CSV or parquet table.
-
-    Raises:
-        InputError: The file cannot be read, is of another kind, or the condition is wrong.
-    """
-    try:
-        if path.suffix == ".json":
-            data: Any = json.loads(path.read_text(encoding="utf-8"))
-        elif path.suffix == ".parquet":
-            data = pd.read_parquet(path)
-        elif path.suffix == ".csv":
-            data = pd.read_csv(path)
-        else:
-            msg = f"{path.name}: expected .json, .csv or .parquet"
-            raise InputError(msg)
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        msg = f"cannot read {path}: {error}"
-        raise InputError(msg) from error
-    if isinstance(data, list):
-        data = pd.DataFrame(data)
-    if not isinstance(data, dict | pd.DataFrame):
-        msg = f"{path.name} must hold an object of columns"
-        raise InputError(msg)
-    if where is None:
-        return data
-    if not isinstance(data, pd.DataFrame):
-        msg = "--where needs a table (CSV or parquet)"
-        raise InputError(msg)
-    if "@" in where or "__" in where:
-        msg = f"--where may only compare columns with values, got {where!r}"
-        raise InputError(msg)
-    try:
-        chosen = data.query(where, engine="python")
-    except Exception as error:  # pandas raises whatever its parser meets
-        msg = f"--where {where!r}: {error}"
-        raise InputError(msg) from error
-    if chosen.empty:
-        msg = f"--where {where!r} selects no row of {len(data)}"
-        raise InputError(msg)
-    return chosen
 
 
 def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFit:
@@ -181,6 +148,17 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFi
     if threshold is None:
         given = need("threshold")
         threshold = float(as_column([_first(given)], "threshold")[0])
+    if "censored" in columns:
+        return tobit.fit_tobit(
+            im,
+            edp,
+            threshold,
+            censored=as_column(columns["censored"], "censored"),
+            censor_above=options.censor_above,
+            discard_below=options.discard_below,
+            capacity_dispersion=options.capacity_dispersion,
+            level=options.level,
+        )
     collapse = columns.get("collapse")
     flags = None if collapse is None else as_column(collapse, "collapse")
     return _fit_cloud(im, edp, threshold, flags, options)

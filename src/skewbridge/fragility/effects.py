@@ -6,11 +6,13 @@ seen with 16 motions where an unpaired comparison would need hundreds.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import nan
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.links import FloatArray
@@ -22,6 +24,7 @@ MATTERS: Final = "matters"
 UNDECIDED: Final = "undecided"
 EFFECT_LEVEL: Final = 0.90  # two one-sided tests at 5 % are a 90 % interval inside the margin
 MARGIN: Final = 0.05  # ASSUME 5 % of demand is below what a designer would act on
+MAX_DISCORDANT: Final = 0.05
 _MIN_MOTIONS: Final = 3
 DEFAULT_DEMANDS: Final = (
     "column_shear_kn",
@@ -59,6 +62,7 @@ EFFECT_COLUMNS: Final[dict[str, str]] = {
     "level": "confidence level",
     "n_motions": "motions with a usable pair",
     "n_left_out": "pairs left out: a run collapsed or failed, or a demand is zero",
+    "n_discordant": "of these, pairs in which one side alone collapsed, failed or is zero",
     "n_collapse_from": "collapsed runs at from_value",
     "n_collapse_to": "collapsed runs at to_value",
     "verdict": "negligible (interval inside the margin) | matters (outside it) | undecided",
@@ -180,6 +184,7 @@ def _effect(part: pd.DataFrame, name: str, options: EffectSettings) -> dict[str,
     top, bottom = (part[f"{name}_{end}"].to_numpy(dtype=np.float64) for end in ("to", "from"))
     finished = ((part["status_to"] == OK) & (part["status_from"] == OK)).to_numpy()
     usable = finished & (top > 0.0) & (bottom > 0.0) & np.isfinite(top) & np.isfinite(bottom)
+    discordant = _discordant(part, top, bottom)
     logs = pd.Series(np.log(top[usable] / bottom[usable]))
     motions = part["motion_id"].to_numpy()[usable]
     # sorted by motion, so that the result does not depend on the order of the rows
@@ -192,10 +197,37 @@ def _effect(part: pd.DataFrame, name: str, options: EffectSettings) -> dict[str,
         "level": options.level,
         "n_motions": int(per_motion.size),
         "n_left_out": int(np.sum(~usable)),
+        "n_discordant": int(np.sum(discordant)),
         "n_collapse_from": int((part["status_from"] == COLLAPSE).sum()),
         "n_collapse_to": int((part["status_to"] == COLLAPSE).sum()),
-        "verdict": verdict_of(float(np.exp(low)), float(np.exp(high)), options.margin),
+        "verdict": paired_verdict(low, high, float(np.mean(discordant)), options.margin),
     }
+
+
+def paired_verdict(ln_low: float, ln_high: float, discordant: float, margin: float) -> str:
+    """Judge an interval of ln ratio; never ``negligible`` where many pairs have no ratio.
+
+    Args:
+        ln_low: Lower end.
+        ln_high: Upper end.
+        discordant: Share of the pairs in which one side alone collapsed, failed or is zero.
+        margin: Relative change that counts as negligible.
+    """
+    found = verdict_of(float(np.exp(ln_low)), float(np.exp(ln_high)), margin)
+    # ASSUME ratios of the other pairs say nothing about those in which one side has none
+    return UNDECIDED if found == NEGLIGIBLE and discordant > MAX_DISCORDANT else found
+
+
+def _discordant(part: pd.DataFrame, top: FloatArray, bottom: FloatArray) -> NDArray[np.bool_]:
+    same = (part["status_to"] == part["status_from"]).to_numpy()
+    return ~same | ((top > 0.0) != (bottom > 0.0))
+
+
+@lru_cache(maxsize=8)
+def _draws(n: int, replicates: int, seed: int) -> FloatArray:
+    """Return how often each of n motions enters each replicate (the same draws for every pair)."""
+    rng = np.random.default_rng(seed)
+    return rng.multinomial(n, np.full(n, 1.0 / n), size=replicates).astype(np.float64)
 
 
 def studentised_interval(values: FloatArray, options: EffectSettings) -> tuple[float, float, float]:
@@ -216,8 +248,7 @@ def studentised_interval(values: FloatArray, options: EffectSettings) -> tuple[f
     error = float(np.std(values, ddof=1)) / np.sqrt(n)
     if error < 1e-14:  # the axis has no effect at all on this demand
         return mean, mean, mean
-    rng = np.random.default_rng(options.seed)
-    counts = rng.multinomial(n, np.full(n, 1.0 / n), size=options.replicates).astype(np.float64)
+    counts = _draws(n, options.replicates, options.seed)
     means = counts @ values / n
     variances = np.maximum(counts @ values**2 / n - means**2, 0.0) * n / (n - 1)
     errors = np.sqrt(variances / n)
