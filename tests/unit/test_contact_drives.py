@@ -61,7 +61,7 @@ def test_a_slow_ramp_closes_the_gap_and_presses():
         if closed_at is None and contacts.closed[0]:
             closed_at = (step + 1) * 1e-3
     # 10 mm of 20 mm/s; then the wall pushes the springs by 10 mm less the penetration.
-    assert closed_at == pytest.approx(0.5, abs=2e-3)
+    assert closed_at == pytest.approx(0.5, abs=3e-3)  # a drive acts in the step after
     assert contacts.normals_n[0] == pytest.approx(1.0e3 * 0.010, rel=2e-3)
     assert contacts.openings_m[0] == pytest.approx(-10.0 / 1e6, rel=1e-2)
 
