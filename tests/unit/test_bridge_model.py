@@ -1,0 +1,241 @@
+"""What a built model is made of."""
+
+from math import cos, radians, sin
+from pathlib import Path
+
+import numpy as np
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.analysis.damping import apply_rayleigh, rayleigh_factors
+from skewbridge.analysis.gravity import apply_gravity, column_axial_forces_n, support_reactions_n
+from skewbridge.analysis.modal import modal_properties
+from skewbridge.bridge.abutment.backfill import variation_factors
+from skewbridge.bridge.abutment.penalty import (
+    NORMAL_OVER_TANGENT,
+    normal_penalty,
+    tangent_penalty,
+)
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.plan import deck_end, tributary_shares
+from skewbridge.errors import InputError
+from skewbridge.study.variant import Variant
+from skewbridge.units import G_MPS2
+
+
+def variant(
+    skew_deg: int = 30, abutment: str = "contact_friction", bridge: str = "osb1"
+) -> Variant:
+    return Variant(bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50)
+
+
+def test_the_arrays_do_not_rotate_about_their_axis_while_the_deck_does() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions())
+        apply_gravity(model)
+        for abutment, deck_node in zip(
+            model.abutments, (model.deck_nodes[0], model.deck_nodes[-1]), strict=True
+        ):
+            tx, ty = abutment.tangent
+            about = [
+                abs(ops.nodeDisp(node, 4) * tx + ops.nodeDisp(node, 5) * ty)
+                for node in (abutment.centre_node, deck_node)
+            ]
+            assert about[1] > 1e-4
+            assert about[0] < 1e-6 * about[1]
+
+
+def test_pads_stand_between_nodes_a_pad_height_apart() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions())
+        height = load_bridge("osb1").abutment.pads.height_m
+        for abutment in model.abutments:
+            assert len(abutment.bearings) == 5
+            for bearing in abutment.bearings:
+                below = np.array(ops.nodeCoord(bearing.seat_node))
+                above = np.array(ops.nodeCoord(bearing.deck_node))
+                assert above - below == pytest.approx([0.0, 0.0, height])
+
+
+@pytest.mark.parametrize("skew_deg", [30, -30, 0, 60])
+def test_contacts_face_the_deck_in_the_skewed_frame(skew_deg: int) -> None:
+    with domain():
+        model = build(variant(skew_deg), ModelOptions())
+        assert model.contacts is not None
+        for abutment in model.abutments:
+            sign = 1.0 if abutment.side == "right" else -1.0
+            outward = (sign * cos(radians(skew_deg)), sign * sin(radians(skew_deg)))
+            assert abutment.normal == pytest.approx(outward)
+            for index in abutment.wall_units:
+                unit = model.contacts.units[index]
+                assert unit.normal == pytest.approx((-outward[0], -outward[1], 0.0))
+                assert unit.gap_m == pytest.approx(0.051)
+            for index in abutment.key_units:
+                unit = model.contacts.units[index]
+                along = np.dot(unit.normal[:2], abutment.tangent)
+                assert abs(along) == pytest.approx(1.0)
+                assert unit.gap_m == pytest.approx(0.0064)
+            assert len(abutment.wall_units) == 5
+            assert len(abutment.key_units) == 2
+
+
+def test_keys_can_face_the_deck_edge_instead() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions(key_frame="deck_edge"))
+        assert model.contacts is not None
+        for abutment in model.abutments:
+            for index, node in zip(abutment.key_units, abutment.key_nodes, strict=True):
+                inward = -np.sign(ops.nodeCoord(node)[1])
+                assert model.contacts.units[index].normal == pytest.approx((0.0, inward, 0.0))
+
+
+def test_the_acute_corners_lie_at_the_ends_of_the_longer_diagonal() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions())
+        places = {
+            (abutment.side, corner.kind): np.array(corner.plan_m)
+            for abutment in model.abutments
+            for corner in abutment.corners
+        }
+    acute = np.linalg.norm(places["left", "acute"] - places["right", "acute"])
+    obtuse = np.linalg.norm(places["left", "obtuse"] - places["right", "obtuse"])
+    assert acute > obtuse
+
+
+def test_masses_and_loads_add_up() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions())
+        columns_n = 2 * 23.56e3 * np.pi * 1.676**2 / 4 * 5.64
+        # the lower half of every column stands on the ground
+        assert sum(model.deck_masses_kg) * G_MPS2 == pytest.approx(model.weight_n - columns_n / 2)
+        for node, mass in zip(model.deck_mass_nodes, model.deck_masses_kg, strict=True):
+            assert ops.nodeMass(node, 1) == pytest.approx(mass)
+
+
+def test_rayleigh_damping_meets_its_ratio_at_both_periods() -> None:
+    a0, a1 = rayleigh_factors(load_bridge("osb1"))
+    assert a0 == pytest.approx(0.487, rel=0.01)
+    assert a1 == pytest.approx(0.00406, rel=0.01)
+    for period_s in (0.94, 0.35):
+        omega = 2 * np.pi / period_s
+        assert a0 / (2 * omega) + a1 * omega / 2 == pytest.approx(0.05)
+
+
+def test_damping_reaches_deck_and_columns_only() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions())
+        apply_gravity(model)
+        apply_rayleigh(model)
+        springs = {
+            tag
+            for group in ("backfill", "contact", "links", "bearings")
+            for tag in model.energy_elements[group]
+        }
+        assert not springs & set(model.damping_elements)
+        assert set(model.damping_elements) == {
+            *model.energy_elements["deck"],
+            *model.energy_elements["columns"],
+        }
+
+
+def test_every_element_is_in_one_energy_group() -> None:
+    with domain():
+        model = build(variant(30, "spring"), ModelOptions(arrays="corotational"))
+        grouped = [tag for tags in model.energy_elements.values() for tag in tags]
+        assert sorted(grouped) == sorted(ops.getEleTags())
+
+
+def one_span_bridge(tmp_path: Path) -> str:
+    path = tmp_path / "single.yaml"
+    path.write_text(
+        'extends: osb1\nspans_m: {v: [40.0], src: "d: test"}\nbents: []\n', encoding="utf-8"
+    )
+    return str(path)
+
+
+def test_a_single_span_needs_no_bent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    single = load_bridge(one_span_bridge(tmp_path))
+    monkeypatch.setattr("skewbridge.bridge.model.load_bridge", lambda _: single)
+    result = modal_properties(variant(20))
+    assert result.column_axial_kn == ()
+    assert sum(result.abutment_reaction_kn) == pytest.approx(result.weight_kn)
+
+
+def test_foundation_springs_soften_the_bridge() -> None:
+    stiff = modal_properties(variant(0, bridge="bridge_a"))
+    soft = modal_properties(variant(0, bridge="bridge_a"), ModelOptions(foundation="springs"))
+    assert soft.period_s("x") > 1.1 * stiff.period_s("x")
+    with pytest.raises(InputError, match="osb1 has no foundation springs"):
+        modal_properties(variant(0), ModelOptions(foundation="springs"))
+
+
+def test_embankment_mass_moves_with_the_abutment() -> None:
+    def moving(options: ModelOptions) -> float:
+        with domain():
+            model: BridgeModel = build(variant(0, "spring"), options)
+            return sum(model.wall_masses_kg.values())
+
+    assert moving(ModelOptions(embankment_mass=True)) > 1e6 > moving(ModelOptions())
+
+
+def test_skewed_supports_load_the_obtuse_corner_more() -> None:
+    with domain():
+        model = build(variant(40), ModelOptions())
+        apply_gravity(model)
+        ops.reactions()
+        right = model.abutments[1]
+        reactions = [ops.nodeReaction(bearing.seat_node, 3) for bearing in right.bearings]
+        # pads run along the tangent; at positive skew the acute corner comes first
+        assert right.corners[0].kind == "acute"
+        assert reactions[-1] > 1.2 * reactions[0]
+        assert sum(column_axial_forces_n(model)) + sum(support_reactions_n(model)) == pytest.approx(
+            model.weight_n
+        )
+
+
+def test_shares_of_the_wall_add_up_and_corners_get_half() -> None:
+    shares = tributary_shares(5)
+    assert sum(shares) == pytest.approx(1.0)
+    assert shares[0] == shares[-1] == shares[2] / 2
+
+
+def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() -> None:
+    for skew_deg in (60, -60):
+        end = deck_end("left", 90.0, skew_deg, 14.0, 0.9)
+        stations = end.wall_stations(5)
+        factors = variation_factors(stations, end.skew_rad, 0.3, end.acute_sign)
+        assert max(factors) == pytest.approx(1.3)
+        assert sum(factors) == pytest.approx(5.0)
+        acute_first = end.acute_sign < 0
+        assert (factors[0] > factors[-1]) == acute_first
+    assert variation_factors([-1.0, 1.0], 0.0, 0.3, 1.0) == [1.0, 1.0]
+
+
+def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
+    options = ModelOptions()
+    assert normal_penalty(1.0e7, 1e9, options) == pytest.approx(50 * 1.0e7)  # 2 % softer in series
+    kn = normal_penalty(1.0e9, 4000.0, options)
+    assert 0.005 * (kn / 4000.0) ** 0.5 == pytest.approx(3.0)  # rad per step of 5 ms
+    assert tangent_penalty(kn, options) == pytest.approx(kn / NORMAL_OVER_TANGENT)
+    named = ModelOptions(normal_stiffness_n_per_m=7.0, tangent_stiffness_n_per_m=3.0)
+    assert (normal_penalty(1.0, 1.0, named), tangent_penalty(1.0, named)) == (7.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("transverse_gap_m", -0.1),
+        ("backwall_points", 1),
+        ("wall_dashpot_ratio", 2.0),
+        ("normal_stiffness_n_per_m", 0.0),
+        ("normal_stiffness_n_per_m", float("nan")),
+        ("column_fibers", (8, 0, 2)),
+        ("arrays", "soft"),
+    ],
+)
+def test_a_bad_option_is_named(field: str, value: object) -> None:
+    with pytest.raises(InputError, match=field):
+        ModelOptions(**{field: value})
