@@ -69,6 +69,7 @@ def _concrete_material(concrete: Concrete, crushed_pa: float, tags: TagAllocator
     initial modulus; between, the parabola is then above the curve by less than 8 % of the strength.
     """
     material = tags.material()
+    # ASSUME the right initial stiffness matters more than the strain at the peak
     peak_strain = 2 * concrete.peak_pa / concrete.modulus_pa
     ops.uniaxialMaterial(
         *("Concrete01", material, -concrete.peak_pa, -peak_strain),

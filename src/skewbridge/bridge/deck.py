@@ -87,6 +87,7 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     nodes = [tags.node() for _ in x]
     for node, position in zip(nodes, x, strict=True):
         ops.node(node, position, 0.0, deck.centroid_above_soffit_m)
+    # ASSUME the prestressed deck stays elastic and uncracked (SDC 1.7 section 5.6)
     transformation = tags.transformation()
     ops.geomTransf("Linear", transformation, 0.0, 0.0, 1.0)
     modulus = deck.elastic_modulus_gpa * GPA

@@ -121,7 +121,7 @@ def build_side(
         data=bridge.abutment,
         options=options,
         tags=tags,
-        gap_m=variant.gap_mm * MM,
+        gap_m=variant.gap_mm * MM,  # ASSUME measured normal to the wall
         friction=variant.friction,
         contacts=contacts,
     )

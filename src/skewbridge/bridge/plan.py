@@ -57,6 +57,7 @@ class DeckEnd:
 
     def point(self, line: Literal["inner", "bearing", "outer"], along_m: float) -> PlanVector:
         """Return a point of a transverse array, ``along_m`` from the centreline along the wall."""
+        # ASSUME the arrays stand at the faces and in the middle of the end diaphragm
         faces = {"inner": -0.5, "bearing": 0.0, "outer": 0.5}[line]
         offset = faces * self.thickness_m * self.sign / cos(self.skew_rad)
         return (

@@ -116,11 +116,10 @@ def wing_wall(abutment: AbutmentData) -> Passive:
     The SDC curve of the backwall times wing length over wall width, participation and
     effectiveness.
 
-    ASSUME: no reduction for skew, the wings bear on the soil at a right angle.
-
     References:
         Aviram, Mackie and Stojadinovic (2008), PEER 2008/03.
     """
     factor = abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
     straight = sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
+    # ASSUME no reduction for skew: the wings bear on the soil at a right angle
     return straight.scaled(factor)

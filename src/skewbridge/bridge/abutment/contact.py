@@ -46,7 +46,7 @@ def build_contact(context: SideContext) -> SideParts:
 def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) -> None:
     """Create the wall points: independent nodes, each with its share of wall and soil.
 
-    All points get the penalty of the stiffest, so that the force spreads by soil alone.
+    All points get the penalty of the stiffest, so that the soil alone spreads the force.
     """
     end, options, tags = context.end, context.options, context.tags
     inward = (-end.normal[0], -end.normal[1])

@@ -143,6 +143,7 @@ def key_inward_normal(context: SideContext, sign: float) -> PlanVector:
     Along the skewed wall by default, or across the deck's edge.
     """
     end = context.end
+    # ASSUME keys stand in the abutment's skewed frame, as its other springs do in the paper
     if context.options.key_frame == "skewed":
         return (-sign * end.tangent[0], -sign * end.tangent[1])
     across = 1.0 if end.tangent[1] > 0.0 else -1.0

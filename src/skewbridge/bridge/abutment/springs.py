@@ -31,10 +31,8 @@ class Frame:
 
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
-    """Create a spring that resists closing (negative deformation) beyond a gap.
-
-    The soil keeps its indentation: on unloading a gap opens behind the wall.
-    """
+    """Create a spring that resists closing (negative deformation) beyond a gap."""
+    # ASSUME the soil keeps its indentation: on unloading a gap opens behind the wall
     material = tags.material()
     gap = max(gap_m, NO_GAP_M)
     stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
