@@ -171,3 +171,11 @@ def test_measures_are_ranked_with_a_probability_of_being_best():
     assert found.loc["im_bad_g", "status"] == "non_positive_im"
     assert found.loc[IM, "relative_sufficiency_nats"] == 0.0
     assert found.loc[IM, "p_magnitude"] > 0.01
+
+
+def test_few_motions_get_the_interval_of_student():
+    options = EffectSettings(level=0.90, margin=0.05, replicates=999, seed=1)
+    mean, low, high = studentised_interval(np.array([0.0, 0.01, 0.02]), options)
+    # t(0.95, 2) = 2.920, standard error 0.01/sqrt 3
+    assert (mean, high - mean, mean - low) == pytest.approx((0.01, 0.01686, 0.01686), rel=1e-3)
+    assert np.isnan(studentised_interval(np.array([0.0, 0.1]), options)[1])

@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.links import FloatArray
@@ -26,6 +27,7 @@ EFFECT_LEVEL: Final = 0.90  # two one-sided tests at 5 % are a 90 % interval ins
 MARGIN: Final = 0.05  # ASSUME 5 % of demand is below what a designer would act on
 MAX_DISCORDANT: Final = 0.05
 _MIN_MOTIONS: Final = 3
+MIN_BOOTSTRAP: Final = 8  # motions; below, Student's t instead of the bootstrap
 DEFAULT_DEMANDS: Final = (
     "column_shear_kn",
     "column_shear_dcr",
@@ -57,7 +59,7 @@ EFFECT_COLUMNS: Final[dict[str, str]] = {
     "friction": "friction of both variants; NaN where it is the axis or pooled over",
     "scope": "variant (one pair of variants) | pooled (all pairs, motion by motion)",
     "ratio": "geometric mean over the motions of the paired ratio",
-    "ci_low": "lower end of its interval (record bootstrap, studentised)",
+    "ci_low": "lower end of its interval (bootstrap-t over motions; Student's t below 8 motions)",
     "ci_high": "upper end",
     "level": "confidence level",
     "n_motions": "motions with a usable pair",
@@ -233,7 +235,7 @@ def _draws(n: int, replicates: int, seed: int) -> FloatArray:
 def studentised_interval(values: FloatArray, options: EffectSettings) -> tuple[float, float, float]:
     """Return mean and bootstrap-t interval of the mean of values, one per motion.
 
-    The motion is the unit that is drawn. The plain percentile interval is too narrow with 16
+    The motion is the unit that is drawn; below 8 motions Student's interval is given. The plain percentile interval is too narrow with 16
     motions; the studentised one is second-order correct.
 
     References:
@@ -248,12 +250,15 @@ def studentised_interval(values: FloatArray, options: EffectSettings) -> tuple[f
     error = float(np.std(values, ddof=1)) / np.sqrt(n)
     if error < 1e-14:  # the axis has no effect at all on this demand
         return mean, mean, mean
+    tail = 0.5 * (1.0 - options.level)
+    if n < MIN_BOOTSTRAP:  # too few distinct draws
+        reach = float(special.stdtrit(n - 1, 1.0 - tail)) * error
+        return mean, mean - reach, mean + reach
     counts = _draws(n, options.replicates, options.seed)
     means = counts @ values / n
     variances = np.maximum(counts @ values**2 / n - means**2, 0.0) * n / (n - 1)
     errors = np.sqrt(variances / n)
     good = errors > 1e-3 * error  # replicates of (nearly) one motion have no scale
     t = (means[good] - mean) / errors[good]
-    tail = 0.5 * (1.0 - options.level)
     t_low, t_high = np.quantile(t, [tail, 1.0 - tail])
     return mean, mean - float(t_high) * error, mean - float(t_low) * error
