@@ -235,8 +235,9 @@ def _draws(n: int, replicates: int, seed: int) -> FloatArray:
 def studentised_interval(values: FloatArray, options: EffectSettings) -> tuple[float, float, float]:
     """Return mean and bootstrap-t interval of the mean of values, one per motion.
 
-    The motion is the unit that is drawn; below 8 motions Student's interval is given. The plain percentile interval is too narrow with 16
-    motions; the studentised one is second-order correct.
+    The motion is the unit that is drawn; below 8 motions Student's interval is given. The plain
+    percentile interval is too narrow with 16 motions; the studentised one is second-order
+    correct.
 
     References:
         Efron and Tibshirani (1993), An Introduction to the Bootstrap, section 12.5.
