@@ -1,0 +1,93 @@
+"""Invariants of the pure functions of the bridge room."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skewbridge.bridge.abutment.backfill import Passive, sdc_backfill, skew_reduction
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.column import section_response, shear_section
+from skewbridge.bridge.dead_load import continuous_reactions_n
+from skewbridge.bridge.plan import deck_end, tributary_shares
+from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
+
+SKEWS = st.floats(-60.0, 60.0)
+SPANS = st.lists(st.floats(5.0, 80.0), min_size=1, max_size=8).map(tuple)
+
+
+@given(st.floats(1e6, 1e9), st.floats(1e5, 1e8), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_passive_force_grows_with_closure_below_its_initial_stiffness(
+    stiffness: float, ultimate: float, ratio: float, closure_m: float
+) -> None:
+    passive = Passive(stiffness_n_per_m=stiffness, ultimate_n=ultimate, failure_ratio=ratio)
+    less, more = passive.force_n([closure_m, 1.1 * closure_m])
+    assert 0.0 <= less <= more * (1 + 1e-12)
+    assert less <= stiffness * closure_m * (1 + 1e-12)
+    assert passive.force_n(-closure_m) == 0.0
+
+
+@given(SKEWS)
+def test_skew_reduction_is_even_and_at_most_one(skew_deg: float) -> None:
+    reduction = skew_reduction(np.radians(skew_deg))
+    assert 0.0 < reduction <= 1.0
+    assert reduction == skew_reduction(np.radians(-skew_deg))
+
+
+@given(st.floats(3.0, 40.0), st.floats(0.7, 3.0))
+def test_backfill_of_the_criteria_is_linear_in_width(width_m: float, height_m: float) -> None:
+    one, two = sdc_backfill(width_m, height_m), sdc_backfill(2 * width_m, height_m)
+    assert two.ultimate_n == pytest.approx(2 * one.ultimate_n)
+    assert two.stiffness_n_per_m == pytest.approx(2 * one.stiffness_n_per_m)
+
+
+@given(SPANS, st.floats(1.0, 1e6))
+def test_reactions_balance_load_and_moment(spans_m: tuple[float, ...], load: float) -> None:
+    reactions = continuous_reactions_n(spans_m, load)
+    length = sum(spans_m)
+    assert sum(reactions) == pytest.approx(load * length)
+    places = np.concatenate(([0.0], np.cumsum(spans_m)))
+    assert np.dot(reactions, places) == pytest.approx(load * length**2 / 2)
+
+
+@given(SKEWS, st.floats(5.0, 30.0), st.floats(0.2, 2.0), st.integers(2, 12))
+def test_opposite_skews_and_opposite_ends_mirror_each_other(
+    skew_deg: float, width_m: float, thickness_m: float, count: int
+) -> None:
+    right = deck_end("right", 80.0, skew_deg, width_m, thickness_m)
+    left = deck_end("left", 80.0, skew_deg, width_m, thickness_m)
+    mirrored = deck_end("right", 80.0, -skew_deg, width_m, thickness_m)
+    assert np.dot(right.normal, right.tangent) == pytest.approx(0.0, abs=1e-12)
+    for along in right.wall_stations(count):
+        x, y = right.point("outer", along)
+        assert left.point("outer", along) == pytest.approx((-x, -y), abs=1e-9)
+        assert mirrored.point("outer", -along) == pytest.approx((x, -y), abs=1e-9)
+    edges = [right.point("outer", along)[1] for along in right.wall_stations(count)]
+    assert edges[0] == pytest.approx(-width_m / 2)
+    assert edges[-1] == pytest.approx(width_m / 2)
+    assert sum(tributary_shares(count)) == pytest.approx(1.0)
+
+
+@settings(max_examples=50)
+@given(st.floats(-2e6, 2e7), st.floats(0.0, 30.0), st.floats(0.0, 5.0))
+def test_shear_strength_never_grows_with_ductility_nor_falls_with_compression(
+    axial_n: float, ductility: float, more: float
+) -> None:
+    column = load_bridge("osb1").column
+    section = shear_section(column, 5.64, section_response(column, 6.0e6))
+    for strength in (sdc_shear_strength, kowalsky_priestley_strength):
+        base = float(strength(section, axial_n, ductility))
+        assert base > 0.0
+        assert float(strength(section, axial_n, ductility + more)) <= base + 1e-6
+        assert float(strength(section, axial_n + 1e6, ductility)) >= base - 1e-6
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.0, 1.5e7))
+def test_moment_curvature_is_steepest_at_first_and_ends_beyond_yield(axial_n: float) -> None:
+    curve = section_response(load_bridge("osb1").column, axial_n)
+    stiffness = np.diff(curve.moment_nm) / np.diff(curve.curvature_per_m)
+    assert stiffness.argmax() <= 3
+    assert 0.0 < curve.first_yield_curvature_per_m <= curve.yield_curvature_per_m
+    assert curve.yield_curvature_per_m < curve.ultimate_curvature_per_m
+    assert curve.first_yield_moment_nm <= curve.plastic_moment_nm
