@@ -33,10 +33,11 @@ def build_oscillator(tolerance=1e-12, iterations=10):
     ops.test("NormDispIncr", tolerance, iterations)
 
 
-def stepper(integrator, ladder=LADDER, before=None, after=None):
+def stepper(integrator, ladder=LADDER, before=None, after=None, loosen=None):
     made = Stepper(
         integrator=integrator,
         dt_s=DT_S,
+        loosen=loosen or (lambda _: None),
         max_iterations=10,
         before=before or (lambda _: None),
         after=after or (lambda _: None),
@@ -129,3 +130,22 @@ def test_every_rung_divides_the_finest():
     finest = LADDER[-1].substeps
     assert all(finest % attempt.substeps == 0 for attempt in LADDER)
     assert [a.substeps for a in LADDER] == sorted(a.substeps for a in LADDER)
+
+
+def test_a_rung_may_loosen_the_test_and_the_next_step_is_strict_again():
+    build_oscillator()
+    factors = []
+    ladder = (
+        Attempt(algorithm=("Newton",)),
+        Attempt(algorithm=("Newton",), loosening=1e3),
+    )
+
+    def loosen(factor):
+        factors.append(factor)
+        ops.test("NormDispIncr", 1e-12 if factor > 1.0 else -1.0, 5)
+
+    steps = stepper(("Newmark", 0.5, 0.25), ladder, loosen=loosen)
+    loosen(1.0)
+    assert steps.step()
+    assert factors == [1.0, 1e3, 1.0]
+    assert steps.effort.highest_rung == 1

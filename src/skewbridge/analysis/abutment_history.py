@@ -1,6 +1,7 @@
 """The response of one abutment with the mass it carries: the paper's sub-structure study."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from skewbridge.analysis.gravity import hold_dead_load
 from skewbridge.analysis.recovery import Stepper
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import GroundInput, configure_solver, solver_log
+from skewbridge.analysis.transient import GroundInput, configure_solver, set_test, solver_log
 from skewbridge.bridge.model import domain
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
@@ -110,6 +111,7 @@ def _march(
     stepper = Stepper(
         integrator=settings.integrator_command,
         dt_s=settings.dt_s,
+        loosen=partial(set_test, settings),
         max_iterations=settings.max_iterations,
         before=before,
         after=after,
