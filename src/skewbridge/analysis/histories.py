@@ -25,6 +25,7 @@ def histories_of(model: BridgeModel, trace: Trace, ground_accel_mps2: Series) ->
     positive when they oppose a positive displacement, so that they plot as hysteresis loops.
     """
     disp = trace.disp(model.deck_centre_node)
+    none = np.zeros(len(trace.time_s))  # a single span has no columns
     table: dict[str, Series] = {
         "t_s": trace.time_s,
         "ground_ax_mps2": ground_accel_mps2[:, 0],
@@ -33,11 +34,11 @@ def histories_of(model: BridgeModel, trace: Trace, ground_accel_mps2: Series) ->
         "deck_uy_m": disp[:, 1],
         "deck_rot_rad": disp[:, 5],
         "column_shear_kn": np.maximum.reduce(
-            [np.hypot(*column_shear_n(column, trace).T) for column in model.columns]
+            [none, *(np.hypot(*column_shear_n(column, trace).T) for column in model.columns)]
         )
         / KN,
         "column_shear_dcr": np.maximum.reduce(
-            [column_shear_dcr(column, trace) for column in model.columns]
+            [none, *(column_shear_dcr(column, trace) for column in model.columns)]
         ),
     }
     for number, column in enumerate(model.columns, start=1):
