@@ -1,0 +1,52 @@
+"""Figure 3 of the paper: the unit in space under a square and two triangular waves."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from shared import shared_path
+from skewbridge.verification.figure_3 import EXACT_N, EXACT_WORK_J, LAW, LIMIT_N
+from skewbridge.verification.paths import figure_3
+from skewbridge.verification.unit_path import drive_unit, follow_law, path_work_j
+
+
+def steady(path):
+    """Rows away from the jumps of the wave and from the reversals of the slip."""
+    moved = np.sign(np.diff(path[:, 1:], axis=0).round(9))
+    events = np.flatnonzero(np.any(np.diff(moved, axis=0) != 0.0, axis=1)) + 1
+    keep = np.ones(len(path), dtype=bool)
+    for shift in (-1, 0, 1, 2):
+        keep[np.clip(events + shift, 0, len(path) - 1)] = False
+    return keep
+
+
+def test_a_live_unit_gives_the_exact_forces_and_work():
+    path = figure_3(2000)
+    forces = drive_unit(LAW, path, substeps=1).forces_n
+    for time, exact in EXACT_N.items():
+        row = forces[round(2000 * time), :2]
+        assert row == pytest.approx(exact, abs=0.01 * LIMIT_N)
+    assert path_work_j(path, forces) == pytest.approx(EXACT_WORK_J, rel=2e-3)
+
+
+def test_one_millisecond_is_enough_for_one_percent():
+    path = figure_3(1000)
+    forces = drive_unit(LAW, path, substeps=1).forces_n
+    exact = follow_law(LAW, path, substeps=20).forces_n
+    error = np.hypot(*(forces - exact)[steady(path), :2].T) / LIMIT_N
+    assert np.sqrt(np.mean(error**2)) <= 0.01
+    # Every committed force lies in the cone of its own compression.
+    limit = np.where(forces[:, 2] > 0.0, LAW.cohesion_n + LAW.friction * forces[:, 2], 0.0)
+    inside = np.hypot(*forces[:, :2].T) <= limit * (1 + 1e-6) + 1e-6
+    assert inside[steady(path)].all()
+
+
+def test_the_tabulated_history_of_radial_return_is_met():
+    reference = pd.read_csv(shared_path("cases/ref_fig3_radial_return.csv"))
+    path = figure_3(1000)
+    forces = drive_unit(LAW, path, substeps=2).forces_n[::10]
+    path = path[::10]
+    assert path[:, 1] == pytest.approx(reference["ux_m"].to_numpy(), abs=1e-6)
+    keep = steady(path)
+    error = (forces[:, :2] - reference[["Fx", "Fy"]].to_numpy())[keep] / LIMIT_N
+    assert np.sqrt(np.mean(np.sum(error**2, axis=1))) <= 0.01

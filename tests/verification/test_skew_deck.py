@@ -1,0 +1,146 @@
+"""The rigid skew deck of Dimitrakopoulos (2011), Engineering Structures 33: cases C1 to C5."""
+
+from math import radians, sin
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from shared import shared_path
+from skewbridge.verification.cases import C1, C2, C3, C4, C5, SCALE_M, deck_case
+from skewbridge.verification.deck import run_deck
+from skewbridge.verification.deck_impacts import locked_rotation, perimeter_beams
+from skewbridge.verification.deck_model import make_deck, pulse_of
+from skewbridge.verification.deck_opensees import run_opensees
+from skewbridge.verification.figure_5_6 import LARGEST_LINEAR_RATIO, LCP_PEAKS, PENALTY_PEAKS
+
+
+def over_scale(history):
+    peaks = history.peaks()
+    return (
+        peaks["ux_m"] / SCALE_M,
+        peaks["uy_m"] / SCALE_M,
+        peaks["theta_rad"] * 30.0 / SCALE_M,
+    )
+
+
+def test_lever_arms_are_those_of_the_plan():
+    deck = make_deck(deck_case(C1))
+    rows = deck.normal_rows
+    assert np.abs(rows[:, 2]) == pytest.approx([16.1603, 1.1603, 1.1603, 16.1603], abs=1e-4)
+    assert np.abs(deck.tangent_rows[:, 2]) == pytest.approx([12.990] * 4, abs=1e-3)
+    assert deck.mass[2] / deck.mass[0] == pytest.approx(100.0)
+    assert deck_case(C1).period_theta_s == pytest.approx(0.31623, abs=1e-5)
+    assert pytest.approx(0.0310613, abs=1e-7) == SCALE_M
+
+
+# 1 % for displacements and 2 % for the rotation: two integrations of the same equations, the peaks
+# of an elastic contact depend on the phase of its impacts.
+@pytest.mark.parametrize("named", [C1, C3], ids=lambda c: c.name)
+@pytest.mark.parametrize("solver", ["opensees", "penalty"])
+def test_elastic_penalty_peaks(named, solver):
+    history = run_deck(deck_case(named, solver=solver, duration_s=1.5))
+    peaks, exact = history.peaks(), PENALTY_PEAKS[named.name]
+    assert peaks["ux_m"] == pytest.approx(exact[0], rel=0.01)
+    assert peaks["uy_m"] == pytest.approx(exact[1], rel=0.01)
+    assert peaks["theta_rad"] == pytest.approx(exact[2], rel=0.02)
+    assert peaks["penetration_m"] == pytest.approx(exact[3], rel=0.01)
+    assert history.first_contact_s() == pytest.approx(0.036500, abs=1e-4)
+    assert abs(history.energy_residual_ratio) < 1e-4
+
+
+def test_elastic_history_of_c1():
+    reference = pd.read_csv(shared_path("cases/ref_C1_penalty_m1000_Kn1e7.csv"))
+    history = run_deck(deck_case(C1))
+    for column, name in enumerate(("ux_m", "uy_m")):
+        found = np.interp(reference["t_s"], history.t_s, history.q[:, column])
+        assert np.abs(found - reference[name].to_numpy()).max() <= 0.01 * SCALE_M
+
+
+@pytest.mark.parametrize("named", [C2, C4, C5], ids=lambda c: c.name)
+def test_frictional_decks_agree_with_the_penalty_equation(named):
+    # tan(skew) exceeds the friction by 0.38 or more; step x contact frequency is 0.014.
+    found = run_deck(deck_case(named, duration_s=1.0)).peaks()
+    exact = run_deck(deck_case(named, solver="penalty", duration_s=1.0)).peaks()
+    assert found["ux_m"] == pytest.approx(exact["ux_m"], rel=0.01)
+    assert found["uy_m"] == pytest.approx(exact["uy_m"], rel=0.01)
+    assert found["theta_rad"] == pytest.approx(exact["theta_rad"], rel=0.02)
+
+
+def test_lagged_coupling_needs_a_third_of_the_step():
+    case = deck_case(C5, duration_s=0.6)
+    exact = run_deck(case.model_copy(update={"solver": "penalty"})).peaks()
+    lagged = case.model_copy(update={"coupling": "lagged", "dt_s": 0.005 / 141.42})
+    found = run_deck(lagged).peaks()
+    assert found["ux_m"] == pytest.approx(exact["ux_m"], rel=0.02)
+    assert found["theta_rad"] == pytest.approx(exact["theta_rad"], rel=0.05)
+
+
+def test_contact_never_touches_the_motion_along_the_ends():
+    history = run_deck(deck_case(C1, duration_s=1.0))
+    skew = radians(30.0)
+    along = history.q[:, :2] @ np.array([sin(skew), np.cos(skew)])
+    exact = sin(skew) * LARGEST_LINEAR_RATIO * SCALE_M
+    # Exact linear response whatever the penalty: 0.1 %.
+    assert np.abs(along).max() == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "key", [("C1", 0.6), ("C1", 0.45), ("C2", 0.6), ("C3", 0.6), ("C4", 0.6), ("C5", 0.6)], ids=str
+)
+def test_moreau_jean_peaks(key):
+    named = {case.name: case for case in (C1, C2, C3, C4, C5)}[key[0]]
+    history = run_deck(deck_case(named, solver="lcp", restitution=key[1], duration_s=1.2))
+    assert over_scale(history) == pytest.approx(LCP_PEAKS[key], rel=1e-3, abs=1e-9)
+    assert abs(history.energy_residual_ratio) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["C1", "C2", "C3", "C5"])
+def test_moreau_jean_history(name):
+    reference = pd.read_csv(shared_path(f"cases/ref_{name}_lcp_e0.6.csv"))
+    named = {case.name: case for case in (C1, C2, C3, C5)}[name]
+    history = run_deck(deck_case(named, solver="lcp", restitution=0.6, duration_s=1.0))
+    early = reference["t_s"] <= 1.0
+    for column, label in enumerate(("ux_m", "uy_m")):
+        found = np.interp(reference["t_s"][early], history.t_s, history.q[:, column])
+        assert np.abs(found - reference[label][early].to_numpy()).max() <= 2e-3 * SCALE_M
+
+
+def test_beams_around_the_deck_give_the_peaks_of_rigid_links():
+    case = deck_case(C3, duration_s=0.6)
+    links = run_deck(case).peaks()
+    beams = run_opensees(case, make_deck(case), pulse_of(case), connect=perimeter_beams).peaks()
+    assert beams == pytest.approx(links, rel=2e-3)
+
+
+def test_opposite_skews_mirror_each_other():
+    left = run_deck(deck_case(C3, duration_s=0.6))
+    right = run_deck(deck_case(C3, skew_deg=-30.0, duration_s=0.6))
+    assert right.q * [1, -1, -1] == pytest.approx(left.q, abs=1e-9)
+    assert right.normals_n == pytest.approx(left.normals_n, abs=1e-3)
+
+
+def test_a_damped_penalty_deck_that_cannot_rotate_converges_to_the_rigid_one():
+    table = locked_rotation((1e3, 1e4))
+    # Reference values 0.0490 and 0.0136: the rate is that of the penalty, not of the step.
+    assert table["rms_ratio"].to_numpy() == pytest.approx([0.049, 0.0136], rel=0.1)
+    assert table["first_contact_s"].to_numpy() == pytest.approx(0.0365, abs=1e-3)
+
+
+@pytest.mark.parametrize("solver", ["opensees", "penalty"])
+def test_damped_penalty_peaks_of_c1(solver):
+    history = run_deck(deck_case(C1, solver=solver, restitution=0.6, duration_s=1.0))
+    peaks = history.peaks()
+    # Reference with 25577.5 N s/m per corner.
+    assert peaks["ux_m"] == pytest.approx(20.624e-3, rel=0.01)
+    assert peaks["uy_m"] == pytest.approx(33.027e-3, rel=0.01)
+    assert peaks["theta_rad"] == pytest.approx(2.6011e-4, rel=0.02)
+
+
+@pytest.mark.parametrize("integrator", ["houbolt", "hht"])
+def test_other_integrators_agree_where_the_contact_is_resolved(integrator):
+    # Houbolt and HHT at w_c dt = 0.014: 1.5 % for what they damp themselves.
+    case = deck_case(C1, integrator=integrator, duration_s=0.7)
+    found = run_deck(case).peaks()
+    assert found["ux_m"] == pytest.approx(PENALTY_PEAKS["C1"][0], rel=0.015)
+    assert found["theta_rad"] == pytest.approx(PENALTY_PEAKS["C1"][2], rel=0.015)
