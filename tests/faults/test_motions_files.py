@@ -79,8 +79,11 @@ V2 = "\n".join(
 TWO = "time (s),acceleration (g)\n" + "\n".join(
     f"{i * 0.01:.2f},{v:.6e}" for i, v in enumerate(shaken_g(4, 60))
 )
+THREE = "time,h1,h2\n" + "\n".join(
+    f"{i * 0.01:.2f} {v:.6e} {0.5 * v:.6e}" for i, v in enumerate(shaken_g(6, 60))
+)
 VALUES = "\n".join(f"{v:.6e}" for v in shaken_g(5, 60))
-BASES = {"a.AT2": AT2, "b.EW": KNET, "c.V2": V2, "d.csv": TWO, "e.acc": VALUES}
+BASES = {"a.AT2": AT2, "b.EW": KNET, "c.V2": V2, "d.csv": TWO, "e.acc": VALUES, "f.txt": THREE}
 
 NASTY = [
     "NaN", "inf", "-Infinity", "*******", "1e999", "1D5", "1d-400", "1,5", "--", "+-1", "..", "E",
@@ -132,7 +135,10 @@ def folder(tmp_path_factory):
 def test_unbroken_bases_are_read(folder):
     for name, text in BASES.items():
         (folder / name).write_bytes(text.encode())
-        trace = read_trace(folder / name, Given(dt_s=0.01) if name == "e.acc" else None)
+        known = Given(
+            dt_s=0.01 if name == "e.acc" else None, channel=2 if name == "f.txt" else None
+        )
+        trace = read_trace(folder / name, known)
         assert trace.accel_mps2.size in {60, 64}
 
 
@@ -146,12 +152,13 @@ def test_unbroken_bases_are_read(folder):
     name=st.sampled_from(sorted(BASES)),
     edits=st.lists(EDIT, min_size=1, max_size=4),
     dt_s=st.sampled_from([None, 0.01]),
+    channel=st.sampled_from([None, 1, 2]),
 )
-def test_mutated_files_end_in_a_sane_record_or_in_our_error(folder, name, edits, dt_s):
+def test_mutated_files_end_in_a_sane_record_or_in_our_error(folder, name, edits, dt_s, channel):
     path = folder / name
     path.write_bytes(_edited(BASES[name].encode(), edits))
     try:
-        trace = read_trace(path, Given(dt_s=dt_s))
+        trace = read_trace(path, Given(dt_s=dt_s, channel=channel))
     except InputError:
         return
     assert np.isfinite(trace.accel_mps2).all()

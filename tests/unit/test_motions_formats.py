@@ -176,6 +176,24 @@ def test_two_columns_take_their_unit_from_the_header(tmp_path, header, unit):
     assert (trace.format, trace.unit, trace.dt_s) == ("two_column", unit, 0.01)
 
 
+def test_table_of_several_components_asks_which(tmp_path):
+    rows = [f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}" for i, v in enumerate(RECORD_G)]
+    path = _file(tmp_path, "a.csv", "time_s,h1_g,h2_g\n" + "\n".join(rows))
+    with pytest.raises(InputError, match="2 columns beside the time"):
+        read_trace(path)
+    np.testing.assert_allclose(read_trace(path, Given(channel=2)).accel_mps2, -2 * SI, rtol=1e-7)
+    with pytest.raises(InputError, match="channel 3 of 2"):
+        read_trace(path, Given(channel=3))
+
+
+def test_bare_values_in_several_columns_are_not_taken_for_a_table(tmp_path):
+    rising = np.arange(60) ** 1.5 * 1e-4  # a slow start: the first number of each line rises
+    path = _file(tmp_path, "a.acc", _rows(rising, 5, "{:15.7e}"))
+    np.testing.assert_allclose(
+        read_trace(path, Given(dt_s=0.01)).accel_mps2, rising * G_MPS2, rtol=1e-6
+    )
+
+
 @pytest.mark.parametrize("change", ["hole", "back", "missing value"])
 def test_broken_time_column_is_refused_with_its_line(tmp_path, change):
     rows = [f"{i * 0.01:.2f} {v:.8e}" for i, v in enumerate(RECORD_G)]
@@ -242,6 +260,13 @@ def test_reference_copies_have_their_published_peaks():
         pga_g = np.abs(trace.accel_mps2).max() / G_MPS2
         assert pga_g == pytest.approx(float(row["pga_g"]), abs=6e-5), row["file"]
     assert len(rows) > 80
+
+
+def test_components_of_other_names_are_paired_by_their_headers():
+    """Meloland 1979: CHAN15 (360 degrees), CHAN24 (270 degrees), CHAN14 (up)."""
+    (entry,) = list_motions(shared_path("motions/real/formats/csmip_v2"))
+    assert [entry.file_1.name, entry.file_2.name] == ["CHAN15.V2", "CHAN24.V2"]
+    assert "MELOLAND" in entry.motion_id
 
 
 def test_csmip_and_knet_reference_copies_have_the_peaks_of_their_headers():

@@ -1,6 +1,5 @@
 """Look at motion files before they are used: one verdict a file, and an index on request."""
 
-from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
@@ -15,7 +14,7 @@ from skewbridge.motions.index import (
     motion_files,
     read_index_table,
 )
-from skewbridge.motions.pairing import is_vertical, split_name
+from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
 from skewbridge.motions.read import PairError, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.write import write_index
@@ -74,7 +73,7 @@ def check_paths(
             if (path / INDEX_NAME).is_file():
                 checks.extend(_check_index(path, strict=strict))
             else:
-                checks.extend(_note_lone(_check_files(_files_of(path), given, strict=strict)))
+                checks.extend(_check_files(_files_of(path), given, strict=strict, of_study=True))
         elif path.exists():
             loose.append(path)
         else:
@@ -162,7 +161,9 @@ def _files_of(folder: Path) -> list[Path]:
     return sorted([*files, *stray])
 
 
-def _check_files(paths: list[Path], given: Given | None, *, strict: bool) -> list[FileCheck]:
+def _check_files(
+    paths: list[Path], given: Given | None, *, strict: bool, of_study: bool = False
+) -> list[FileCheck]:
     checks: dict[Path, FileCheck] = {}
     traces: dict[Path, Trace] = {}
     for path in paths:
@@ -175,30 +176,30 @@ def _check_files(paths: list[Path], given: Given | None, *, strict: bool) -> lis
         else:
             traces[path] = trace
             checks[path] = _check_of(trace, strict=strict)
-    for first, second in _pairs(list(traces), explicit=len(paths) == 2):
-        try:
-            motion = join_traces(traces[first], traces[second], motion_id=split_name(first)[0])
-        except PairError as error:
-            checks[second] = _with(checks[second], str(error), "pair_error")
-        except InputError as error:
-            checks[first] = _with(checks[first], str(error), "error")
-            checks[second] = _with(checks[second], str(error), "error")
-        else:
-            for message in motion.messages[len(_own(traces[first])) + len(_own(traces[second])) :]:
-                checks[first] = _with(checks[first], f"with {second.name}: {message}")
-                checks[second] = _with(checks[second], f"with {first.name}: {message}")
+    pairs = pairs_among(list(traces.values()), given_as_pair=len(paths) == 2)
+    for first, second in pairs:
+        _check_pair(first, second, checks)
+    if of_study:
+        paired = {trace.path for pair in pairs for trace in pair}
+        for path in traces:
+            if path not in paired and not is_vertical(path):
+                checks[path] = _with(checks[path], "no second component found: a study needs pairs")
     return list(checks.values())
 
 
-def _note_lone(checks: list[FileCheck]) -> list[FileCheck]:
-    """Say of each file of a folder that a study would find no partner for it."""
-    count = Counter(split_name(Path(check.file))[0] for check in checks)
-    return [
-        check
-        if count[split_name(Path(check.file))[0]] == 2 or is_vertical(Path(check.file))
-        else _with(check, "no second component found by its name: a study needs pairs")
-        for check in checks
-    ]
+def _check_pair(first: Trace, second: Trace, checks: dict[Path, FileCheck]) -> None:
+    """Add to the checks of two components what is wrong or noticed when they are joined."""
+    try:
+        motion = join_traces(first, second, motion_id=motion_name(first.path, second.path))
+    except PairError as error:
+        checks[second.path] = _with(checks[second.path], str(error), "pair_error")
+    except InputError as error:
+        for trace in (first, second):
+            checks[trace.path] = _with(checks[trace.path], str(error), "error")
+    else:
+        for message in motion.messages[len(_own(first)) + len(_own(second)) :]:
+            for one, other in ((first, second), (second, first)):
+                checks[one.path] = _with(checks[one.path], f"with {other.path.name}: {message}")
 
 
 def _check_of(trace: Trace, *, strict: bool) -> FileCheck:
@@ -220,29 +221,6 @@ def _own(trace: Trace) -> tuple[str, ...]:
 
 def _with(check: FileCheck, message: str, verdict: Verdict | None = None) -> FileCheck:
     return replace(check, verdict=verdict or check.verdict, messages=(*check.messages, message))
-
-
-def _pairs(paths: list[Path], *, explicit: bool) -> list[tuple[Path, Path]]:
-    """Return the pairs among some readable files: two files given alone are a pair in any case.
-
-    A second component (`_h2`) without a first of its own name is held against the `_h1` before it.
-    """
-    if explicit and len(paths) == 2:
-        return [(min(paths), max(paths))]
-    horizontal = [path for path in paths if not is_vertical(path)]
-    groups: dict[tuple[Path, str], list[Path]] = {}
-    for path in horizontal:
-        groups.setdefault((path.parent, split_name(path)[0]), []).append(path)
-    found = [(files[0], files[1]) for files in groups.values() if len(files) == 2]
-    paired = {path for pair in found for path in pair}
-    last_first: Path | None = None
-    for path in horizontal:
-        ending = split_name(path)[1]
-        if ending == "h1":
-            last_first = path
-        elif ending == "h2" and path not in paired and last_first is not None:
-            found.append((last_first, path))
-    return found
 
 
 def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:

@@ -9,8 +9,9 @@ from typing import Final
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.trace import Given
-from skewbridge.motions.pairing import pair_by_name
+from skewbridge.motions.formats.trace import Given, Trace
+from skewbridge.motions.pairing import group_by_name, pair_by_header, refuse_unpaired
+from skewbridge.motions.read import read_trace
 
 INDEX_NAME: Final = "index.csv"
 # Anything else in a folder of motions (notes, tables) is left alone.
@@ -73,7 +74,7 @@ class IndexEntry:
 
 
 def list_motions(folder: Path) -> list[IndexEntry]:
-    """Return the motions of a folder, by its `index.csv` or, without one, by file name.
+    """Return the motions of a folder, by its `index.csv` or, without one, by file name and header.
 
     Raises:
         InputError: No folder, no motions, an unpaired file, a broken index.
@@ -86,12 +87,42 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         return read_index(index)
     entries = [
         IndexEntry(motion_id=name, file_1=first, file_2=second, given_1=Given(), given_2=Given())
-        for name, (first, second) in pair_by_name(motion_files(folder)).items()
+        for name, (first, second) in _pairs(motion_files(folder)).items()
     ]
     if not entries:
         msg = f"no motions in {folder}"
         raise InputError(msg, folder=str(folder))
     return entries
+
+
+def _pairs(paths: list[Path]) -> dict[str, tuple[Path, Path]]:
+    """Return the pairs by file name; what is left over, by the headers."""
+    pairs: dict[str, tuple[Path, Path]] = {}
+    left: dict[str, list[Path]] = {}
+    for name, files in group_by_name(paths).items():
+        if len(files) == 2:
+            pairs[name] = (files[0], files[1])
+        else:
+            left[name] = files
+    traces: list[Trace] = []
+    for name, files in left.items():
+        try:
+            traces += [read_trace(path) for path in files]
+        except InputError:
+            refuse_unpaired(name, files)
+    by_header = pair_by_header(traces)
+    paired = {trace.path for pair in by_header.values() for trace in pair}
+    stations = {trace.station for pair in by_header.values() for trace in pair}
+    vertical = {
+        trace.path
+        for trace in traces
+        if math.isnan(trace.azimuth_deg) and trace.station in stations
+    }
+    for name, files in left.items():
+        if not paired.union(vertical).issuperset(files):
+            refuse_unpaired(name, files)
+    pairs |= {name: (one.path, two.path) for name, (one, two) in by_header.items()}
+    return dict(sorted(pairs.items()))
 
 
 def motion_files(folder: Path) -> list[Path]:

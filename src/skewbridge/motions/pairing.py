@@ -1,17 +1,21 @@
-"""Which files are the two components of one motion, from their names alone."""
+"""Which files are the two components of one motion, from their names or their headers."""
 
+import math
 import re
 from collections import defaultdict
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Final
+from typing import Final, NoReturn
 
 from skewbridge.errors import InputError
+from skewbridge.motions.formats.trace import Trace
 
 # Vertical components (UP, DWN, V) are never used: the bridge gets two horizontal ones.
 _VERTICAL = re.compile(r"[-_.](UP|UD|DWN|DN|V|VER|VERT|Z|H?3)$|[a-z0-9](DWN|-UP)$", re.IGNORECASE)
 
 _NIED = re.compile(r"\.(?P<end>EW|NS|UD)(?P<sensor>[12]?)", re.IGNORECASE)
+
+AZIMUTH_TOLERANCE_DEG: Final = 2.0
 
 # Endings that tell the components of one motion apart, the most telling first.
 _ENDINGS: Final = (
@@ -47,6 +51,15 @@ def motion_name(first: Path, second: Path) -> str:
     return name if split_name(second)[0] == name else first.stem
 
 
+def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
+    """Return the horizontal component files of each motion name, both sorted."""
+    groups: defaultdict[str, list[Path]] = defaultdict(list)
+    for path in sorted(paths):
+        if not is_vertical(path):
+            groups[split_name(path)[0]].append(path)
+    return dict(sorted(groups.items()))
+
+
 def pair_by_name(paths: Iterable[Path]) -> dict[str, tuple[Path, Path]]:
     """Return the two component files of each motion, keyed and sorted by the motion's name.
 
@@ -55,22 +68,79 @@ def pair_by_name(paths: Iterable[Path]) -> dict[str, tuple[Path, Path]]:
     Raises:
         InputError: A file without a partner, or more than two files of one name.
     """
-    groups: defaultdict[str, list[Path]] = defaultdict(list)
-    for path in sorted(paths):
-        if not is_vertical(path):
-            groups[split_name(path)[0]].append(path)
     pairs: dict[str, tuple[Path, Path]] = {}
-    for name in sorted(groups):
-        files = groups[name]
+    for name, files in group_by_name(paths).items():
         if len(files) != 2:
-            listed = ", ".join(path.name for path in files)
-            msg = (
-                f"motion {name}: {len(files)} component file(s) found ({listed}), 2 needed; "
-                "name the pairs in an index.csv"
-            )
-            raise InputError(
-                msg,
-                files=[path.name for path in files],
-            )
+            refuse_unpaired(name, files)
         pairs[name] = (files[0], files[1])
     return pairs
+
+
+def refuse_unpaired(name: str, files: list[Path]) -> NoReturn:
+    """Say which files of a motion are not two.
+
+    Raises:
+        InputError: Always.
+    """
+    listed = ", ".join(path.name for path in files)
+    msg = (
+        f"motion {name}: {len(files)} component file(s) found ({listed}), 2 needed; "
+        "name the pairs in an index.csv"
+    )
+    raise InputError(
+        msg,
+        files=[path.name for path in files],
+    )
+
+
+def pair_by_header(traces: Iterable[Trace]) -> dict[str, tuple[Trace, Trace]]:
+    """Return the pairs that station, event and azimuth of the headers make.
+
+    Two horizontal components of one station and event, 90 degrees apart, are a pair; a file
+    without an azimuth (the vertical one) is left out of it.
+    """
+    groups: defaultdict[tuple[str, str], list[Trace]] = defaultdict(list)
+    for trace in traces:
+        if trace.station and math.isfinite(trace.azimuth_deg):
+            groups[trace.event, trace.station].append(trace)
+    pairs: dict[str, tuple[Trace, Trace]] = {}
+    for (event, station), found in groups.items():
+        if len(found) != 2:
+            continue
+        first, second = sorted(found, key=lambda trace: trace.path.name)
+        apart_deg = (first.azimuth_deg - second.azimuth_deg) % 180.0
+        if abs(apart_deg - 90.0) <= AZIMUTH_TOLERANCE_DEG:
+            name = re.sub(r"[^A-Za-z0-9]+", "_", f"{station}_{event}").strip("_")
+            pairs[name] = (first, second)
+    return pairs
+
+
+def pairs_among(traces: list[Trace], *, given_as_pair: bool = False) -> list[tuple[Trace, Trace]]:
+    """Return the pairs among some components: by name, else by header.
+
+    A second component (`_h2`) without a first of its own name is held against the `_h1` before it.
+
+    Args:
+        traces: Components, in the order given.
+        given_as_pair: The two components are a pair in any case.
+    """
+    if given_as_pair and len(traces) == 2:
+        first, second = sorted(traces, key=lambda trace: trace.path)
+        return [(first, second)]
+    groups: defaultdict[tuple[Path, str], list[Trace]] = defaultdict(list)
+    horizontal = [trace for trace in traces if not is_vertical(trace.path)]
+    for trace in horizontal:
+        groups[trace.path.parent, split_name(trace.path)[0]].append(trace)
+    found = [(group[0], group[1]) for group in groups.values() if len(group) == 2]
+    paired = {trace.path for pair in found for trace in pair}
+    left = [trace for trace in horizontal if trace.path not in paired]
+    found += pair_by_header(left).values()
+    paired |= {trace.path for pair in found for trace in pair}
+    last_first: Trace | None = None
+    for trace in horizontal:
+        ending = split_name(trace.path)[1]
+        if ending == "h1":
+            last_first = trace
+        elif ending == "h2" and trace.path not in paired and last_first is not None:
+            found.append((last_first, trace))
+    return found

@@ -9,7 +9,7 @@ import numpy as np
 
 from skewbridge.errors import InputError
 from skewbridge.motions.examine import doubts, refuse_impossible
-from skewbridge.motions.formats import csmip_v2, knet, peer_at2, two_column, values
+from skewbridge.motions.formats import columns, csmip_v2, knet, peer_at2, values
 from skewbridge.motions.formats.trace import Given, Trace
 from skewbridge.motions.pairing import motion_name
 from skewbridge.motions.paper_records import refuse_false_waho
@@ -35,7 +35,7 @@ class Format(Protocol):
 
 
 # The first that recognises a file reads it.
-FORMATS: Final[tuple[Format, ...]] = (knet, csmip_v2, peer_at2, two_column, values)
+FORMATS: Final[tuple[Format, ...]] = (knet, csmip_v2, peer_at2, columns, values)
 
 _FOREIGN: Final = (
     (b"PK\x03\x04", "a zip archive: unpack it first"),
@@ -112,7 +112,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
         msg = (
             f"motion {motion_id}: dt of {first.path.name} is {first.dt_s} s, "
-            f"of {second.path.name} {second.dt_s} s; resample one of them"
+            f"of {second.path.name} {second.dt_s} s; they must be equal"
         )
         raise PairError(msg, motion_id=motion_id)
     sizes = (first.accel_mps2.size, second.accel_mps2.size)

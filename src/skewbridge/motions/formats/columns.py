@@ -1,10 +1,9 @@
-"""Two columns, time and acceleration, as text or CSV, with or without a header line.
+"""Columns of text or CSV: time and acceleration, with or without a header line.
 
-The time step is that of the whole column, so that rounded times do no harm; a hole or a step back
-in the column is refused.
+A table of more columns has a component in each; the channel says which. The time step is that of
+the whole time column, so that rounded times do no harm; a hole or a step back in it is refused.
 """
 
-import itertools
 import re
 from pathlib import Path
 from typing import Final
@@ -26,7 +25,8 @@ from skewbridge.motions.formats.trace import (
 NAME: Final = "two_column"
 HEADER_LINES: Final = 10
 _PROBE_LINES: Final = 8
-_ROW = re.compile(rf"\s*({FLOAT})(?:\s*[,;]\s*|\s+)({FLOAT})\s*[,;]?\s*")
+_ROW = re.compile(rf"\s*(?P<time>{FLOAT})(?:(?:\s*[,;]\s*|\s+){FLOAT})+\s*[,;]?\s*")
+_SEPARATOR = re.compile(r"[\s,;]+")
 _UNITS: Final = (
     (re.compile(r"cm\s*/\s*s|\bgals?\b|_cmps2\b|_gal\b", re.IGNORECASE), "cm/s2"),
     (re.compile(r"m\s*/\s*s|_mps2\b", re.IGNORECASE), "m/s2"),
@@ -35,51 +35,68 @@ _UNITS: Final = (
 
 
 def recognises(lines: list[str], path: Path) -> bool:
-    """Say whether two columns start within the first lines, the first of them rising."""
+    """Say whether columns start within the first lines, the first of them a time.
+
+    Times of two columns only have to rise, so that a hole is found later; those of more columns
+    have to rise evenly, or the bare values of other formats would pass for them.
+    """
     start = _first_row(lines)
     if start is None:
         return False
-    rows = [
-        _ROW.fullmatch(line[:HEADER_WIDTH])
-        for line in lines[start : start + _PROBE_LINES]
-        if line.strip()
-    ]
-    if len(rows) < 3 or not all(rows):
+    rows = [line[:HEADER_WIDTH] for line in lines[start : start + _PROBE_LINES] if line.strip()]
+    if len(rows) < 3 or not all(_ROW.fullmatch(row) for row in rows):
         return False
-    times = [_number(row[1]) for row in rows if row]
-    return all(later > earlier for earlier, later in itertools.pairwise(times))
+    counts = {_count(row) for row in rows}
+    if len(counts) > 1:
+        return False
+    steps = np.diff([_number(match["time"]) for row in rows if (match := _ROW.fullmatch(row))])
+    uneven = float(steps.max() - steps.min())
+    return bool((steps > 0.0).all()) and (counts == {2} or uneven <= 0.02 * float(steps.mean()))
 
 
 def read(lines: list[str], path: Path, given: Given) -> Trace:
-    """Read two columns.
+    """Read time and one column of accelerations.
 
     Raises:
-        InputError: A row without two numbers, a hole in the time column.
+        InputError: A row of another number of columns, a hole in the time column, several columns
+            and none chosen.
     """
     start = _first_row(lines) or 0
     header = " ".join(line[:HEADER_WIDTH] for line in lines[:start])
     rows = [(number, line) for number, line in enumerate(lines[start:], start + 1) if line.strip()]
+    count = _count(rows[0][1])
     values = parse_numbers([line for _, line in rows], path, first_line=start + 1)
-    if values.size != 2 * len(rows):
-        bad = next(
-            (number for number, line in rows if not _ROW.fullmatch(line[:HEADER_WIDTH])),
-            rows[-1][0],
-        )
-        msg = f"{path.name}, line {bad}: time and acceleration expected"
+    if values.size != count * len(rows):
+        bad = next((number for number, line in rows if _count(line) != count), rows[-1][0])
+        msg = f"{path.name}, line {bad}: {count} columns expected"
         raise InputError(msg, file=str(path), line=bad)
-    time_s, accel = values[0::2], values[1::2]
-    step_s, warnings = _time_step(time_s, rows, path)
+    table = values.reshape(-1, count)
+    if given.channel is None and count > 2:
+        msg = f"{path.name}: {count - 1} columns beside the time, say which (channel, from 1)"
+        raise InputError(
+            msg,
+            file=str(path),
+        )
+    channel = given.channel or 1
+    if channel >= count:
+        msg = f"{path.name}: channel {channel} of {count - 1}"
+        raise InputError(msg, file=str(path))
+    step_s, warnings = _time_step(table[:, 0], rows, path)
     dt_s, clashes = dt_of(given, step_s, path)
     unit, notes = unit_of(given, _unit(header))
     return Trace(
         path=path,
-        format=NAME,
-        accel_mps2=accel * UNIT_FACTORS[unit],
+        format=NAME if count == 2 else f"{count}_columns",
+        accel_mps2=table[:, channel] * UNIT_FACTORS[unit],
         dt_s=dt_s,
         unit=unit,
         warnings=tuple(clashes if given.dt_s is not None else warnings),
         notes=tuple(notes),
     )
+
+
+def _count(line: str) -> int:
+    return len([cell for cell in _SEPARATOR.split(line[:HEADER_WIDTH]) if cell])
 
 
 def _time_step(
@@ -131,7 +148,7 @@ def _decimals(line: str) -> int:
     match = _ROW.fullmatch(line[:HEADER_WIDTH])
     if match is None:
         return 0
-    mantissa, _, exponent = match[1].upper().replace("D", "E").partition("E")
+    mantissa, _, exponent = match["time"].upper().replace("D", "E").partition("E")
     digits = len(mantissa.partition(".")[2]) - (int(exponent) if exponent else 0)
     return min(max(digits, 0), 15)
 
