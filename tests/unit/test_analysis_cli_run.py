@@ -1,0 +1,123 @@
+"""`skewbridge run`: one analysis from the command line, its files and its exit codes."""
+
+import json
+
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+from typer.testing import CliRunner
+
+from skewbridge.cli import build_app
+from skewbridge.demands.schema import COLUMNS
+from skewbridge.units import G_MPS2
+from strong_motion import DT_S, strong_motion
+
+runner = CliRunner()
+
+
+def write_at2(path, accel_mps2, dt_s=DT_S):
+    values = "\n".join(f"{value / G_MPS2:.8E}" for value in accel_mps2)
+    head = f"PEER style file\nmade in the test\nACCELERATION IN UNITS OF G\nNPTS= {len(accel_mps2)}"
+    path.write_text(f"{head}, DT= {dt_s:.4f} SEC\n{values}\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def pair(tmp_path):
+    motion = strong_motion(duration_s=3.0)
+    return [
+        str(write_at2(tmp_path / "strong090.AT2", motion.accel_1_mps2)),
+        str(write_at2(tmp_path / "strong180.AT2", motion.accel_2_mps2)),
+    ]
+
+
+def run(pair, out, *options):
+    return runner.invoke(build_app(), ["run", "--motion", *pair, "--out", str(out), *options])
+
+
+def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
+    out = tmp_path / "out"
+    done = run(pair, out, "--skew-deg", "30", "--abutment", "contact-friction", "--json")
+    assert done.exit_code == 0, done.stderr
+    row = json.loads(done.stdout)
+    assert row["status"] == "ok"
+    assert row["variant"] == "osb1_cf_skew30_gap051_mu050"
+    assert row["deck_disp_m"] > 0.1
+    table = pq.read_table(out / "demands.parquet")
+    assert table.column_names == [column.name for column in COLUMNS]
+    assert table.num_rows == 1
+    histories = pd.read_parquet(out / "histories.parquet")
+    for name in ("t_s", "deck_ux_m", "deck_uy_m", "deck_rot_rad", "column_shear_kn"):
+        assert name in histories
+    for side in ("left", "right"):
+        for axis in ("x", "y"):
+            assert f"abutment_{side}_{axis}_m" in histories
+            assert f"abutment_{side}_{axis}_kn" in histories
+    assert histories["column_shear_kn"].max() == pytest.approx(row["column_shear_kn"])
+    assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])
+    for name in ("displacements", "hysteresis", "columns", "contacts"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+    page = (out / "contact_replay.html").read_text(encoding="utf-8")
+    assert "Contacts closed" in page
+    assert 'src="http' not in page
+
+
+def test_a_roller_has_no_contacts_to_draw(pair, tmp_path):
+    done = run(pair, tmp_path / "out", "--abutment", "roller", "--duration-s", "0.5", "--json")
+    assert done.exit_code == 0, done.stderr
+    assert json.loads(done.stdout)["variant"] == "osb1_ro_skew00_gap000_mu000"
+    assert not (tmp_path / "out" / "contact_replay.html").exists()
+
+
+def test_a_collapse_is_a_result(pair, tmp_path):
+    done = run(pair, tmp_path / "out", "--scale", "4", "--no-figures", "--json")
+    assert done.exit_code == 0, done.stderr
+    row = json.loads(done.stdout)
+    assert (row["status"], row["collapse_criterion"]) == ("collapse", "column_drift_ratio")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--skew-deg", "75"], "skew_deg must be within -60..60, got 75"),
+        (["--gap-mm", "-5"], "gap_mm"),
+        (["--friction", "-0.1"], "friction"),
+        (["--friction", "0.123"], "whole hundredths"),
+        (["--abutment", "magic"], "abutment must be one of"),
+        (["--bridge", "nowhere"], "nowhere"),
+        (["--scheme", "best"], "scheme must be default or paper"),
+        (["--dt-s", "0.5"], "dt_s must be within"),
+        (["--scale", "0"], "scale must be a positive number"),
+        (["--arrays", "soft"], "arrays must be one of"),
+    ],
+)
+def test_bad_options_exit_with_2_and_name_the_limit(pair, tmp_path, options, words):
+    done = run(pair, tmp_path / "out", *options, "--json")
+    assert done.exit_code == 2
+    answer = json.loads(done.stdout)
+    assert answer["status"] == "error"
+    assert words in answer["message"]
+
+
+def test_bad_records_exit_with_2_and_name_the_file(pair, tmp_path):
+    motion = strong_motion(duration_s=3.0)
+    broken = motion.accel_1_mps2.copy()
+    broken[10] = float("nan")
+    nan = str(write_at2(tmp_path / "nan090.AT2", broken))
+    coarse = str(write_at2(tmp_path / "strong180b.AT2", motion.accel_2_mps2, dt_s=0.02))
+    for first, second, words in (
+        (nan, pair[1], "nan090.AT2"),
+        (pair[0], coarse, "dt"),
+        (pair[0], str(tmp_path / "missing.AT2"), "missing.AT2"),
+    ):
+        done = run([first, second], tmp_path / "out", "--json")
+        assert done.exit_code == 2, words
+        assert words in json.loads(done.stdout)["message"]
+
+
+def test_an_unwritable_folder_is_said_before_the_analysis(pair, tmp_path):
+    taken = tmp_path / "taken"
+    taken.write_text("a file", encoding="utf-8")
+    done = run(pair, taken, "--json")
+    assert done.exit_code == 2
+    assert "taken" in json.loads(done.stdout)["message"]
