@@ -167,6 +167,7 @@ def _abutment_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
 
 def _transverse_m(abutment: AbutmentHandle, trace: Trace) -> Series:
     """Return the largest movement of walls and keys along the abutment line, shape (n,)."""
+    # ASSUME a key is part of the abutment: one that broke and is dragged along counts
     nodes = (*abutment.wall_nodes, *abutment.key_nodes)
     if nodes:
         moves = [np.abs(along(abutment.tangent, trace.disp(node))) for node in nodes]

@@ -8,7 +8,7 @@ from skewbridge.analysis.monitor import Layout
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.handles import BridgeModel, PlanVector
 
-# A diverging solution goes on converging, with forces of any size: these end it. They are far
+# ASSUME no bridge moves this fast. A diverging solution goes on converging, with forces of any size: these end it. They are far
 # beyond what a bridge can do, and are no criteria of collapse.
 MAX_STEP_DRIFT: Final = 0.05
 MAX_STEP_DISP_M: Final = 0.5

@@ -139,6 +139,7 @@ class GroundInput:
 
     def apply(self, tags: TagAllocator) -> None:
         """Load the domain: uniform excitation along x and y."""
+        # ASSUME abutments and bent move alike: no wave passage, no vertical component
         for direction, values in enumerate(self.accel_mps2.T, start=1):
             series = tags.series()
             ops.timeSeries("Path", series, "-dt", self.dt_s, "-values", *values.tolist())
