@@ -1,0 +1,174 @@
+"""Wrong case files of `skewbridge contact`, `deck` and `verify`: one clear sentence and exit 2."""
+
+import json
+
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from skewbridge.cli import build_app
+
+CONTACT = {
+    "normal_stiffness_n_per_m": 1.0e5,
+    "tangent_stiffness_n_per_m": 1.0e5,
+    "friction": 0.3,
+    "cohesion_n": 1500.0,
+    "gap_m": 0.0,
+    "scheme": "vector",
+    "coupling": "extrapolated",
+    "substeps": 10,
+    "path": "path.csv",
+}
+DECK = {
+    "length_m": 30.0,
+    "width_m": 15.0,
+    "skew_deg": 30.0,
+    "mass_kg": 1000.0,
+    "period_x_s": 0.5,
+    "period_y_s": 0.5,
+    "period_theta_s": 0.31623,
+    "damping_ratio": 0.05,
+    "gap_normal_m": 0.00269,
+    "friction": 0.0,
+    "normal_stiffness_n_per_m": 1.0e7,
+    "solver": "opensees",
+    "dt_s": 1.0e-3,
+    "duration_s": 0.1,
+    "pulse": {"kind": "cosine", "amplitude_g": 0.5, "period_s": 0.5},
+}
+PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
+
+
+def run(tmp_path, command, case, *, rows=PATH, out=None):
+    """Write the files of a case and run its command; return exit code, JSON answer, messages."""
+    columns = ["t_s", "ux_m", "uy_m", "uz_m"]
+    pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "path.csv", index=False)
+    file = tmp_path / "case.yaml"
+    file.write_text(yaml.safe_dump(case) if isinstance(case, dict) else case, encoding="utf-8")
+    out = out or tmp_path / ("f.csv" if command == "contact" else "f.parquet")
+    result = CliRunner().invoke(build_app(), [command, str(file), "--out", str(out), "--json"])
+    answer = json.loads(result.stdout) if result.stdout.startswith("{") else {}
+    return result.exit_code, answer
+
+
+def test_a_good_contact_case_writes_the_forces(tmp_path):
+    code, answer = run(tmp_path, "contact", CONTACT)
+    assert code == 0
+    table = pd.read_csv(tmp_path / "f.csv")
+    assert list(table.columns) == ["t_s", "fx_n", "fy_n", "fz_n"]
+    assert table["fx_n"].tolist()[0] == 0.0
+    assert table["fz_n"].tolist() == pytest.approx([1000.0, 1000.0, 0.0])
+    # 22 mm from rest is within the elastic slip: the spring force.
+    assert table.loc[1, ["fx_n", "fy_n"]].tolist() == pytest.approx([1609.97, 804.98], rel=1e-3)
+    assert answer["rows"] == 3
+
+
+def test_a_good_deck_case_writes_histories_with_units(tmp_path):
+    code, answer = run(tmp_path, "deck", DECK)
+    assert code == 0
+    assert set(answer["peaks"]) == {"ux_m", "uy_m", "theta_rad", "penetration_m"}
+    assert answer["first_contact_s"] == pytest.approx(0.0365, abs=1e-3)
+    schema = pq.read_schema(tmp_path / "f.parquet")
+    assert {"t_s", "ux_m", "theta_rad", "gap_ra_m", "fn_lo_n", "ft_la_n"} <= set(schema.names)
+    assert schema.field("fn_ra_n").metadata[b"unit"] == b"N"
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"friction": -0.1}, "friction"),
+        ({"tangent_stiffness_n_per_m": 0.0}, "tangent_stiffness_n_per_m"),
+        ({"normal_stiffness_n_per_m": "2e7"}, "2.0e+7"),
+        ({"normal_stiffness_n_per_m": float("nan")}, "normal_stiffness_n_per_m"),
+        ({"gap_m": -0.1}, "gap_m"),
+        ({"scheme": "vectorial"}, "scheme"),
+        ({"coupling": "implicit"}, "coupling"),
+        ({"substeps": 0}, "substeps"),
+        ({"substeps": 1.5}, "substeps"),
+        ({"colour": "red"}, "colour"),
+        ({"path": "nowhere.csv"}, "nowhere.csv"),
+    ],
+)
+def test_a_wrong_contact_field_is_named(tmp_path, change, word):
+    code, answer = run(tmp_path, "contact", CONTACT | change)
+    assert code == 2
+    assert word in answer["message"]
+    assert not (tmp_path / "f.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("rows", "word"),
+    [
+        ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
+        ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),
+        ([[0.0, 0, 0, 0], [0.2, 0, 0, 0], [0.1, 0, 0, 0]], "must increase"),
+        ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"),
+        ([[0.0, 0, 0, 0]], "two rows"),
+    ],
+)
+def test_a_wrong_path_is_named_by_its_line(tmp_path, rows, word):
+    code, answer = run(tmp_path, "contact", CONTACT, rows=rows)
+    assert code == 2
+    assert word in answer["message"]
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"skew_deg": 85.0}, "skew_deg"),
+        ({"mass_kg": 0.0}, "mass_kg"),
+        ({"restitution": 1.2}, "restitution"),
+        ({"solver": "magic"}, "solver"),
+        ({"integrator": "euler"}, "integrator"),
+        ({"dt_s": 1.0}, "dt_s"),
+        ({"pulse": None}, "pulse or motion"),
+        ({"motion": ["a.AT2", "b.AT2"]}, "pulse or motion"),
+        ({"pulse": {"kind": "sine", "amplitude_g": 0.5, "period_s": 0.5}}, "kind"),
+    ],
+)
+def test_a_wrong_deck_field_is_named(tmp_path, change, word):
+    code, answer = run(tmp_path, "deck", DECK | change)
+    assert code == 2
+    assert word in answer["message"]
+
+
+def test_a_missing_motion_of_a_deck_is_named(tmp_path):
+    case = {k: v for k, v in DECK.items() if k != "pulse"} | {"motion": ["a.AT2", "b.AT2"]}
+    code, answer = run(tmp_path, "deck", case)
+    assert code == 2
+    assert "a.AT2" in answer["message"]
+
+
+@pytest.mark.parametrize("content", ["- 1\n- 2\n", "a: [1\n", ""])
+def test_a_file_that_is_no_mapping_is_refused(tmp_path, content):
+    code, answer = run(tmp_path, "contact", content)
+    assert code == 2
+    assert "case.yaml" in answer["message"]
+
+
+def test_an_output_folder_that_cannot_be_made_stops_before_any_work(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    code, answer = run(tmp_path, "contact", CONTACT, out=blocked / "f.csv")
+    assert code == 2
+    assert "cannot write" in answer["message"]
+
+
+def test_an_unknown_study_is_named_with_those_there_are(tmp_path):
+    result = CliRunner().invoke(build_app(), ["verify", "fig99", "--out", str(tmp_path), "--json"])
+    assert result.exit_code == 2
+    message = json.loads(result.stdout)["message"]
+    assert "fig99" in message
+    assert "fig3" in message
+
+
+def test_verify_writes_the_table_and_its_json(tmp_path):
+    result = CliRunner().invoke(build_app(), ["verify", "gate", "--out", str(tmp_path), "--json"])
+    assert result.exit_code == 0
+    rows = json.loads(result.stdout)
+    keys = ["study", "quantity", "value", "reference", "tolerance", "pass", "source"]
+    assert all(list(row) == keys for row in rows)
+    assert pd.read_parquet(tmp_path / "gate.parquet")["pass"].all()
+    assert json.loads((tmp_path / "gate.json").read_text())[0]["study"] == "gate"

@@ -1,0 +1,98 @@
+"""The gate of the workflow and the comparison with other contact elements and integrators."""
+
+import json
+
+import numpy as np
+import pytest
+
+from shared import shared_path
+from skewbridge.contact import ContactSet
+from skewbridge.contact import law as contact_law
+from skewbridge.verification import gate
+from skewbridge.verification.cases import C1, C5, deck_case
+from skewbridge.verification.coupling_order import path_error
+from skewbridge.verification.deck import run_deck
+from skewbridge.verification.native_element import (
+    IMPLEX,
+    IMPLICIT,
+    curved_path,
+    drive_native,
+    run_native_deck,
+)
+from skewbridge.verification.restitution_study import integrator_restitution
+from skewbridge.verification.unit_path import drive_unit, path_work_j
+
+
+def test_the_gate_passes():
+    table = gate.verify_contact_gate()
+    assert table.loc[~table["pass"], "quantity"].tolist() == []
+    assert len(table) >= 15
+
+
+def test_a_broken_cone_does_not_pass_the_gate(monkeypatch):
+    def half(normal_n, friction, cohesion_n):
+        return 0.5 * (cohesion_n + friction * normal_n) if normal_n > 0.0 else 0.0
+
+    monkeypatch.setattr(contact_law, "friction_limit_n", half)
+    assert not gate.verify_contact_gate()["pass"].all()
+
+
+def test_a_unit_without_friction_updates_does_not_pass_the_gate(monkeypatch):
+    prepared = ContactSet.__init__
+
+    def without_updates(self, *args, **options):
+        prepared(self, *args, **(options | {"update": False}))
+
+    monkeypatch.setattr(ContactSet, "__init__", without_updates)
+    failed = gate.verify_contact_gate().query("not `pass`")["quantity"]
+    assert any("lag" in quantity or "work" in quantity for quantity in failed)
+
+
+@pytest.mark.parametrize("integration", [IMPLICIT, IMPLEX])
+def test_the_native_element_gives_the_same_forces_on_a_path(integration):
+    path = curved_path(400)
+    law = contact_law.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
+    ours = drive_unit(law, path, substeps=10).forces_n
+    native = drive_native(law, path, integration, substeps=10)
+    limit = 0.3 * ours[:, 2].max()
+    assert np.sqrt(np.mean(np.sum((ours - native) ** 2, axis=1))) <= 0.01 * limit
+    assert path_work_j(path, ours) == pytest.approx(path_work_j(path, native), rel=2e-3)
+
+
+def test_the_native_element_gives_the_same_frictionless_deck():
+    case = deck_case(C1, duration_s=0.6)
+    ours = np.abs(run_deck(case).q).max(axis=0)
+    native = np.abs(run_native_deck(C1, IMPLICIT).q[:6001]).max(axis=0)
+    assert ours == pytest.approx(native, rel=1e-3)
+
+
+def test_the_native_element_tends_to_our_frictional_deck():
+    """Its friction is of first order in the step: the difference halves with it."""
+    case = deck_case(C5, duration_s=0.5)
+    ours = run_deck(case)
+    errors = []
+    for dt_s in (4e-4, 1e-4):
+        native = run_native_deck(C5, IMPLICIT, dt_s)
+        found = np.interp(ours.t_s, native.t_s, native.q[:, 1])
+        errors.append(np.abs(found - ours.q[:, 1]).max())
+    assert errors[1] < 0.45 * errors[0]
+    assert errors[1] < 0.05 * np.abs(ours.q[:, 1]).max()
+
+
+@pytest.mark.parametrize("coupling", ["extrapolated", "lagged"])
+def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling):
+    errors = [path_error(rows, coupling, opens=False) for rows in (250, 1000)]
+    assert np.log(errors[0] / errors[1]) / np.log(4.0) >= 0.9
+    if coupling == "extrapolated":
+        assert errors[1] <= 0.012
+
+
+@pytest.mark.parametrize("step", ["0.1", "0.5", "1.0", "2.0"])
+def test_integrators_lose_energy_at_impact_as_they_do_without_opensees(step):
+    reference = json.loads(shared_path("cases/houbolt_e.json").read_text())[step]
+    # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
+    houbolt = integrator_restitution("houbolt", float(step))
+    assert houbolt.mean() == pytest.approx(reference[0], abs=0.01)
+    newmark = integrator_restitution("newmark", float(step))
+    assert newmark.mean() == pytest.approx(reference[3], abs=1e-3)
+    assert (newmark.min(), newmark.max()) == pytest.approx(reference[4:6], abs=0.02)
