@@ -23,6 +23,7 @@ from skewbridge.bridge.abutment.springs import (
     plane_node,
     plastic_material,
     spring_element,
+    stop_material,
 )
 from skewbridge.bridge.abutment.supports import build_pads
 from skewbridge.bridge.handles import SpringHandle
@@ -68,6 +69,9 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
             frame,
             [
                 passive_material(passive, 0.0, tags),
+                # ASSUME towards the deck the wall leans on its stem, as stiff as the soil at first:
+                # shaking alone does not swing it into the gap
+                stop_material(normal_stiffness, tags),
                 elastic_material(restoring * share, tags),
                 dashpot_material(ratio, normal_stiffness, mass_kg, tags),
             ],
@@ -94,7 +98,7 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
         parts.wall_nodes.append(wall)
         parts.masses_kg[wall] = mass_kg
         nodes = (ground, wall)
-        wing_component = 2 if ratio == 0.0 else 3
+        wing_component = 3 if ratio == 0.0 else 4
         parts.wall_springs.append(
             SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
         )

@@ -71,6 +71,16 @@ def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> 
     return material
 
 
+def stop_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
+    """Create an elastic spring that acts in tension (positive deformation) only."""
+    material = tags.material()
+    never = 1.0e3 * stiffness_n_per_m
+    ops.uniaxialMaterial(
+        *("ElasticPPGap", material, stiffness_n_per_m, never, NO_GAP_M, 0.0, "noDamage")
+    )
+    return material
+
+
 def key_material(key: KeyData, tags: TagAllocator) -> int:
     """Create the backbone of a shear key, the same in both directions."""
     material = tags.material()
