@@ -1,0 +1,33 @@
+"""Contact and friction bolted onto two models that know nothing of it: a frame and a tower.
+
+Run it in this folder: python contact_in_your_model.py
+"""
+
+import sys
+
+from foreign_models import portal_frame, tower
+
+from skewbridge.contact import ContactSet, UnitLedger, make_step
+
+
+def analyse_with_stop(node: int, fixed_node: int, normal: tuple[float, ...]) -> UnitLedger:
+    """Put a stop 5 mm before a node of the model that is there, and run 4 s."""
+    stops = ContactSet()
+    stops.add(fixed_node, node, normal, 0.005, 0.4, kn=1e5, kt=1e5)  # here in kN and m
+    for _ in range(2000):
+        if not make_step(stops, 0.002):  # instead of ops.analyze(1, 0.002)
+            sys.exit("no convergence")
+    return stops.ledger()[0]
+
+
+def main() -> list[UnitLedger]:
+    """Return the accounts of a skew stop beside the frame and one beside the tower."""
+    portal_frame()
+    ledgers = [analyse_with_stop(4, 9, (-0.8, 0.6))]
+    tower()
+    return [*ledgers, analyse_with_stop(2, 9, (-0.8, 0.6, 0.0))]
+
+
+if __name__ == "__main__":
+    for ledger in main():
+        sys.stdout.write(f"{ledger}\n")
