@@ -8,8 +8,8 @@ from skewbridge.analysis.monitor import Layout
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.handles import BridgeModel, PlanVector
 
-# ASSUME no bridge moves this fast. A diverging solution goes on converging, with forces of any size: these end it. They are far
-# beyond what a bridge can do, and are no criteria of collapse.
+# ASSUME no bridge moves this fast. A diverging solution goes on converging, with forces of any
+# size: these end it. They are far beyond what a bridge can do, and are no criteria of collapse.
 MAX_STEP_DRIFT: Final = 0.05
 MAX_STEP_DISP_M: Final = 0.5
 MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact over the weight of the bridge
