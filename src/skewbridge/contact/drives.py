@@ -131,8 +131,9 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
 
     The force of the dashpot jumps when the pair closes within a step. Steps weigh the force at
     their ends, so at the end of that one it gets the part of the step after closing plus half a
-    step: the impulse is then right. When the sum would pull, spring and dashpot are switched off until the pair opens or
-    approaches again: this is what makes the restitution that of `kelvin_voigt_restitution`.
+    step: the impulse is then right. When the sum would pull, spring and dashpot are switched off
+    until the pair opens or approaches again: this is what makes the restitution that of
+    `kelvin_voigt_restitution`.
 
     Raises:
         InputError: The stiffness is not positive or the dashpot negative.

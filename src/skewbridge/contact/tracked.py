@@ -31,7 +31,7 @@ class TrackedUnit:
         *("name", "node_i", "node_j", "element", "normal", "tangents", "gap_m", "springs"),
         *("kn", "kt", "friction", "cohesion", "dashpot", "drive", "account"),
         *("closed", "opening", "normal_n", "force_1", "force_2", "slip_1", "slip_2"),
-        *("slip_speed", "approach_speed", "_dt", "_is_space", "_is_watched", "_gap_closing"),
+        *("moved", "approach_speed", "_dt", "_is_space", "_is_watched", "_gap_closing"),
         *("_opening_before", "_e1", "_e2", "_step_1", "_step_2", "_bend_1", "_bend_2"),
         *("_stick_1", "_stick_2", "_slip_1_before", "_slip_2_before", "_b1", "_b2"),
     )
@@ -61,7 +61,7 @@ class TrackedUnit:
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
         self._slip_1_before = self._slip_2_before = 0.0
         self._b1 = self._b2 = self._gap_closing = 0.0
-        self.slip_speed = self.approach_speed = self._dt = 0.0
+        self.moved = self.approach_speed = self._dt = 0.0
         self.start()
 
     def start(self) -> None:
@@ -86,7 +86,7 @@ class TrackedUnit:
             tangential_n=(self.force_1, self.force_2),
             slip_m=(self.slip_1, self.slip_2),
             position_m=(self._e1, self._e2),
-            slip_speed_mps=self.slip_speed,
+            slip_speed_mps=self.moved / self._dt if self._dt else 0.0,
             slip_path_m=self.account.slip_path_m,
             slip_work_j=self.account.slip_work_j,
             approach_speed_mps=self.approach_speed,

@@ -51,6 +51,7 @@ class ContactUnit(TrackedUnit):
         # Open before and after: the springs are at rest and the stick point goes along.
         self._stick_1 = self.slip_1 = self._e1
         self._stick_2 = self.slip_2 = self._e2
+        self.moved = 0.0
         return False
 
     def _read_forces(self, dt_s: float) -> bool:
@@ -59,7 +60,10 @@ class ContactUnit(TrackedUnit):
         e1, e2, kt, opening, account = self._e1, self._e2, self.kt, self.opening, self.account
         normal, force_1 = -forces[0], forces[1]
         force_2 = forces[2] if self._is_space else 0.0
-        self._check(normal, force_1, force_2)
+        expected = -self.kn * opening if opening < 0.0 else 0.0
+        if abs(normal - expected) > FORCE_ROUNDING * self.kn * (abs(opening) + abs(self.gap_m)):
+            self._refuse_normal(normal, expected)
+        self._check_friction(force_1, force_2)
         if self.springs.dashpot is not None:
             normal -= forces[-1]
         slip_1, slip_2 = e1 - force_1 / kt, e2 - force_2 / kt
@@ -70,7 +74,7 @@ class ContactUnit(TrackedUnit):
         account.normal_work_j += 0.5 * (normal + self.normal_n) * (self._opening_before - opening)
         size = hypot(force_1, force_2)
         moved = hypot(moved_1, moved_2)
-        self.slip_speed = moved / dt_s
+        self.moved = moved
         closed, was_closed = opening < 0.0, self.closed
         limit = self.cohesion + self.friction * normal if closed and normal > 0.0 else 0.0
         if size - limit > account.max_violation_n:
@@ -97,19 +101,15 @@ class ContactUnit(TrackedUnit):
         self._move_stick_point(limit)
         return closed != was_closed
 
-    def _check(self, spring_n: float, force_1: float, force_2: float) -> None:
-        """Compare the forces with the law: the run-time part of the proof."""
-        opening = self.opening
-        expected = -self.kn * opening if opening < 0.0 else 0.0
-        if abs(spring_n - expected) > FORCE_ROUNDING * self.kn * (abs(opening) + abs(self.gap_m)):
-            msg = (
-                f"contact {self.name!r} (element {self.element}): the normal spring gives "
-                f"{spring_n:.9g} N where {expected:.9g} N was expected"
-            )
-            raise ContactError(msg)
-        self._check_friction(force_1, force_2)
+    def _refuse_normal(self, spring_n: float, expected_n: float) -> None:
+        msg = (
+            f"contact {self.name!r} (element {self.element}): the normal spring gives "
+            f"{spring_n:.9g} N where {expected_n:.9g} N was expected"
+        )
+        raise ContactError(msg)
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
+        """Compare the friction with its bounds: the other part of the proof at run time."""
         if abs(force_1) <= self._b1 and abs(force_2) <= self._b2:
             return
         slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))
@@ -141,9 +141,12 @@ class ContactUnit(TrackedUnit):
         else:
             limit, offset_1, offset_2 = self._predict(ratio)
         if limit <= 0.0:
-            self._update(0.0, 0.0)
+            if self._b1 or self._b2:
+                self._update(0.0, 0.0)
         elif self._is_space:
-            self._update(*yields_on_cone(self.kt * offset_1, self.kt * offset_2, limit))
+            kt = self.kt
+            bound_1, bound_2 = yields_on_cone(kt * offset_1, kt * offset_2, limit)
+            self._update(bound_1, bound_2)
         else:
             self._update(limit, 0.0)
 

@@ -1,0 +1,83 @@
+"""Microseconds that the contacts of an abutment take per unit and step. Target: 5.
+
+Fourteen units in space, as at the two ends of a bridge: all closed and sliding, all open, and with
+friction switched off. Only `ContactSet.after_step` is timed, in
+processor time; the analysis between is not.
+
+    python benchmarks/contact_update.py [--repeats 5] [--out results/benchmarks]
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+import openseespy.opensees as ops
+
+from skewbridge.contact import ContactSet
+
+UNITS, STEPS, DT_S = 14, 2000, 1e-3
+STATES = ("closed and sliding", "open", "without updates")
+
+
+def make(state: str) -> ContactSet:
+    """Build the units of a state: masses pressed onto skew walls and pushed along them."""
+    ops.wipe()
+    ops.model("basic", "-ndm", 3, "-ndf", 6)
+    contacts = ContactSet(update=state != "without updates")
+    ops.timeSeries("Constant", 1)
+    ops.pattern("Plain", 1, 1)
+    for unit in range(UNITS):
+        wall, body = 2 * unit + 1, 2 * unit + 2
+        for node in (wall, body):
+            ops.node(node, 0.0, 0.0, 0.0)
+        ops.fix(wall, *[1] * 6)
+        ops.fix(body, 0, 0, 0, 1, 1, 1)
+        ops.mass(body, 1e3, 1e3, 1e3, 0.0, 0.0, 0.0)
+        gap_m = 1e6 if state == "open" else 0.0
+        contacts.add(wall, body, (0.6, 0.8, 0.0), gap_m, 0.3, 1500.0, kn=1e6, kt=1e6)
+        ops.load(body, -3.6e3, -4.8e3, 3e3, 0.0, 0.0, 0.0)
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("ProfileSPD")
+    ops.test("NormDispIncr", 1e-8, 20)
+    ops.algorithm("Newton")
+    ops.integrator("Newmark", 0.5, 0.25)
+    ops.analysis("Transient")
+    return contacts
+
+
+def microseconds_per_unit(state: str) -> float:
+    """Return the mean time of the update per unit and step."""
+    contacts = make(state)
+    spent = 0
+    for _ in range(STEPS):
+        if ops.analyze(1, DT_S) != 0:
+            sys.exit("the benchmark model does not converge")
+        start = time.process_time_ns()
+        contacts.after_step(DT_S)
+        spent += time.process_time_ns() - start
+    ops.wipe()
+    return spent / 1e3 / STEPS / UNITS
+
+
+def main() -> None:
+    """Run and report the least of some repeats, as a shared machine only ever adds time."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--out", type=Path)
+    arguments = parser.parse_args()
+    result = {
+        state: min(microseconds_per_unit(state) for _ in range(arguments.repeats))
+        for state in STATES
+    }
+    text = json.dumps({"microseconds_per_contact_and_step": result, "target": 5.0}, indent=1)
+    sys.stdout.write(text + "\n")
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        (arguments.out / "contact_update.json").write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
