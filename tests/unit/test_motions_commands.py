@@ -95,13 +95,14 @@ def test_unwritable_folder_is_bad_input(tmp_path, command):
 
 def test_check_holds_files_against_their_index(tmp_path):
     pairs = make_pairs(tmp_path, 1)
-    index_of(tmp_path, pairs, sha256=["f" * 64], magnitude=[6.9])
+    index_of(tmp_path, pairs, sha256=["f" * 64], magnitude=[6.9], my_note=["mine"])
     code, out, _ = _run("check", tmp_path, "--json")
     assert code == 2
     assert "sha256" in json.loads(out)["files"][0]["messages"][-1]
     assert _run("check", tmp_path, "--write")[0] == 0
     assert _run("check", tmp_path)[0] == 0
-    assert pd.read_csv(tmp_path / "index.csv")["magnitude"][0] == 6.9  # the rest is kept
+    row = pd.read_csv(tmp_path / "index.csv").iloc[0]
+    assert (row["magnitude"], row["my_note"]) == (6.9, "mine")  # the rest is kept
 
 
 def test_index_of_components_with_different_dt_is_a_pair_error(tmp_path):

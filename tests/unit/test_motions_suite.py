@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from motions_files import index_of, make_pairs
+from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import IM_COLUMNS
@@ -128,3 +128,10 @@ def test_notes_beside_the_motions_do_not_matter(tmp_path):
     (tmp_path / "q0_h1.VT2").write_text("velocity\n")
     (tmp_path / "q0_UP.AT2").write_text("vertical\n")
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q0", "q1"]
+
+
+def test_what_the_readers_noticed_is_logged(tmp_path, caplog):
+    (first, _), *_ = make_pairs(tmp_path, 1)
+    first.write_text(at2_text(shaken_g(0, 390)))
+    prepare_suite(tmp_path, t1_s=0.7)
+    assert "zeros added" in caplog.text

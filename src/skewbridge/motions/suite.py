@@ -1,6 +1,7 @@
 """The motions of a study: read, measured, scaled and kept in one parquet table."""
 
 import json
+import logging
 import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +20,9 @@ from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_mea
 from skewbridge.motions.paper_records import refuse_false_waho
 from skewbridge.motions.read import join_traces, read_trace
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.scaling import BLOCK, LEVEL_RANGE_G, block_factors
+from skewbridge.motions.scaling import BLOCK, FACTOR_LIMITS, LEVEL_RANGE_G, block_factors
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -116,7 +119,21 @@ def prepare_suite(
         _row(motion, _known(kept, float(factor)), values)
         for kept, motion, factor, values in zip(factors, motions, computed, measures, strict=False)
     ]
-    return pd.DataFrame(rows[:wanted])
+    suite = pd.DataFrame(rows[:wanted])
+    _log_doubts(motions[:wanted], suite["scale"].to_list())
+    return suite
+
+
+def _log_doubts(motions: list[GroundMotion], scales: list[float]) -> None:
+    """Log what the readers noticed, and factors beyond the customary limits."""
+    low, high = FACTOR_LIMITS
+    for motion, scale in zip(motions, scales, strict=True):
+        for message in motion.messages:
+            logger.warning("motion %s: %s", motion.motion_id, message)
+        if not low <= scale <= high:
+            logger.warning(
+                "motion %s: factor %.3g is beyond %g to %g", motion.motion_id, scale, low, high
+            )
 
 
 def write_suite(suite: pd.DataFrame, path: Path) -> None:

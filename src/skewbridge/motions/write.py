@@ -49,13 +49,17 @@ def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
 
 
 def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
-    """Write an `index.csv`; what a row has not is left empty, numbers get 8 digits."""
+    """Write an `index.csv`; what a row has not is left empty, numbers get 8 digits.
+
+    Columns that are not ours are kept, after ours.
+    """
+    columns = list(dict.fromkeys([*COLUMNS, *(name for row in rows for name in row)]))
     try:
         with index.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+            writer = csv.DictWriter(stream, columns, lineterminator="\n")
             writer.writeheader()
             for row in rows:
-                writer.writerow({name: _cell(row.get(name, "")) for name in COLUMNS})
+                writer.writerow({name: _cell(row.get(name, "")) for name in columns})
     except OSError as error:
         msg = f"{index} can't be written: {error}"
         raise InputError(msg, file=str(index)) from error
