@@ -8,6 +8,8 @@ from skewbridge.errors import InputError
 
 type Vector = tuple[float, ...]
 
+# ASSUME a pair keeps the directions it is created with, and its contact plane has no edges.
+
 # Directions that are meant to be perpendicular may be off by rounding of four-digit input.
 ORTHOGONALITY_LIMIT: Final = 1e-4
 _VERTICAL_LIMIT: Final = 1e-6

@@ -17,6 +17,8 @@ from math import hypot, isfinite, sqrt
 from skewbridge.errors import InputError
 
 
+# ASSUME Coulomb friction, static equal to kinetic, the same in all directions of the contact plane.
+# ASSUME the contact itself is elastic: restitution comes from a driven damper only.
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactLaw:
     """A contact pair: penalties, Coulomb friction with cohesion, initial gap.

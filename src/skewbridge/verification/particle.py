@@ -39,6 +39,7 @@ class Particle:
         pulse_mps2: Its amplitude along x and y.
     """
 
+    # ASSUME mass, support and restitution: the paper gives gap, slope, pulse, friction, damping.
     mass_kg: float = 1000.0
     period_s: float = 1.0
     damping_ratio: float = 0.05
