@@ -13,7 +13,7 @@ from typing import Any, Final
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.verification.checks import Check, StudyResult, table_of
+from skewbridge.verification.checks import Check, Checklist, StudyResult, table_of
 
 _ROOM: Final = "skewbridge.verification"
 
@@ -43,7 +43,7 @@ def run_studies(
     Args:
         names: Studies to run; none means all.
         out: Folder for `<study>.parquet`, `<study>[_<name>].svg`, further tables, and
-            `<study>.json` with the rows of the checks.
+            `<study>.json` with the rows of the checks; all rows together in `studies.parquet`.
         tell: Called with one line per study.
 
     Returns:
@@ -65,10 +65,21 @@ def run_studies(
     for name in names or STUDIES:
         if tell:
             tell(f"{name} ...")
-        result = load_study(name)()
+        result = _outcome(name)
         write_study(name, result, out)
         checks.extend(result.checks)
+    table_of(checks).to_parquet(out / "studies.parquet", index=False)
     return [check.row() for check in checks]
+
+
+def _outcome(name: str) -> StudyResult:
+    """Run a study; one that breaks off is a failed check, so that the others still run."""
+    try:
+        return load_study(name)()
+    except RuntimeError as error:
+        checks = Checklist(name)
+        checks.holds(f"the study ends ({error})", truth=False, source="")
+        return StudyResult(checks=checks.checks)
 
 
 def load_study(name: str) -> Callable[[], StudyResult]:
