@@ -24,22 +24,26 @@ pytestmark = pytest.mark.xdist_group("study")
 
 
 def command(*arguments: str) -> list[str]:
-    smoke = ["--configfile", "config/smoke.yaml"]
-    return [str(SNAKEMAKE), "-j2", "--rerun-incomplete", *smoke, *arguments]
+    return [str(SNAKEMAKE), "-j2", "--rerun-incomplete", *arguments]
 
 
-def run(tree: Path, *arguments: str, check: bool = True) -> subprocess.CompletedProcess[str]:
+def run(
+    tree: Path, *arguments: str, over: str = "", check: bool = True
+) -> subprocess.CompletedProcess[str]:
+    """Run Snakemake on the small study, with YAML text merged over its configuration."""
+    (tree / "over.yaml").write_text(over or "{}")
+    configuration = ["--configfile", "config/smoke.yaml", "over.yaml"]
     done = subprocess.run(
-        command(*arguments), cwd=tree, capture_output=True, text=True, check=False
+        command(*arguments, *configuration), cwd=tree, capture_output=True, text=True, check=False
     )
     if check and done.returncode != 0:
         pytest.fail(f"{done.stdout}\n{done.stderr}")
     return done
 
 
-def planned_jobs(tree: Path, *arguments: str) -> set[str]:
+def planned_jobs(tree: Path, over: str = "") -> set[str]:
     """Names of the rules that a dry run would execute, with the variant where there is one."""
-    text = run(tree, "-n", *arguments)
+    text = run(tree, "-n", over=over)
     jobs, rule = set(), ""
     for line in (text.stdout + text.stderr).splitlines():
         words = line.split()
@@ -75,7 +79,10 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     tree = tmp_path_factory.mktemp("study") / "tree"
     shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
     process = subprocess.Popen(
-        command(), cwd=tree, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        command("--configfile", "config/smoke.yaml"),
+        cwd=tree,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     assert wait_for(lambda: (tree / "results/journal").exists() and journal_keys(tree), 240)
     family = psutil.Process(process.pid).children(recursive=True)
@@ -124,7 +131,7 @@ def test_running_again_does_nothing(study: Path) -> None:
 
 
 def test_one_more_gap_runs_only_the_new_variants(study: Path) -> None:
-    jobs = planned_jobs(study, "--config", "grid={gap_mm: [25, 51]}")
+    jobs = planned_jobs(study, "grid: {gap_mm: [25, 51]}")
     variants = {job for job in jobs if job.startswith("analyse_variant ")}
     assert variants == {
         "analyse_variant osb1_cf_skew30_gap051_mu000",
@@ -161,17 +168,17 @@ def test_edited_mechanics_rerun_the_analyses_and_edited_prose_does_not(study: Pa
 @pytest.mark.parametrize(
     ("override", "words"),
     [
-        ("grdi={gap_mm: [25]}", "grdi: unknown key"),
-        ("grid={skew_deg: [75]}", "less than or equal to 60, got 75"),
-        ("grid={gap_mm: [-5]}", "greater than or equal to 0, got -5"),
-        ("grid={friction: [-0.1]}", "greater than or equal to 0, got -0.1"),
-        ("model={cohesion_n: '2e7'}", "it is text"),
-        ("grid={skew_deg: []}", "at least 1 item"),
-        ("grid={bridge: [osb7]}", "osb7"),
+        ("grdi: {gap_mm: [25]}", "grdi: unknown key"),
+        ("grid: {skew_deg: [75]}", "less than or equal to 60, got 75"),
+        ("grid: {gap_mm: [-5]}", "greater than or equal to 0, got -5"),
+        ("grid: {friction: [-0.1]}", "greater than or equal to 0, got -0.1"),
+        ("model: {cohesion_n: 2e7}", "it is text"),
+        ("grid: {skew_deg: []}", "at least 1 item"),
+        ("grid: {bridge: [osb7]}", "osb7"),
     ],
 )
 def test_bad_configuration_stops_before_any_work(study: Path, override: str, words: str) -> None:
-    done = run(study, "-n", "--config", override, check=False)
+    done = run(study, "-n", over=override, check=False)
     assert done.returncode != 0
     assert words in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
@@ -195,9 +202,8 @@ def test_a_faulty_motion_stops_the_study_before_any_analysis(
     else:
         (folder / second.name).write_text(text.replace("DT=", "DT=  1", 1))
     done = run(
-        study, "--config", f"motions={{folder: {folder}}}", "--until", "prepare_motions",
-        check=False,
-    )  # fmt: skip
+        study, "--until", "prepare_motions", over=f"motions: {{folder: {folder}}}", check=False
+    )
     assert done.returncode != 0
     assert second.name in done.stdout + done.stderr or first.name in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
