@@ -64,3 +64,19 @@ def test_every_variant_survives_a_strong_record(variant: Variant) -> None:
     folder = shared_path("motions/real/nga")
     motion = read_motion(folder / "RSN1063_NORTHR_RRS228.AT2", folder / "RSN1063_NORTHR_RRS318.AT2")
     check_run(variant, motion, 10.0)
+
+
+def test_the_shear_capacity_can_be_that_of_kowalsky_and_priestley() -> None:
+    variant = Variant(bridge="osb1_era1", abutment="contact", skew_deg=0, gap_mm=51, friction_pct=0)
+    ratios = {
+        model: analyse(
+            variant,
+            pulse_motion(duration_s=3.0),
+            1.0,
+            0.0,
+            AnalysisSettings(),
+            ModelOptions(shear_model=model),
+        ).demands["column_shear_dcr"]
+        for model in ("sdc", "kowalsky_priestley")
+    }
+    assert 0.0 < ratios["kowalsky_priestley"] < ratios["sdc"]

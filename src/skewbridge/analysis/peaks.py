@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from skewbridge.analysis.monitor import Trace
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, ColumnHandle, PlanVector
-from skewbridge.bridge.shear_capacity import sdc_shear_strength
+from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
 from skewbridge.contact.ledger import UnitLedger
 from skewbridge.units import KJ, KN
 
@@ -53,13 +53,18 @@ def column_drift(column: ColumnHandle, trace: Trace) -> Series:
 def column_shear_dcr(column: ColumnHandle, trace: Trace) -> Series:
     """Return shear over the capacity at the same time, shape (n,).
 
-    The capacity follows the axial force of the moment and the largest displacement ductility so
-    far: concrete that has dilated does not heal.
+    The capacity follows the axial force of the moment and the largest ductility so far (of
+    displacement or of curvature, by the model of the capacity): concrete that has dilated does
+    not heal.
     """
-    ductility = np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio
     axial = trace.column_forces(column.element)[:, 2]
     # ASSUME the hinge region governs over the whole height: these columns are short.
-    capacity = sdc_shear_strength(column.shear, axial, ductility)
+    if column.shear_model == "kowalsky_priestley":
+        ductility = np.maximum.accumulate(curvature_ductility(column, trace))
+        capacity = kowalsky_priestley_strength(column.shear, axial, ductility)
+    else:
+        ductility = np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio
+        capacity = sdc_shear_strength(column.shear, axial, ductility)
     return np.hypot(*column_shear_n(column, trace).T) / capacity
 
 

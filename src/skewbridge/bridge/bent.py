@@ -67,6 +67,7 @@ def build_bents(
                     hinge_sections=hinges,
                     dead_axial_n=dead_axial_n,
                     is_pinned=is_pinned,
+                    shear_model=options.shear_model,
                 )
             )
             # ASSUME the base section, which governs, carries the whole weight of the column;

@@ -9,7 +9,7 @@ from skewbridge.bridge.catalogue.data import BentData, ColumnData
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.materials import STEELS, Concrete, core_concrete, cover_concrete
 from skewbridge.bridge.moment_curvature import MomentCurvature, moment_curvature
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.options import ModelOptions, ShearModel
 from skewbridge.bridge.shear_capacity import ShearSection
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import GPA, MM, MPA
@@ -143,6 +143,7 @@ def column_handle(
     hinge_sections: tuple[int, ...],
     dead_axial_n: float,
     is_pinned: bool,
+    shear_model: ShearModel,
 ) -> ColumnHandle:
     """Return the handle of a column with its yield point and shear data.
 
@@ -166,6 +167,7 @@ def column_handle(
         yield_curvature_per_m=curve.yield_curvature_per_m,
         yield_drift_ratio=yield_disp / height,
         shear=shear_section(column, span, curve),
+        shear_model=shear_model,
         dead_axial_n=dead_axial_n,
     )
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.bridge.options import ModelOptions, ShearModel
 from skewbridge.bridge.shear_capacity import ShearSection
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
@@ -52,6 +52,7 @@ class ColumnHandle:
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
         shear: Inputs of the shear capacity.
+        shear_model: Which capacity to judge by, ``sdc`` or ``kowalsky_priestley``.
         dead_axial_n: Hand estimate of the axial force under dead load (compression positive).
     """
 
@@ -63,6 +64,7 @@ class ColumnHandle:
     yield_curvature_per_m: float
     yield_drift_ratio: float
     shear: ShearSection
+    shear_model: ShearModel = "sdc"
     dead_axial_n: float
 
 

@@ -10,6 +10,7 @@ type ColumnIntegration = Literal["hinge_radau", "lobatto5"]
 type Backfill = Literal["hyperbolic", "sdc"]
 type KeyKind = Literal["sacrificial", "monolithic"]
 type KeyFrame = Literal["skewed", "deck_edge"]
+type ShearModel = Literal["sdc", "kowalsky_priestley"]
 type Foundation = Literal["fixed", "springs"]
 type Coupling = Literal["extrapolated", "lagged"]
 
@@ -44,6 +45,8 @@ class ModelOptions:
             (`spring` model).
         column_fibers: Rings and wedges of the core, and rings of the cover.
         deck_elements_per_span: Elastic elements per span.
+        shear_model: Shear capacity in `column_shear_dcr`: Caltrans criteria (nominal materials,
+            displacement ductility), or Kowalsky and Priestley (expected ones, curvature ductility).
         elastic_columns: Cracked elastic columns, for hand checks and modal comparisons.
         coupling: Friction bound of a step from the last committed normal force (``lagged``, as in
             the paper) or from the one predicted at its end. Prediction is the better one where a
@@ -72,6 +75,7 @@ class ModelOptions:
     embankment_mass: bool = False
     column_fibers: tuple[int, int, int] = (8, 20, 2)
     deck_elements_per_span: int = 4
+    shear_model: ShearModel = "sdc"
     elastic_columns: bool = False
     coupling: Coupling = "lagged"
 
@@ -83,6 +87,7 @@ class ModelOptions:
             ("keys", self.keys, KeyKind),
             ("key_frame", self.key_frame, KeyFrame),
             ("foundation", self.foundation, Foundation),
+            ("shear_model", self.shear_model, ShearModel),
             ("coupling", self.coupling, Coupling),
         ):
             allowed = get_args(choices.__value__)
