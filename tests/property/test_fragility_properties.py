@@ -16,7 +16,7 @@ from skewbridge.fragility.intervals import curve, curve_band
 from skewbridge.fragility.likelihood import BinomialKernel, maximise
 from skewbridge.fragility.ordered import OrderedKernel
 from skewbridge.fragility.stripes import fit_stripes
-from skewbridge.fragility.tobit import fit_tobit
+from skewbridge.fragility.tobit import fit_tobit, refit_tobit
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
 
@@ -145,6 +145,34 @@ def test_tobit_without_censoring_is_the_line_by_likelihood(seed):
     assert tobit.theta == pytest.approx(line.theta, rel=1e-8)
     # n against n - 2 in the scatter
     assert tobit.beta == pytest.approx(line.beta * np.sqrt(23 / 25), rel=1e-8)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=15, deadline=None)
+def test_weighted_tobit_equals_tobit_of_the_repeated_runs(seed):
+    rng = np.random.default_rng(seed)
+    im = np.exp(rng.uniform(-2, 0.5, 20))
+    edp = 0.03 * im * np.exp(0.35 * rng.normal(size=20))
+    censored = rng.random(20) < 0.2
+    weights = rng.integers(0, 3, (1, 20)).astype(float)
+    rows = np.repeat(np.arange(20), weights[0].astype(int))
+    single = fit_tobit(im[rows], edp[rows], 0.02, censored=censored[rows], interval=False)
+    assume(single.status == "ok")
+    batch = refit_tobit(im, edp, 0.02, censored, weights)
+    assert batch.theta[0] == pytest.approx(single.theta, rel=1e-6)
+    assert batch.beta[0] == pytest.approx(single.beta, rel=1e-6)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=15, deadline=None)
+def test_tobit_interval_holds_the_estimate(seed):
+    rng = np.random.default_rng(seed)
+    im = np.exp(rng.uniform(-2, 0.5, 20))
+    edp = 0.03 * im * np.exp(0.35 * rng.normal(size=20))
+    fit = fit_tobit(im, edp, 0.02, censor_above=0.03)
+    assume(fit.status == "ok")
+    assert fit.ci_theta[0] < fit.theta < fit.ci_theta[1]
+    assert fit.ci_beta[0] < fit.beta < fit.ci_beta[1]
 
 
 @pytest.mark.parametrize("link", ["probit", "logit", "cloglog"])

@@ -150,6 +150,14 @@ def test_few_collapses_are_separated_and_say_so():
     assert fit.details["part"] == "collapse"
 
 
+def test_scatter_that_vanishes_at_one_end_has_no_maximum():
+    im = np.exp(np.linspace(-2, 0.4, 12))
+    noise = np.array([0, 0, 0, 0, 0, 0, 0, 0.01, -0.1, 0.3, -0.6, 0.9])
+    fit = fit_heteroscedastic(im, 0.03 * im * np.exp(noise), 0.015)
+    assert fit.status == "unbounded_likelihood"
+    assert fit_heteroscedastic(im[:5], im[:5], 0.2).status == "too_few_runs"
+
+
 def test_constant_scatter_is_not_called_heteroscedastic():
     rng = np.random.default_rng(6)
     im = np.exp(rng.uniform(-2.3, 0.4, 200))

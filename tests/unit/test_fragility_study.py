@@ -223,6 +223,15 @@ def test_repeated_motions_switch_the_interval_to_motions():
     assert brackets["theta_high"] > exceedance["theta"]
 
 
+def test_failed_runs_of_repeated_motions_keep_the_interval_by_motion():
+    table = synthetic_demands(**ONE, scales=(0.5, 1.0, 2.0), motions=20)
+    table.loc[[5, 30], "status"] = "timeout"
+    found = row(fit_study(table, states("column_drift"), IM), "column_drift", "slight", "cloud")
+    assert found["model"] == "cloud_tobit"
+    assert found["ci_method"] == "record_bootstrap"
+    assert found["theta_low"] < found["theta"] < found["theta_high"]
+
+
 def test_fits_repeat_exactly_and_do_not_depend_on_the_order_of_rows():
     table = synthetic_demands(skews=(0, 30), gaps=(51,), scales=(0.7, 1.4))
     mixed = table.sample(frac=1.0, random_state=4).sort_values(["variant", "motion_id", "scale"])

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from skewbridge.fragility import existence
-from skewbridge.fragility.fit import DEFAULT_LEVEL, OK, FragilityFit, common_warnings
+from skewbridge.fragility.fit import DEFAULT_LEVEL, OK, FragilityFit, common_warnings, exp_end
 from skewbridge.fragility.links import FloatArray
 from skewbridge.fragility.validate import as_column, positive, require, same_length
 
@@ -138,8 +138,8 @@ def fit_cloud(
     ends = fieller(line, ln_c, t)
     variance = _delta_covariance(line, ln_theta, beta)
     reach = t * np.sqrt(variance[2]) / beta
-    theta = float(np.exp(ln_theta))
-    ci_theta = (float(np.exp(ends[0])), float(np.exp(ends[1])))
+    theta = exp_end(ln_theta)
+    ci_theta = (exp_end(ends[0]), exp_end(ends[1]))
     records = n if n_records is None else n_records
     warnings = common_warnings(theta, ci_theta, np.exp(x), records) + line_warnings(line)
     if np.max(y) <= ln_c:

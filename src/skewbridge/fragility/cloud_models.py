@@ -8,24 +8,23 @@ References:
     Harvey (1976), Econometrica 44(3):461-465: multiplicative heteroscedasticity.
 """
 
-from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import optimize, special
+from scipy import special
 
 from skewbridge.fragility import existence
 from skewbridge.fragility.cloud import cloud_columns, fit_line, line_details, line_warnings
-from skewbridge.fragility.fit import DEFAULT_LEVEL, OK, FragilityFit, common_warnings
-from skewbridge.fragility.intervals import normal_quantile
+from skewbridge.fragility.curve_reading import SEARCH, read_curve
+from skewbridge.fragility.fit import DEFAULT_LEVEL, OK, FragilityFit
 from skewbridge.fragility.likelihood import BinomialKernel, maximise
 from skewbridge.fragility.links import FloatArray, probability
 from skewbridge.fragility.validate import as_column, require, same_length
 
 _HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
-_SEARCH: Final = 12.0  # half-width, in ln x, of the search for x16, x50, x84
-_GRID: Final = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # of theta, for the table of the curve
+_MIN_RUNS: Final = 10  # below, scatter that vanishes at one end makes the likelihood unbounded
+_MAX_SPREAD: Final = 8.0  # of ln sigma over the runs; beyond, it does vanish
 
 
 def fit_modified_cloud(
@@ -99,7 +98,7 @@ def fit_modified_cloud(
         "collapse_a1": float(alpha[1]),
         "collapse_link": collapse_link,
     }
-    return _curve_fit(
+    return read_curve(
         "cloud_modified",
         curve,
         params,
@@ -126,10 +125,15 @@ def fit_heteroscedastic(
     """
     x, y, ln_c = cloud_columns(im, edp, threshold)
     n = int(x.size)
-    if n < 5 or np.ptp(x) == 0.0:
-        status = existence.SINGLE_LEVEL if n >= 5 else "too_few_runs"
+    if n < _MIN_RUNS or np.ptp(x) == 0.0:
+        status = existence.SINGLE_LEVEL if n >= _MIN_RUNS else "too_few_runs"
         return FragilityFit(method="cloud_heteroscedastic", status=status, n_runs=n, level=level)
-    params, covariance, loglik, plain = _harvey(x, y)
+    found = _harvey(x, y)
+    if found is None:
+        return FragilityFit(
+            method="cloud_heteroscedastic", status="unbounded_likelihood", n_runs=n, level=level
+        )
+    params, covariance, loglik, plain = found
     ratio = 2.0 * (loglik - plain)
     details: dict[str, Any] = {
         "ln_a": float(params[0]),
@@ -156,11 +160,11 @@ def fit_heteroscedastic(
         # the scatter overtakes the mean where ln a + b ln x - ln c = b/g1
         turn = (p[1] / p[3] - p[0] + ln_c) / p[1] if p[3] != 0.0 else np.inf
         middle = float((ln_c - p[0]) / p[1])
-        low = max(middle - _SEARCH, float(turn)) if p[3] < 0.0 else middle - _SEARCH
-        high = min(middle + _SEARCH, float(turn)) if p[3] > 0.0 else middle + _SEARCH
+        low = max(middle - SEARCH, float(turn)) if p[3] < 0.0 else middle - SEARCH
+        high = min(middle + SEARCH, float(turn)) if p[3] > 0.0 else middle + SEARCH
         return low, high
 
-    return _curve_fit(
+    return read_curve(
         "cloud_heteroscedastic",
         curve,
         params,
@@ -174,8 +178,11 @@ def fit_heteroscedastic(
     )
 
 
-def _harvey(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, float, float]:
-    """Return (ln a, b, g0, g1), their covariance, the log-likelihood and that with g1 = 0."""
+def _harvey(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, float, float] | None:
+    """Return (ln a, b, g0, g1), their covariance, the log-likelihood and that with g1 = 0.
+
+    None where the scatter vanishes at one end, so that the likelihood has no maximum.
+    """
     design = np.column_stack([np.ones_like(x), x])
     line, *_ = np.linalg.lstsq(design, y, rcond=None)
     residual = y - design @ line
@@ -184,6 +191,8 @@ def _harvey(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, float
     gram = np.linalg.inv(design.T @ design)
     loglik = plain
     for _ in range(500):  # Fisher scoring; block-diagonal information
+        if np.ptp(design @ g) > _MAX_SPREAD:
+            return None
         weight = np.exp(-2.0 * (design @ g))
         line = np.linalg.solve((design.T * weight) @ design, (design.T * weight) @ y)
         residual = y - design @ line
@@ -217,84 +226,4 @@ def _line_covariance(n: int, mean_x: float, sxx: float, s: float) -> FloatArray:
             [-mean_x * var_b, var_b, 0.0],
             [0.0, 0.0, s**2 / (2.0 * (n - 2))],
         ]
-    )
-
-
-def _curve_fit(
-    method: str,
-    curve: Callable[[FloatArray, FloatArray], FloatArray],
-    params: FloatArray,
-    covariance: FloatArray,
-    x: FloatArray,
-    level: float,
-    loglik: float,
-    warnings: list[str],
-    details: dict[str, Any],
-    limits: Callable[[FloatArray], tuple[float, float]] | None = None,
-) -> FragilityFit:
-    """Read x16, x50, x84 off a curve and carry the covariance over numerically.
-
-    ``limits`` gives the range of ln x in which the curve rises, if that is not everywhere.
-    """
-    middle = float(np.mean(x))
-
-    def quantiles(p: FloatArray) -> FloatArray | None:
-        out: list[float] = []
-        for share in (0.16, 0.5, 0.84):
-
-            def excess(ln_x: float, share: float = share) -> float:
-                return float(curve(p, np.array([ln_x]))[0]) - share
-
-            low, high = limits(p) if limits else (middle - _SEARCH, middle + _SEARCH)
-            if excess(low) * excess(high) > 0.0:
-                return None
-            out.append(float(optimize.brentq(excess, low, high, xtol=1e-12)))
-        return np.array(out)
-
-    found = quantiles(params)
-    if found is None:
-        return FragilityFit(
-            method=method, status="curve_unbounded", n_runs=x.size, level=level, details=details
-        )
-    to_pair = np.array([[0.0, 1.0, 0.0], [-0.5, 0.0, 0.5]])
-    ln_theta, beta = to_pair @ found
-    jacobian = np.zeros((2, params.size))
-    for j in range(params.size):
-        step = 1e-5 * max(abs(float(params[j])), 1e-2)
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = params.copy()
-            moved[j] += sign * step
-            shifted = quantiles(moved)
-            ends.append(to_pair @ (found if shifted is None else shifted))
-        jacobian[:, j] = (ends[0] - ends[1]) / (2.0 * step)
-    out = jacobian @ covariance @ jacobian.T
-    z = normal_quantile(level)
-    theta = float(np.exp(ln_theta))
-    reach = np.exp(z * np.sqrt(np.diag(out)) / np.array([1.0, beta]))
-    ci_theta = (theta / float(reach[0]), theta * float(reach[0]))
-    grid = theta * np.array(_GRID)
-    details = details | {
-        "x16": float(np.exp(found[0])),
-        "x50": theta,
-        "x84": float(np.exp(found[2])),
-        "curve_im": grid.tolist(),
-        "curve_p": curve(params, np.log(grid)).tolist(),
-    }
-    return FragilityFit(
-        method=method,
-        status=OK,
-        theta=theta,
-        beta=float(beta),
-        var_ln_theta=float(out[0, 0]),
-        cov_ln_theta_beta=float(out[0, 1]),
-        var_beta=float(out[1, 1]),
-        ci_theta=ci_theta,
-        ci_beta=(float(beta / reach[1]), float(beta * reach[1])),
-        ci_method="delta",
-        level=level,
-        loglik=float(loglik),
-        n_runs=int(x.size),
-        warnings=(*common_warnings(theta, ci_theta, np.exp(x), x.size), *warnings),
-        details=details,
     )

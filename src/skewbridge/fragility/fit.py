@@ -14,6 +14,9 @@ DEFAULT_LEVEL: Final = 0.95
 WIDE_CI_RATIO: Final = 3.0
 FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
+# A curve with beta above 50 does not rise over any range of intensities.
+FLATTEST_SLOPE: Final = 0.02
+_MAX_LOG: Final = 700.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +93,11 @@ class FragilityFit:
             "warnings": list(self.warnings),
             **self.details,
         }
+
+
+def exp_end(value: float) -> float:
+    """Return the exponential of the end of an interval, infinite where a double is too small."""
+    return float(np.exp(value)) if value < _MAX_LOG else float("inf")
 
 
 def lognormal_covariance(

@@ -15,9 +15,11 @@ from skewbridge.fragility import existence
 from skewbridge.fragility.censored import CensoredKernel
 from skewbridge.fragility.fit import (
     DEFAULT_LEVEL,
+    FLATTEST_SLOPE,
     OK,
     FragilityFit,
     common_warnings,
+    exp_end,
     lognormal_covariance,
 )
 from skewbridge.fragility.likelihood import maximise
@@ -184,15 +186,18 @@ def _fit(
     spread = max(float(np.std(guess)), 0.05)
     best = maximise(kernel, np.array([[-float(np.mean(guess)) / spread, 1.0 / spread]]))
     a0, a1 = (float(value) for value in best.params[0])
-    if not bool(best.converged[0]) or a1 < 1e-6:
+    bracketed = bool(np.any(np.isfinite(lower) & np.isfinite(upper)))
+    if a1 <= FLATTEST_SLOPE and not bracketed:
+        return _refused(method, existence.NON_INCREASING, lower.size, level, details)
+    if not bool(best.converged[0]):
         return _refused(method, "not_converged", lower.size, level, details)
     flat = None
-    if not np.any(np.isfinite(lower) & np.isfinite(upper)):
+    if not bracketed:
         share = float(np.mean(np.isfinite(upper)))
         flat = float(special.ndtri(share))
     ends = profile_ends(kernel, best, level, flat)
-    theta = float(np.exp(-a0 / a1))
-    ci_theta = (float(np.exp(ends.ln_theta[0])), float(np.exp(ends.ln_theta[1])))
+    theta = exp_end(-a0 / a1)
+    ci_theta = (exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1]))
     variance = lognormal_covariance(best.params[0], best.covariance[0])
     return FragilityFit(
         method=method,

@@ -16,7 +16,7 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.fragility import existence
 from skewbridge.fragility.censored import add_terms, log_normal_interval, normal_density
-from skewbridge.fragility.fit import OK
+from skewbridge.fragility.fit import FLATTEST_SLOPE, OK
 from skewbridge.fragility.likelihood import Derivatives, maximise
 from skewbridge.fragility.links import FloatArray
 from skewbridge.fragility.validate import positive, require
@@ -125,7 +125,7 @@ def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
     slope = float(params[-1])
     if not bool(best.converged[0]):
         return refused("not_converged")
-    if slope <= 0.0:
+    if slope <= FLATTEST_SLOPE:
         return refused(existence.NON_INCREASING)
     jacobian = np.zeros((states + 1, states + 1))
     jacobian[:states, :states] = -np.eye(states) / slope

@@ -99,7 +99,26 @@ def _venzon_moolgavkar(
     centre = np.where(is_theta, -a0 / a1, a1)
     psi, nuisance = _ends_of_ellipse(maximum.params[0], maximum.covariance[0], quantile)
     psi, nuisance = psi[which], nuisance[which]
-    residual = np.full(which.size, np.inf)
+    # Far from the data terms vanish or overflow: what is not finite in the end is not good.
+    with np.errstate(all="ignore"):
+        psi, nuisance, residual = _iterate(kernel, psi, nuisance, is_theta, target)
+    good = (
+        (residual < 1e-8 * (1.0 + abs(target)))
+        & (side * (psi - centre) > 0.0)
+        & (np.where(is_theta, nuisance, psi) > 0.0)
+    )
+    return psi, good
+
+
+def _iterate(
+    kernel: Kernel,
+    psi: FloatArray,
+    nuisance: FloatArray,
+    is_theta: NDArray[np.bool_],
+    target: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return (psi, nuisance) after Newton steps that keep the slope positive, and the residual."""
+    residual = np.full(psi.size, np.inf)
     for _ in range(_ITERATIONS):
         gap, slope, matrix = _end_equations(kernel, psi, nuisance, is_theta, target)
         residual = np.abs(gap) + slope**2 / np.abs(matrix[:, 1, 1])
@@ -117,12 +136,7 @@ def _venzon_moolgavkar(
             1.0,
         )
         psi, nuisance = psi + shrink * step_psi, nuisance + shrink * step_nuisance
-    good = (
-        (residual < 1e-8 * (1.0 + abs(target)))
-        & (side * (psi - centre) > 0.0)
-        & (np.where(is_theta, nuisance, psi) > 0.0)
-    )
-    return psi, good
+    return psi, nuisance, residual
 
 
 def _ends_of_ellipse(

@@ -1,6 +1,6 @@
 """Fragility from counts of exceedance per intensity level (multiple stripes, or single runs)."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,18 +10,17 @@ from skewbridge.fragility import existence
 from skewbridge.fragility.fit import (
     DEFAULT_LEVEL,
     FEW_MIXED_STRIPES,
+    FLATTEST_SLOPE,
     OK,
     FragilityFit,
     common_warnings,
+    exp_end,
     lognormal_covariance,
 )
 from skewbridge.fragility.likelihood import BinomialKernel, Maximum, maximise
 from skewbridge.fragility.links import FloatArray, link_terms, predictor
 from skewbridge.fragility.profile import profile_ends
 from skewbridge.fragility.validate import as_column, positive, require, same_length
-
-# A curve with beta above 50 does not rise over any range of intensities.
-FLATTEST_SLOPE: Final = 0.02
 
 
 def fit_stripes(
@@ -106,7 +105,7 @@ def fit_stripes(
         found = profile_ends(kernel, best, level, flat)
         low, high = found.slope
         ends = {
-            "ci_theta": (_exp(found.ln_theta[0]), _exp(found.ln_theta[1])),
+            "ci_theta": (exp_end(found.ln_theta[0]), exp_end(found.ln_theta[1])),
             "ci_beta": (spread / high, spread / low if low > 0.0 else np.inf),
             "ci_method": "profile",
         }
@@ -231,7 +230,3 @@ def _goodness(
 def _log_binomial(n: FloatArray, k: FloatArray) -> float:
     terms = special.gammaln(n + 1.0) - special.gammaln(k + 1.0) - special.gammaln(n - k + 1.0)
     return float(np.sum(terms))
-
-
-def _exp(value: float) -> float:
-    return float(np.exp(value)) if value < 700.0 else float("inf")

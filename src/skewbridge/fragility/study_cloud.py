@@ -41,10 +41,14 @@ def fit_variant_cloud(
         raised = np.where(outcomes.unknown, np.maximum(lower, c), lower)
         below = np.where(outcomes.unknown, c, inf)
         floor = np.where(outcomes.unknown & (lower <= 0.0), c * 1e-6, lower)
+        ends = {
+            "exclude": (lower, None, usable),
+            "all_exceed": (raised, None, raised > 0.0),
+            "none_exceed": (floor, below, floor > 0.0),
+        }
         bounds = {
-            "exclude": _line_fit(runs, outcomes, lower, None, usable, state, options),
-            "all_exceed": _line_fit(runs, outcomes, raised, None, raised > 0.0, state, options),
-            "none_exceed": _line_fit(runs, outcomes, floor, below, floor > 0.0, state, options),
+            name: _line_fit(runs, outcomes, *end, state, options, interval=False)
+            for name, end in ends.items()
         }
     return judge_unknown(replace(fit, method="cloud"), bounds, outcomes, options)
 
@@ -57,6 +61,8 @@ def _line_fit(
     used: NDArray[np.bool_],
     state: LimitState,
     options: FitSettings,
+    *,
+    interval: bool = True,
 ) -> FragilityFit:
     complete = outcomes.complete[used]
     im, edp = runs.im[used], lower[used]
@@ -68,20 +74,26 @@ def _line_fit(
             level=options.level,
             n_records=int(np.unique(runs.records[used]).size),
         )
-        if fit.status == OK and runs.repeated:
-            _, codes = np.unique(runs.records[used], return_inverse=True)
-            weights = record_weights(codes, options.replicates, np.random.default_rng(options.seed))
+        if fit.status == OK and runs.repeated and interval:
+            weights = _weights(runs, used, options)
             again = refit_lines(np.log(im), np.log(edp), weights, np.log(state.threshold), 0.0)
             fit = bootstrapped(fit, again.intervals(options.level), again.theta, again.beta)
         return fit
+    top = None if upper is None else upper[used]
     fit = tobit.fit_tobit(
         im,
         edp,
         state.threshold,
         censored=~complete,
-        upper=None if upper is None else upper[used],
+        upper=top,
         level=options.level,
+        interval=interval and not runs.repeated,
     )
+    if fit.status == OK and runs.repeated and interval:
+        again = tobit.refit_tobit(
+            im, edp, state.threshold, ~complete, _weights(runs, used, options), upper=top
+        )
+        fit = bootstrapped(fit, again.intervals(options.level), again.theta, again.beta)
     if np.sum(complete) >= 4 and np.ptp(im[complete]) > 0.0:
         line = cloud.fit_line(np.log(im[complete]), np.log(edp[complete]))
         flags = tuple(cloud.line_warnings(line))
@@ -91,6 +103,11 @@ def _line_fit(
             details={**cloud.line_details(line), **fit.details},
         )
     return fit
+
+
+def _weights(runs: Runs, used: NDArray[np.bool_], options: FitSettings) -> FloatArray:
+    _, codes = np.unique(runs.records[used], return_inverse=True)
+    return record_weights(codes, options.replicates, np.random.default_rng(options.seed))
 
 
 def _line_only(blank: FragilityFit, runs: Runs, outcomes: Outcomes) -> FragilityFit:

@@ -10,19 +10,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.fragility import existence
+from skewbridge.fragility.bootstrap import Replicates
 from skewbridge.fragility.censored import CensoredKernel
 from skewbridge.fragility.cloud import cloud_columns
 from skewbridge.fragility.fit import (
     DEFAULT_LEVEL,
+    FLATTEST_SLOPE,
     OK,
     FragilityFit,
     common_warnings,
+    exp_end,
     lognormal_covariance,
 )
 from skewbridge.fragility.likelihood import Derivatives, Kernel, maximise
 from skewbridge.fragility.links import FloatArray
 from skewbridge.fragility.profile import profile_ends
-from skewbridge.fragility.stripes import FLATTEST_SLOPE
 
 
 class ProfiledKernel:
@@ -131,10 +133,10 @@ def fit_tobit(
         zero = ProfiledKernel(kernel, h)
         flat = maximise(_FirstOnly(zero), np.array([[0.0]]), covariance=False).params[0, 0]
         ends = profile_ends(ProfiledKernel(kernel, h), reduced, level, float(flat))
-        ci_theta = (float(np.exp(ends.ln_theta[0])), float(np.exp(ends.ln_theta[1])))
+        ci_theta = (exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1]))
         low = ends.slope[0]
         ci_beta = (widen / ends.slope[1], widen / low if low > 0.0 else np.inf)
-    theta = float(np.exp(-a0 / a1))
+    theta = exp_end(-a0 / a1)
     return FragilityFit(
         method="cloud_tobit",
         status=OK,
@@ -152,6 +154,39 @@ def fit_tobit(
         warnings=tuple(common_warnings(theta, ci_theta, np.exp(x), n)),
         details=details,
     )
+
+
+def refit_tobit(
+    im: FloatArray,
+    edp: FloatArray,
+    threshold: float,
+    censored: NDArray[np.bool_],
+    weights: FloatArray,
+    *,
+    upper: FloatArray | None = None,
+) -> Replicates:
+    """Fit R weighted replicates at once.
+
+    Args:
+        im: Intensities, shape (n,).
+        edp: Demands, or the values that censored ones exceed, shape (n,).
+        threshold: Median capacity.
+        censored: Shape (n,).
+        weights: How often each run enters each replicate, shape (R, n).
+        upper: Upper ends of censored demands.
+    """
+    x, y, ln_c = np.log(im), np.log(edp), float(np.log(threshold))
+    top = np.full(x.size, np.inf) if upper is None else np.log(upper)
+    design = np.column_stack([np.ones(x.size), x])
+    kernel = CensoredKernel(design, y - ln_c, np.where(censored, top, y) - ln_c, weights)
+    start = np.tile(_start(x, y, ~censored, ln_c), (weights.shape[0], 1))
+    best = maximise(kernel, start, covariance=False)
+    a0, a1 = best.params[:, 0], best.params[:, 1]
+    good = best.converged & (a1 > FLATTEST_SLOPE)
+    with np.errstate(all="ignore"):
+        theta = np.where(good, np.exp(-a0 / a1), np.inf)
+        beta = np.where(good, 1.0 / a1, np.inf)
+    return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
 
 
 class _FirstOnly:
