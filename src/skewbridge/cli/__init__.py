@@ -5,6 +5,8 @@ from typing import Final
 
 import typer
 
+from skewbridge.analysis.exit_message import hush_exit_message
+
 # Each module has `register(app)` and imports its room inside the commands: `--help` stays fast.
 COMMAND_MODULES: Final = ("study", "run", "bridge", "contact", "motions", "fragility")
 
@@ -19,4 +21,5 @@ def build_app() -> typer.Typer:
 
 def main() -> None:
     """Run the command line."""
+    hush_exit_message()
     build_app()()

@@ -6,6 +6,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
+from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.demands.orphans import end_with, workflow_pid
 from skewbridge.errors import InputError
 
@@ -22,6 +23,7 @@ def script_session(log: str | Path) -> Generator[None]:
     Raises:
         SystemExit: With 2 after an `InputError`, whose message is shown alone.
     """
+    hush_exit_message()
     end_with(workflow_pid())
     logger.setLevel(logging.INFO)
     to_file = logging.FileHandler(log, mode="w")

@@ -13,7 +13,6 @@ from skewbridge.cli.output import (
     clear_errors,
     emit_json,
     emit_table,
-    messages,
 )
 
 ConfigOption = Annotated[
@@ -44,6 +43,7 @@ def doctor(*, as_json: JsonOption = False) -> None:
     try:
         from skewbridge.verification.gate import verify_contact_gate
 
+        began_s = time.perf_counter()
         checks = verify_contact_gate()
         failed = [str(name) for name in checks.loc[~checks["pass"], "quantity"]]
         report["self_test"] = f"failed: {', '.join(failed)}" if failed else "passed"
@@ -67,7 +67,7 @@ def plan(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) 
         emit_json(forecast)
         return
     emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
-    emit_table([forecast])
+    _show(forecast)
 
 
 @clear_errors
@@ -77,9 +77,15 @@ def status(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False
     if as_json:
         emit_json(forecast)
         return
-    emit_table([forecast])
+    _show(forecast)
+
+
+def _show(forecast: dict[str, Any]) -> None:
     ledger = forecast["ledger"]
-    messages.print("by status:", ledger["status"], " by recovery rung:", ledger["rung"])
+    rows = {name: value for name, value in forecast.items() if name != "ledger"}
+    rows |= {f"status {name}": count for name, count in ledger["status"].items()}
+    rows |= {f"recovery rung {rung}": count for rung, count in ledger["rung"].items()}
+    emit_table([{"study": name, "value": value} for name, value in rows.items()])
 
 
 def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from joblib import Parallel, delayed
 
+from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.result import RAN, AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
@@ -133,6 +134,7 @@ def analyse_row(task: Task, key: str, log_folder: Path, owner_pid: int) -> Row:
         log_folder: Where the solver's messages go, in a file named after the motion.
         owner_pid: The process that the result is for; when it ends, so does this one.
     """
+    hush_exit_message()
     end_with(owner_pid)
     log_folder.mkdir(parents=True, exist_ok=True)
     log_path = log_folder / f"{task.motion.motion.motion_id}_{task.incidence_deg:03.0f}.log"
