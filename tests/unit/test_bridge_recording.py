@@ -21,7 +21,7 @@ VARIANT = Variant(
 
 ASK = """
 import json
-print(json.dumps([[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()] + [ops.eigen(6)]))
+print(json.dumps([[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()] + [ops.getEleTags()]))
 """
 
 
@@ -36,7 +36,7 @@ def test_the_script_repeats_the_model_to_the_bit(tmp_path: Path) -> None:
     with domain():
         apply_gravity(build(VARIANT, ModelOptions()))
         expected = [[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()]
-        expected.append(ops.eigen(6))
+        expected.append(ops.getEleTags())
     assert json.loads(answer.stdout.strip().split("\n")[-1]) == expected
     assert text.count("dict(name=") == 14
 
