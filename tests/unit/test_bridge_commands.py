@@ -69,3 +69,42 @@ def test_bad_input_is_named_and_exits_with_2(arguments: tuple[str, ...], message
     result = RUNNER.invoke(build_app(), list(arguments))
     assert result.exit_code == 2
     assert message in result.stderr.replace("\n", " ")
+
+
+def test_a_column_is_summed_up_and_drawn(tmp_path: Path) -> None:
+    found = answer("column", "--bridge", "osb2s", "--bent", "2", "--out", str(tmp_path))
+    assert found["axial_kn"] == pytest.approx(7_412, rel=0.01)
+    curve = pd.read_parquet(tmp_path / "moment_curvature.parquet")
+    assert curve["moment_knm"].max() > found["plastic_moment_knm"]
+    assert (tmp_path / "column.png").stat().st_size > 10_000
+    result = RUNNER.invoke(build_app(), ["column", "--bent", "2", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "bent must be within 1..1" in result.stderr
+
+
+def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
+    found = answer("static", "--abutment", "all", "--max-disp-m", "0.08", "--out", str(tmp_path))
+    curves = pd.read_parquet(tmp_path / "curve.parquet")
+    assert curves["abutment"].nunique() == 5
+    peaks = {(row["abutment"], row["angle_deg"]): row["peak_kn"] for row in found["pushes"]}
+    assert peaks["roller", 0.0] == 0.0
+    assert peaks["contact", 0.0] == pytest.approx(peaks["spring", 0.0], rel=0.03)
+    assert (tmp_path / "ladder.png").stat().st_size > 10_000
+
+
+def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
+    row = {"variant": "osb1_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
+    pd.DataFrame([row]).to_parquet(tmp_path / "demands.parquet")
+    corners = {
+        f"abutment_{side}_{kind}_{axis}_m": [0.0, 0.1]
+        for side in ("left", "right")
+        for kind in ("acute", "obtuse")
+        for axis in "xy"
+    }
+    pd.DataFrame(corners).to_parquet(tmp_path / "histories.parquet")
+    found = answer("sdc", str(tmp_path))
+    names = [check["check"] for check in found["checks"]]
+    assert sum("seat, SDC" in name for name in names) == 4
+    assert all(check["ok"] for check in found["checks"])
+    missing = RUNNER.invoke(build_app(), ["sdc", str(tmp_path / "none")])
+    assert missing.exit_code == 2
