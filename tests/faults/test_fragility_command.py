@@ -260,6 +260,22 @@ def test_plain_table_keeps_the_rows_without_estimate_and_their_status(tmp_path):
     assert "status" in table
 
 
+def test_hazard_table_adds_annual_frequencies(tmp_path):
+    path, _ = curves_file(tmp_path)
+    hazard, out = tmp_path / "hazard.csv", tmp_path / "curves.csv"
+    im = np.geomspace(1e-3, 1e3, 20)
+    pd.DataFrame({"im": im, "rate": 1e-4 * im**-2.5}).to_csv(hazard, index=False)
+    run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
+    first = pd.read_csv(out).query("status == 'ok'").iloc[0]
+    beta = first["beta_total"]
+    wanted = 1e-4 * first["theta"] ** -2.5 * np.exp(0.5 * (2.5 * beta) ** 2)
+    assert first["annual_frequency"] == pytest.approx(wanted, rel=1e-4)  # ends of the table
+    pd.DataFrame({"im": im, "rate": im}).to_csv(hazard, index=False)
+    code, found = run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
+    assert code == 2
+    assert "rate must not increase (rows" in found["message"]
+
+
 def test_export_refuses_what_the_other_tool_cannot_name(tmp_path):
     path, _ = curves_file(tmp_path, "im_sa_t1_rotd50_g")
     code, found = run("export", path, "--format", "nrml", "--out", tmp_path / "x.xml")

@@ -17,6 +17,7 @@ from skewbridge.fragility.ordered import crossing, fit_ordered
 from skewbridge.fragility.profile import _bracketed_end, profile_ends
 from skewbridge.fragility.stripes import fit_stripes
 from skewbridge.fragility.tobit import fit_tobit
+from skewbridge.fragility.uncertain_capacity import fit_uncertain_capacity
 
 
 @pytest.mark.parametrize(
@@ -314,3 +315,17 @@ def test_json_of_a_fit_has_the_keys_of_the_contract():
         "warnings"
     )
     assert set(keys.split()) <= set(FragilityFit(method="x", status="ok").as_json())
+
+
+def test_uncertain_capacity_widens_the_curve_by_its_dispersion_over_the_slope():
+    rng = np.random.default_rng(12)
+    im = np.exp(rng.uniform(-2.5, 1.0, 1500))
+    edp = 0.03 * im**1.2 * np.exp(0.35 * rng.normal(size=1500))
+    fit = fit_uncertain_capacity(im, edp, 0.02, 0.4, bootstrap=199)
+    assert fit.ci_method == "record_bootstrap"
+    truth = (2 / 3) ** (1 / 1.2), np.hypot(0.35, 0.4) / 1.2
+    assert fit.ci_theta[0] < truth[0] < fit.ci_theta[1]
+    assert fit.ci_beta[0] < truth[1] < fit.ci_beta[1]
+    plain = fit_uncertain_capacity(im, edp, 0.02, 0.0, bootstrap=99)
+    assert plain.beta < fit.beta
+    assert fit_uncertain_capacity(im, edp, 99.0, 0.0).status == "no_exceedance"

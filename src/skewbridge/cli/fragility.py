@@ -82,12 +82,15 @@ def export(
     form: Annotated[str, typer.Option("--format", help="nrml, pelicun or csv.")],
     out: Annotated[Path, typer.Option(help="File to write.")],
     method: Annotated[str, typer.Option(help="cloud, exceedance or ida_interval.")] = "cloud",
+    hazard: Annotated[
+        Path | None, typer.Option(help="CSV im, rate: adds annual frequencies to the csv.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Write fragility curves for other tools."""
     from skewbridge.fragility.export import export_curves
 
-    report = export_curves(curves, form, out, method=method)
+    report = export_curves(curves, form, out, method=method, hazard=hazard)
     if as_json:
         emit_json(report)
     else:

@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.risk import annual_frequency
 
 FORMATS: Final = ("nrml", "pelicun", "csv")
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
@@ -26,7 +27,9 @@ _CSV_COLUMNS: Final = (
 )  # fmt: skip
 
 
-def export_curves(source: Path, form: str, out: Path, *, method: str = "cloud") -> dict[str, Any]:
+def export_curves(
+    source: Path, form: str, out: Path, *, method: str = "cloud", hazard: Path | None = None
+) -> dict[str, Any]:
     """Write the curves of a study for another tool.
 
     Curves without an estimate are left out (a number would have to be invented); they are counted
@@ -37,6 +40,8 @@ def export_curves(source: Path, form: str, out: Path, *, method: str = "cloud") 
         form: nrml, pelicun or csv.
         out: File to write.
         method: cloud, exceedance or ida_interval.
+        hazard: CSV with columns im and rate (per year) in the measure of the curves: the csv
+            format then has the mean annual frequency of every limit state.
 
     Returns:
         ``file``, ``format``, ``curves`` (written) and ``left_out``.
@@ -59,7 +64,10 @@ def export_curves(source: Path, form: str, out: Path, *, method: str = "cloud") 
     usable = usable.assign(beta_written=total)
     try:
         if form == "csv":
-            chosen[[c for c in _CSV_COLUMNS if c in chosen]].to_csv(out, index=False)
+            plain = chosen[[c for c in _CSV_COLUMNS if c in chosen]]
+            if hazard is not None:
+                plain = plain.assign(**_frequencies(usable, hazard))
+            plain.to_csv(out, index=False)
             written = len(chosen)
         elif form == "pelicun":
             written = _write_pelicun(usable, out)
@@ -106,6 +114,31 @@ def _read(source: Path) -> pd.DataFrame:
             msg = f"{source.name} has no column {column!r}: expected the curves of a study"
             raise InputError(msg, column=column)
     return table
+
+
+def _frequencies(usable: pd.DataFrame, hazard: Path) -> dict[str, pd.Series]:
+    """Return annual frequency and probability in 50 years of the curves that have an estimate."""
+    try:
+        table = pd.read_csv(hazard)
+    except (OSError, ValueError) as error:
+        msg = f"cannot read {hazard}: {error}"
+        raise InputError(msg) from error
+    for column in ("im", "rate"):
+        if column not in table.columns:
+            msg = f"{hazard.name} has no column {column!r}: a hazard table has im and rate"
+            raise InputError(msg, column=column)
+    measures = usable["im"].unique()
+    if len(measures) > 1:
+        msg = f"one hazard table cannot serve the measures {', '.join(measures)}"
+        raise InputError(msg)
+    found = [
+        annual_frequency(theta, beta, table["im"].to_numpy(), table["rate"].to_numpy())
+        for theta, beta in zip(usable["theta"], usable["beta_written"], strict=True)
+    ]
+    return {
+        "annual_frequency": pd.Series([item.frequency for item in found], index=usable.index),
+        "probability_50y": pd.Series([item.probability_50y for item in found], index=usable.index),
+    }
 
 
 def _write_nrml(table: pd.DataFrame, out: Path, method: str) -> int:
