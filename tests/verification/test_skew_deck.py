@@ -144,3 +144,31 @@ def test_other_integrators_agree_where_the_contact_is_resolved(integrator):
     found = run_deck(case).peaks()
     assert found["ux_m"] == pytest.approx(PENALTY_PEAKS["C1"][0], rel=0.015)
     assert found["theta_rad"] == pytest.approx(PENALTY_PEAKS["C1"][2], rel=0.015)
+
+
+@pytest.mark.parametrize(
+    ("gap_m", "friction", "cohesion_n", "restitution"),
+    [
+        (0.0, 0.8, 0.0, 0.5),
+        (0.0, 0.05, 200.0, 0.9),
+        (1e-3, 0.65, 0.0, 0.3),
+        (7e-5, 0.97, 0.0, 0.6),
+        (3e-4, 0.001, 200.0, 0.8),
+    ],
+)
+def test_moreau_jean_always_finds_a_contact_state(gap_m, friction, cohesion_n, restitution):
+    """Sticking, chattering and both ends at once: the balance of energy closes."""
+    case = deck_case(
+        C3,
+        solver="lcp",
+        gap_normal_m=gap_m,
+        friction=friction,
+        cohesion_n=cohesion_n,
+        restitution=restitution,
+        duration_s=0.15,
+    )
+    history = run_deck(case)
+    assert abs(history.energy_residual_ratio) < 1e-9
+    assert history.openings_m.min() > -1e-5
+    limit = friction * history.normals_n.sum(axis=1) + 4.0 * cohesion_n
+    assert (np.abs(history.tangentials_n.sum(axis=1)) <= limit * (1 + 1e-6) + 1e-6).all()
