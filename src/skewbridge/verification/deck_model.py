@@ -224,29 +224,42 @@ def step_times(case: DeckCase) -> Array:
     return np.arange(count + 1, dtype=np.float64) * case.dt_s
 
 
-def energy_residual(
-    deck: Deck, history: tuple[Array, Array, Array, Array, Array], accel_mps2: Array
-) -> float:
-    """Return input less works and stored energies at the end, over the largest input.
+class EnergyBalance:
+    """Works of a deck by the trapezoidal rule, added up over consecutive parts of its response."""
 
-    Args:
-        deck: The deck.
-        history: q and its velocity, shape (n, 3); openings, compressions and friction, (n, 4).
-        accel_mps2: Ground acceleration at the same times, shape (2, n).
-    """
-    q, v, openings, normals, tangentials = history
-    step = np.diff(q, axis=0)
-    mass, damping = np.array(deck.mass), np.array(deck.damping)
-    force = np.zeros_like(q)
-    force[:, :2] = -mass[:2] * accel_mps2.T
-    given = np.cumsum(np.sum(_mid(force) * step, axis=1))
-    lost = float(np.sum(damping * _mid(v) * step))
-    slips = q @ deck.tangent_rows.T
-    lost += float(np.sum(_mid(normals) * -np.diff(openings, axis=0)))
-    lost += float(np.sum(_mid(tangentials) * np.diff(slips, axis=0)))
-    kept = 0.5 * float(mass @ v[-1] ** 2 + np.array(deck.stiffness) @ q[-1] ** 2)
-    largest = float(np.abs(given).max())
-    return (float(given[-1]) - lost - kept) / largest if largest > 0.0 else 0.0
+    def __init__(self, deck: Deck) -> None:
+        self._deck = deck
+        self._mass, self._damping = np.array(deck.mass), np.array(deck.damping)
+        self._given = self._lost = self._kept = self._largest = 0.0
+
+    def add(self, response: tuple[Array, Array, Array, Array, Array], accel_mps2: Array) -> None:
+        """Add a part; the next one starts with its last time.
+
+        Args:
+            response: q and its velocity, shape (n, 3); openings, compressions and friction,
+                shape (n, 4).
+            accel_mps2: Ground acceleration at the same times, shape (2, n).
+        """
+        q, v, openings, normals, tangentials = response
+        step = np.diff(q, axis=0)
+        force = np.zeros_like(q)
+        force[:, :2] = -self._mass[:2] * accel_mps2.T
+        given = self._given + np.cumsum(np.sum(_mid(force) * step, axis=1))
+        self._given = float(given[-1])
+        self._largest = max(self._largest, float(np.abs(given).max()))
+        slips = q @ self._deck.tangent_rows.T
+        self._lost += float(np.sum(self._damping * _mid(v) * step))
+        self._lost += float(np.sum(_mid(normals) * -np.diff(openings, axis=0)))
+        self._lost += float(np.sum(_mid(tangentials) * np.diff(slips, axis=0)))
+        stiffness = np.array(self._deck.stiffness)
+        self._kept = 0.5 * float(self._mass @ v[-1] ** 2 + stiffness @ q[-1] ** 2)
+
+    @property
+    def residual_ratio(self) -> float:
+        """Input less works and stored energies at the end, over the largest input."""
+        if self._largest == 0.0:
+            return 0.0
+        return (self._given - self._lost - self._kept) / self._largest
 
 
 def _mid(values: Array) -> Array:

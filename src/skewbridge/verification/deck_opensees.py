@@ -14,8 +14,8 @@ from skewbridge.verification.deck_model import (
     Array,
     Deck,
     DeckHistory,
+    EnergyBalance,
     Excitation,
-    energy_residual,
     step_times,
 )
 from skewbridge.verification.unit_path import clean_domain
@@ -81,14 +81,15 @@ def run_opensees(
             openings[k], normals[k] = contacts.openings_m, contacts.normals_n
             forces = contacts.tangentials_n
             friction[k] = [sign * force[0] for sign, force in zip(signs, forces, strict=True)]
-    residual = energy_residual(deck, (q, v, openings, normals, friction), accel)
+    balance = EnergyBalance(deck)
+    balance.add((q, v, openings, normals, friction), accel)
     return DeckHistory(
         t_s=times,
         q=q,
         openings_m=openings,
         normals_n=normals,
         tangentials_n=friction,
-        energy_residual_ratio=residual,
+        energy_residual_ratio=balance.residual_ratio,
     )
 
 

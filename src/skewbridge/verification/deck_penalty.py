@@ -14,13 +14,15 @@ from skewbridge.verification.deck_model import (
     Array,
     Deck,
     DeckHistory,
+    EnergyBalance,
     Excitation,
-    energy_residual,
     step_times,
 )
 
 # Step times the circular frequency of the deck on the two springs of an end.
 _RESOLUTION: Final = 0.01
+# Steps that are held in memory at a time.
+_PART: Final = 50_000
 
 type State = tuple[float, float, float, float, float, float]
 
@@ -94,15 +96,48 @@ def run_penalty(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHisto
         )
     )
     fine = fine[np.append(True, np.diff(fine) > 1e-12)]
-    stages = _stage_accelerations(excitation, fine)
     state: State = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     states, forces = [state], [model.forces(state)]
-    for h, accel in zip(np.diff(fine).tolist(), stages, strict=True):
-        state = _runge_kutta(model, state, h, accel)
-        states.append(state)
-        forces.append(model.forces(state))
-        model.move_stick_points(forces[-1])
-    return _history((case, deck, excitation), (times, fine), np.array(states), np.array(forces))
+    balance = EnergyBalance(deck)
+    wanted = np.searchsorted(fine, times - 1e-12)
+    kept = np.zeros((len(times), 14))
+    half = 0.5 * float(np.median(np.diff(fine)))
+    for start in range(0, len(fine) - 1, _PART):
+        part = fine[start : start + _PART + 1]
+        for h, accel in zip(
+            np.diff(part).tolist(), _stage_accelerations(excitation, part), strict=True
+        ):
+            state = _runge_kutta(model, state, h, accel)
+            states.append(state)
+            forces.append(model.forces(state))
+            model.move_stick_points(forces[-1])
+        rows = _rows(states, forces)
+        balance.add(_response(case, deck, rows), excitation.mean(part - half, part + half))
+        inside = (wanted >= start) & (wanted < start + len(part))
+        kept[inside] = rows[wanted[inside] - start]
+        # Only the last state is carried on: memory does not grow with the number of steps.
+        states, forces = states[-1:], forces[-1:]
+    q, _, openings, normals, friction = _response(case, deck, kept)
+    return DeckHistory(
+        t_s=times,
+        q=q,
+        openings_m=openings,
+        normals_n=normals,
+        tangentials_n=friction,
+        energy_residual_ratio=balance.residual_ratio,
+    )
+
+
+def _rows(states: list[State], forces: list[list[tuple[float, float, float]]]) -> Array:
+    """Return displacements, velocities, compressions and frictions, shape (n, 14)."""
+    loads = np.array(forces)
+    return np.hstack([np.array(states), loads[:, :, 0], loads[:, :, 1]])
+
+
+def _response(case: DeckCase, deck: Deck, rows: Array) -> tuple[Array, Array, Array, Array, Array]:
+    q = rows[:, :3]
+    openings = case.gap_normal_m + q @ deck.normal_rows.T
+    return q, rows[:, 3:6], openings, rows[:, 6:10], rows[:, 10:]
 
 
 def _runge_kutta(model: PenaltyDeck, s: State, h: float, accel: list[float]) -> State:
@@ -136,30 +171,3 @@ def _stage_accelerations(excitation: Excitation, fine: Array) -> list[list[float
     inside = 1e-9 * (ends - starts)
     parts = [excitation.at(t) for t in (starts + inside, 0.5 * (starts + ends), ends - inside)]
     return np.concatenate(parts).T.tolist()
-
-
-def _history(
-    problem: tuple[DeckCase, Deck, Excitation],
-    grids: tuple[Array, Array],
-    states: Array,
-    forces: Array,
-) -> DeckHistory:
-    """Balance the energy on the fine grid and keep the wanted times."""
-    case, deck, excitation = problem
-    times, fine = grids
-    q, v = states[:, :3], states[:, 3:]
-    openings = case.gap_normal_m + q @ deck.normal_rows.T
-    normals, friction = forces[:, :, 0], forces[:, :, 1]
-    half = 0.5 * float(np.median(np.diff(fine)))
-    residual = energy_residual(
-        deck, (q, v, openings, normals, friction), excitation.mean(fine - half, fine + half)
-    )
-    kept = np.searchsorted(fine, times - 1e-12)
-    return DeckHistory(
-        t_s=times,
-        q=q[kept],
-        openings_m=openings[kept],
-        normals_n=normals[kept],
-        tangentials_n=friction[kept],
-        energy_residual_ratio=residual,
-    )
