@@ -6,8 +6,8 @@ import pytest
 
 from skewbridge.errors import InputError
 from skewbridge.report.reference_pages import PAGES, ROOT
-from skewbridge.study.config import load_config, parse_config, require_writable
 from skewbridge.study.grid import expand_grid
+from skewbridge.study.loading import load_config, parse_config, require_writable
 
 
 def test_the_default_grid_has_twelve_variants_and_sixteen_motions() -> None:
@@ -16,7 +16,7 @@ def test_the_default_grid_has_twelve_variants_and_sixteen_motions() -> None:
     assert config.motions.count == 16
 
 
-@pytest.mark.parametrize("name", ["smoke", "real", "full"])
+@pytest.mark.parametrize("name", ["smoke", "real", "full", "stripes", "ida"])
 def test_every_shipped_configuration_is_valid(name: str) -> None:
     config = load_config(ROOT / f"config/{name}.yaml", base=ROOT / "config/config.yaml")
     assert expand_grid(config.grid)

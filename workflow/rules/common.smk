@@ -3,7 +3,7 @@ from snakemake.exceptions import WorkflowError
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
-from skewbridge.study.config import parse_config, require_writable
+from skewbridge.study.loading import parse_config, require_writable
 from skewbridge.study.grid import expand_grid
 from skewbridge.study.provenance import ENGINE_ROOMS, digest_of, source_digest
 
@@ -29,7 +29,7 @@ def section(name):
 
 # What an analysis depends on besides its variant and its motion.
 ANALYSIS_SECTIONS = {
-    "incidence_deg": STUDY.motions.incidence_deg,
+    "motions": section("motions"),
     "model": section("model"),
     "analysis": section("analysis"),
 }

@@ -6,7 +6,7 @@ from skewbridge.cli.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.demands.plan import prepare_motions
+        from skewbridge.demands.setup import prepare_motions
         from skewbridge.study.config import MotionsConfig
 
         prepare_motions(

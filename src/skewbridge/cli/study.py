@@ -90,7 +90,7 @@ def _show(forecast: dict[str, Any]) -> None:
 
 def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
     from skewbridge.demands.forecast import forecast_study
-    from skewbridge.study.config import load_config
+    from skewbridge.study.loading import load_config
 
     forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
     return asdict(forecast.summary), forecast.analyses_by_variant

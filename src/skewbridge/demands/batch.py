@@ -29,6 +29,8 @@ from skewbridge.study.variant import Variant
 logger = logging.getLogger(__name__)
 
 type Row = dict[str, Any]
+#: Makes the rows of a task: (task, its key, folder of the solver's messages, owner's pid).
+type Work = Callable[[Task, str, Path, int], list[Row]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,6 +93,7 @@ def run_tasks(
     n_jobs: int,
     log_folder: Path,
     on_finished: Callable[[Row], None],
+    work: Work | None = None,
 ) -> list[Row]:
     """Run what the journal does not have, and return the rows of all tasks in their order.
 
@@ -104,25 +107,29 @@ def run_tasks(
         n_jobs: Worker processes.
         log_folder: Where each analysis leaves the solver's messages.
         on_finished: Called with each new row.
+        work: What to do with each task, whatever the journal has (it may give several rows, a
+            search for example); by default the one analysis that it describes, if it is new.
     """
     keys = [run_key(task) for task in tasks]
-    rows = {key: done[key] for key in keys if key in done}
+    rows = {key: [done[key]] for key in keys if key in done and work is None}
 
-    def finish(row: Row) -> None:
-        journal.append(row)
-        rows[row["run_key"]] = row
-        on_finished(row)
+    def finish(key: str, found: list[Row]) -> None:
+        rows[key] = found
+        for row in found:
+            if row["run_key"] not in done:
+                journal.append(row)
+                on_finished(row)
 
     while pending := [pair for pair in zip(tasks, keys, strict=True) if pair[1] not in rows]:
         try:
-            for row in _stream(pending, n_jobs, log_folder):
-                finish(row)
+            for key, found in _stream(pending, n_jobs, log_folder, work or _one_analysis):
+                finish(key, found)
         except BrokenProcessPool:
             left = [pair for pair in pending if pair[1] not in rows][: n_jobs + 1]
             logger.warning("a worker died; the %d analyses under way run alone", len(left))
             for task, key in left:
-                finish(_alone(task, key, log_folder))
-    return [rows[key] for key in keys]
+                finish(key, _alone(task, key, log_folder, work or _one_analysis))
+    return [row for key in keys for row in rows[key]]
 
 
 def analyse_row(task: Task, key: str, log_folder: Path, owner_pid: int) -> Row:
@@ -131,13 +138,13 @@ def analyse_row(task: Task, key: str, log_folder: Path, owner_pid: int) -> Row:
     Args:
         task: The analysis.
         key: Its `run_key`; it is the caller's, whose sources may be older than this process.
-        log_folder: Where the solver's messages go, in a file named after the motion.
+        log_folder: Where the solver's messages go, in a file named after motion and key.
         owner_pid: The process that the result is for; when it ends, so does this one.
     """
     hush_exit_message()
     end_with(owner_pid)
     log_folder.mkdir(parents=True, exist_ok=True)
-    log_path = log_folder / f"{task.motion.motion.motion_id}_{task.incidence_deg:03.0f}.log"
+    log_path = log_folder / f"{task.motion.motion.motion_id}_{key}.log"
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     try:
         result = analyse(
@@ -189,21 +196,33 @@ def outcome_of(result: AnalysisResult) -> Row:
     }
 
 
-def _stream(pairs: Sequence[tuple[Task, str]], n_jobs: int, log_folder: Path) -> Iterator[Row]:
+def _one_analysis(task: Task, key: str, log_folder: Path, owner_pid: int) -> list[Row]:
+    return [analyse_row(task, key, log_folder, owner_pid)]
+
+
+def _keyed(
+    work: Work, task: Task, key: str, log_folder: Path, owner_pid: int
+) -> tuple[str, list[Row]]:
+    return key, work(task, key, log_folder, owner_pid)
+
+
+def _stream(
+    pairs: Sequence[tuple[Task, str]], n_jobs: int, log_folder: Path, work: Work
+) -> Iterator[tuple[str, list[Row]]]:
     parallel = Parallel(n_jobs=n_jobs, backend="loky", return_as="generator_unordered")
     yield from parallel(
-        delayed(analyse_row)(task, key, log_folder / task.variant.slug, os.getpid())
+        delayed(_keyed)(work, task, key, log_folder / task.variant.slug, os.getpid())
         for task, key in pairs
     )
 
 
-def _alone(task: Task, key: str, log_folder: Path) -> Row:
+def _alone(task: Task, key: str, log_folder: Path, work: Work) -> list[Row]:
     try:
         # Two workers for one task: with one, joblib would run it in this process.
-        return next(_stream([(task, key)], 2, log_folder))
+        return next(_stream([(task, key)], 2, log_folder, work))[1]
     except BrokenProcessPool:
         crash = _no_result("crash", "the worker process died")
-        return {**identity_of(task, key), **crash, "wall_s": math.nan, "cpu_s": math.nan}
+        return [{**identity_of(task, key), **crash, "wall_s": math.nan, "cpu_s": math.nan}]
 
 
 def _no_result(status: str, reason: str) -> Row:

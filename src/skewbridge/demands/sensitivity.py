@@ -12,7 +12,8 @@ from joblib import Parallel, delayed
 
 from skewbridge.demands.batch import Row, Task, analyse_row, run_key
 from skewbridge.demands.parquet import provenance, write_frame
-from skewbridge.demands.plan import SOLVER_LOGS, StudySetup
+from skewbridge.demands.plan import SOLVER_LOGS
+from skewbridge.demands.setup import StudySetup
 
 logger = logging.getLogger(__name__)
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from skewbridge.analysis.transient import analyse
-from skewbridge.demands.plan import StudySetup
+from skewbridge.demands.setup import StudySetup
 from skewbridge.study.variant import Variant, parse_slug
 
 TYPICAL_QUANTILE = 0.75

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.demands.schema import COLUMNS
-from skewbridge.study.config import key_table
+from skewbridge.study.loading import key_table
 
 ROOT: Final = Path(__file__).parents[3]
 
@@ -15,7 +15,8 @@ CONFIG_HEAD: Final = """\
 `config.yaml` is the default study; another file is merged over it:
 `make study CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`.
 `smoke.yaml` is the small study of the tests, `real.yaml` runs recorded motions, `full.yaml` a finer
-grid. An unknown key, a value outside its limits or a number read as text stops the study before
+grid; `stripes.yaml` scales every motion to every level and `ida.yaml` searches each motion's
+capacity. An unknown key, a value outside its limits or a number read as text stops the study before
 anything is computed. Write numbers with an exponent like `2.0e+7`: YAML reads `2e7` as text.
 
 What reruns: a new skew, gap, friction or motion runs only what is new; a limit state or a

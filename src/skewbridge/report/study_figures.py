@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.demands.plan import StudySetup
+from skewbridge.demands.setup import StudySetup
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
