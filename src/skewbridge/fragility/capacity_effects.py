@@ -112,6 +112,7 @@ def _ratio(
         high = float(ratio[0] ** 2 / np.exp(log_low))
     return {
         "ratio": float(ratio[0]),
+        "from_mean": float(theta["from"][0]),
         "ci_low": low,
         "ci_high": high,
         "level": options.level,

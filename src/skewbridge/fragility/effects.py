@@ -59,6 +59,7 @@ EFFECT_COLUMNS: Final[dict[str, str]] = {
     "friction": "friction of both variants; NaN where it is the axis or pooled over",
     "scope": "variant (one pair of variants) | pooled (all pairs, motion by motion)",
     "ratio": "geometric mean over the motions of the paired ratio",
+    "from_mean": "geometric mean of the demand at from_value, in its unit: how large it is at all",
     "ci_low": "lower end of its interval (bootstrap-t over motions; Student's t below 8 motions)",
     "ci_high": "upper end",
     "level": "confidence level",
@@ -194,6 +195,7 @@ def _effect(part: pd.DataFrame, name: str, options: EffectSettings) -> dict[str,
     mean, low, high = studentised_interval(per_motion, options)
     return {
         "ratio": float(np.exp(mean)),
+        "from_mean": float(np.exp(np.mean(np.log(bottom[usable])))) if np.any(usable) else nan,
         "ci_low": float(np.exp(low)),
         "ci_high": float(np.exp(high)),
         "level": options.level,

@@ -1,7 +1,8 @@
 """Figures of the paired effects: the verdict map and the ratios with their intervals."""
 
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Hashable, Mapping, Sequence
+from textwrap import fill
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -11,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from skewbridge.fragility.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.report.fragility_style import STYLE, label, note
@@ -20,6 +22,9 @@ _VERDICT_COLOURS: Final = {
     UNDECIDED: "#f2f2f2",
     MATTERS: "#f2a65a",
 }
+_RATIO_RANGE: Final = (0.5, 2.0)
+_RATIO_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
+_FINE_TICKS: Final = tuple(round(0.05 * i, 2) for i in range(14, 28))
 _VERDICT_TEXT: Final = {
     NEGLIGIBLE: f"negligible (within ±{100 * MARGIN:g} %)",
     MATTERS: f"matters (beyond ±{100 * MARGIN:g} %)",
@@ -54,7 +59,8 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         axes.tick_params(length=0)
         for spine in axes.spines.values():
             spine.set_visible(False)
-        axes.set_title(_map_title(columns, axis), loc="left", fontsize=10)
+        title = fill(_map_title(columns, axis), 24 + 10 * len(columns))
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10)
         handles = [
             Patch(facecolor=_VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text)
             for name, text in _VERDICT_TEXT.items()
@@ -88,9 +94,14 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
             part = table[table["demand"] == demand].sort_values([hue, "gap_mm"])
             offsets = np.linspace(-0.32, 0.32, len(part)) if len(part) > 1 else [0.0]
             for offset, item in zip(offsets, part.to_dict("records"), strict=True):
-                colour = palette[item[hue]]
-                axes.plot([item["ci_low"], item["ci_high"]], [y + offset] * 2, color=colour, lw=1.4)
-                axes.plot(item["ratio"], y + offset, "o", color=colour, ms=3.2)
+                _ratio_mark(axes, item, y + offset, palette[item[hue]])
+        axes.set_xscale("log")
+        low, high = _ratio_range(table)
+        axes.set_xlim(low, high)
+        ticks = _FINE_TICKS if low > _FINE_TICKS[0] and high < _FINE_TICKS[-1] else _RATIO_TICKS
+        axes.xaxis.set_major_locator(FixedLocator(ticks))
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.xaxis.set_minor_locator(NullLocator())
         axes.set_yticks(range(len(demands)), [label(name) for name in demands])
         axes.set_ylim(len(demands) - 0.5, -0.5)
         axes.grid(axis="y", visible=False)
@@ -129,6 +140,36 @@ def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
         )
     bold = "bold" if item["verdict"] == MATTERS else "normal"
     axes.text(x, y, text, ha="center", va="center", fontsize=7.5, fontweight=bold)
+
+
+def _ratio_range(table: pd.DataFrame) -> tuple[float, float]:
+    """Return the range of the axis: as far as the intervals reach, at most half to double."""
+    ends = [table[name].fillna(table["ratio"]) for name in ("ci_low", "ci_high")]
+    low = min(float(ends[0].min()), 1 - 2 * MARGIN)
+    high = max(float(ends[1].max()), 1 + 2 * MARGIN)
+    return max(low / 1.02, _RATIO_RANGE[0]), min(high * 1.02, _RATIO_RANGE[1])
+
+
+def _ratio_mark(axes: Axes, item: Mapping[Hashable, Any], y: float, colour: Any) -> None:
+    """Draw a ratio with its interval; beyond the axis as an arrow with its value."""
+    low, high = _RATIO_RANGE
+    ratio = float(item["ratio"])
+    axes.plot([item["ci_low"], item["ci_high"]], [y, y], color=colour, lw=1.4)
+    if low <= ratio <= high:
+        axes.plot(ratio, y, "o", color=colour, ms=3.2)
+        return
+    beyond = ratio > high
+    axes.plot(high if beyond else low, y, ">" if beyond else "<", color=colour, ms=6, clip_on=False)
+    axes.annotate(
+        f"{ratio:.2g}",
+        (high if beyond else low, y),
+        xytext=(-7 if beyond else 7, 0),
+        textcoords="offset points",
+        ha="right" if beyond else "left",
+        va="center",
+        fontsize=6.5,
+        color=colour,
+    )
 
 
 def _column_labels(columns: pd.DataFrame, others: Sequence[str]) -> list[str]:

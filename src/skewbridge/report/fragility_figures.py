@@ -74,7 +74,7 @@ def fragility_curves(
                     axes.set_ylabel(f"P({name} | IM)\n{threshold:.3g} {_unit(part)}".rstrip())
                 if row == len(names) - 1:
                     axes.set_xlabel(label(im_column))
-        plain_log_ticks(panels[-1, 0])
+        plain_log_ticks(panels[-1, 0].xaxis)
         figure.legend(
             handles=handles_of(styles), loc="outside lower center", ncols=min(len(styles), 4)
         )
@@ -130,7 +130,8 @@ def demand_clouds(
             axes.set_title(f"skew {skew:g}°", fontsize=9)
             axes.set_xlabel(label(im_column))
         panels[0].set_ylabel(label(demand))
-        plain_log_ticks(panels[0])
+        plain_log_ticks(panels[0].xaxis)
+        plain_log_ticks(panels[0].yaxis)
         figure.legend(
             handles=handles_of(styles), loc="outside lower center", ncols=min(len(styles), 4)
         )

@@ -69,7 +69,7 @@ def frequency_figure(histories: Mapping[str, pd.DataFrame]) -> Figure:
             bottom.set_xscale("log")
         panels[0][0].set_ylabel("Fourier amplitude")
         panels[1][0].set_ylabel(f"over {names[0]}")
-        plain_log_ticks(panels[1][0])
+        plain_log_ticks(panels[1][0].xaxis)
     return figure
 
 
