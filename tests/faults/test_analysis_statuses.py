@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skewbridge.analysis.recovery import LADDER, Stepper
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
@@ -65,21 +66,39 @@ def test_a_budget_of_iterations_ends_with_timeout():
     assert_has_peaks(result)
 
 
-def test_a_model_that_the_solver_cannot_follow_is_a_numerical_failure(tmp_path):
-    # Penalties 7000 times those of the rule: no step this long resolves the contact, steps that
-    # fail restart Houbolt as the trapezoidal rule, and that makes energy until a bound stops it.
+def test_steps_that_fail_are_taken_by_the_ladder_counted_and_logged(tmp_path):
+    # Penalties 10,000 times those of the rule: no step this long resolves the contact.
     stiff = ModelOptions(normal_stiffness_n_per_m=1e13, tangent_stiffness_n_per_m=1e13)
     log = tmp_path / "opensees.log"
     result = run(options=stiff, log_path=log, mean_iterations=200.0)
-    assert result.status == "numerical_failure"
     assert result.recovery_rung >= 1
     assert result.failed_attempts > 2
-    assert "the solution diverged: a contact carries" in result.messages[0]
     assert any("Houbolt" in text for text in result.messages)
     assert "failed" in log.read_text(encoding="utf-8")
-    assert math.isnan(result.demands["energy_residual_ratio"])
-    assert result.demands["column_drift_ratio"] < 0.10
     assert_has_peaks(result)
+
+
+def test_a_solution_that_leaves_is_a_numerical_failure_without_its_last_step(monkeypatch):
+    # One percent of the bridge's weight at a contact stands for the force of a lost solution.
+    monkeypatch.setattr("skewbridge.analysis.status.MAX_CONTACT_WEIGHTS", 0.01)
+    result = run()
+    assert result.status == "numerical_failure"
+    assert result.collapse_criterion == ""
+    assert "the solution diverged: a contact carries" in result.messages[0]
+    assert 0.0 < result.time_reached_s < result.duration_s
+    assert math.isnan(result.demands["energy_residual_ratio"])
+    names = [name for name in result.histories if name.endswith("_normal_kn")]
+    assert max(result.histories[name].max() for name in names) < 0.01 * 19_500.0
+    assert_has_peaks(result)
+
+
+def test_a_ladder_that_ends_is_a_numerical_failure(monkeypatch):
+    keywords = {**Stepper.__init__.__kwdefaults__, "ladder": LADDER[:2]}
+    monkeypatch.setattr(Stepper.__init__, "__kwdefaults__", keywords)
+    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    assert result.status == "numerical_failure"
+    assert result.messages[0] == "no attempt at a step converged"
+    assert result.failed_attempts == 2
 
 
 def test_a_hopeless_tolerance_climbs_the_ladder_and_is_reported():

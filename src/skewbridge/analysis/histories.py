@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from skewbridge.analysis.contact_plan import contact_column
 from skewbridge.analysis.monitor import Trace
 from skewbridge.analysis.peaks import (
+    backfill_force_n,
     column_drift,
     column_shear_dcr,
     column_shear_n,
@@ -92,6 +93,7 @@ def _abutment_columns(
         f"{name}_x_kn": force[:, 0],
         f"{name}_y_kn": force[:, 1],
         f"{name}_wall_kn": wall_force_n(abutment, trace) / KN,
+        f"{name}_backfill_kn": backfill_force_n(abutment, trace) / KN,
         f"{name}_unseating_m": unseating_m(abutment, trace),
     }
     for corner in abutment.corners:

@@ -119,11 +119,34 @@ def wall_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
     """Return the normal force between deck and one backwall, compression positive, shape (n,)."""
     if abutment.wall_units:
         return trace.normals_n[:, list(abutment.wall_units)].sum(axis=1)
+    return backfill_force_n(abutment, trace)
+
+
+def backfill_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
+    """Return what the deck passes through one backwall into the backfill, shape (n,).
+
+    Unlike the contact force it has no spikes of impacts on the light wall, which depend on the
+    time step. Zero while the deck does not touch the wall.
+    """
     total = np.zeros(len(trace.rows))
     for spring in abutment.wall_springs:
         sign = np.sign(np.dot(spring.direction, abutment.normal))
         total += sign * trace.spring_force(spring)
+    if abutment.wall_units:
+        total[~_closed(trace, abutment.wall_units)] = 0.0
     return total
+
+
+def key_forces_n(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
+    """Return the force of each shear key while the deck touches it, each of shape (n,)."""
+    forces = [np.abs(trace.spring_force(spring)) for spring in abutment.key_springs]
+    for force, unit in zip(forces, abutment.key_units, strict=False):
+        force[~_closed(trace, (unit,))] = 0.0
+    return forces
+
+
+def _closed(trace: Trace, units: Sequence[int]) -> NDArray[np.bool_]:
+    return (trace.normals_n[:, list(units)] > 0.0).any(axis=1)
 
 
 def _column_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
@@ -188,20 +211,17 @@ def _transverse_m(abutment: AbutmentHandle, trace: Trace) -> Series:
 
 def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
     abutments = model.abutments
-    friction = [np.zeros(1)]
-    keys = [np.zeros(1)]
+    friction: list[Series] = []
     for abutment in abutments:
         if abutment.wall_units:
             on_wall = trace.tangentials_n[:, list(abutment.wall_units)].sum(axis=1)
             friction.append(np.hypot(*on_wall.T))
-        for unit in abutment.key_units:
-            friction.append(np.hypot(*trace.tangentials_n[:, unit].T))
-            keys.append(trace.normals_n[:, unit])
-        if not abutment.key_units:
-            keys += [trace.spring_force(spring) for spring in abutment.key_springs]
+        friction += [np.hypot(*trace.tangentials_n[:, unit].T) for unit in abutment.key_units]
+    keys = [force for abutment in abutments for force in key_forces_n(abutment, trace)]
+    walls = [backfill_force_n(abutment, trace) for abutment in abutments]
     return {
         "shear_key_force_kn": _peak(keys) / KN,
-        "backwall_force_kn": _highest(wall_force_n(abutment, trace) for abutment in abutments) / KN,
+        "backwall_force_kn": _highest(walls) / KN,
         "friction_force_kn": _peak(friction) / KN,
     }
 

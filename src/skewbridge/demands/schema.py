@@ -86,8 +86,10 @@ DEMAND_COLUMNS: Final = (
         "unseating_m", "number", "m", "peak outward move off the seat, normal to it, any corner"
     ),
     Column("acute_corner_unseating_m", "number", "m", "the same at the acute corners of the deck"),
-    Column("shear_key_force_kn", "number", "kN", "peak force of a shear key"),
-    Column("backwall_force_kn", "number", "kN", "peak normal force on one backwall"),
+    Column("shear_key_force_kn", "number", "kN", "peak force of a shear key that the deck touches"),
+    Column(
+        "backwall_force_kn", "number", "kN", "peak force that the deck passes through one backwall"
+    ),
     Column("friction_force_kn", "number", "kN", "peak friction force on one backwall or key"),
     Column("contact_closures", "number", "-", "closures of all contact units"),
     Column("contact_time_s", "number", "s", "time that some contact unit was closed, summed"),
