@@ -124,8 +124,9 @@ def test_opening_and_closing_are_counted_and_reported():
     assert contacts.ledger()[0].contact_time_s < 0.4
 
 
-def test_snapshot_brings_the_tracked_state_back():
-    contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.0))
+@pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])
+def test_snapshot_brings_the_tracked_state_back(scheme):
+    contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.0), scheme=scheme)
     advance(contacts, 20)
     saved = contacts.snapshot()
     before = (contacts.state(0), contacts.ledger())
@@ -170,6 +171,49 @@ def test_the_broadcast_trap_is_noticed():
     ops.updateParameter(999, 1.0)
     with pytest.raises(ContactError, match="normal spring"):
         advance(contacts, 30)
+
+
+def test_a_retried_step_continues_as_if_it_had_not_failed():
+    """OpenSees goes back after a failed step; so do the bounds, whatever was prepared since."""
+    histories = []
+    for fails in (False, True):
+        ops.wipe()
+        contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.05))
+        history = []
+        for step in range(60):
+            if fails and step % 7 == 3:
+                ops.test("NormDispIncr", 1e-30, 1)
+                assert ops.analyze(1, DT_S) != 0
+                ops.test("NormDispIncr", 1e-12, 50)
+                contacts.prepare(DT_S / 4)
+                contacts.prepare(DT_S)
+            advance(contacts, 1)
+            history.append(ops.nodeDisp(2, 1))
+        histories.append(history)
+    assert histories[1] == pytest.approx(histories[0], rel=1e-12)
+
+
+def test_a_contact_added_to_a_deformed_model_starts_with_its_full_gap():
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (1.0, 0.0))
+    advance(contacts, 50)
+    later = ContactSet()
+    later.add(1, 2, (0.0, 1.0), 0.01, 0.2, kn=1e7, kt=1e7)
+    ops.analyze(1, DT_S)
+    later.after_step(DT_S)
+    assert later.openings_m[0] == pytest.approx(0.01, abs=1e-6)
+    assert not later.closed[0]
+
+
+def test_plane_and_space_give_the_same_motion():
+    plane = sliding_mass(2, 2, (0.0, 1.0), (1.0, -0.1))
+    advance(plane, 200)
+    in_plane = (ops.nodeDisp(2), plane.ledger()[0])
+    ops.wipe()
+    space = sliding_mass(3, 6, (0.0, 0.0, 1.0), (1.0, 0.0, -0.1))
+    advance(space, 200)
+    x, _, z = ops.nodeDisp(2)[:3]
+    assert (x, z) == pytest.approx(tuple(in_plane[0]), rel=1e-6)
+    assert space.ledger()[0].slip_work_j == pytest.approx(in_plane[1].slip_work_j, rel=1e-6)
 
 
 def test_gap_closing_shortens_the_way_to_contact():

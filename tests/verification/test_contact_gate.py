@@ -81,7 +81,7 @@ def test_the_native_element_tends_to_our_frictional_deck():
 
 @pytest.mark.parametrize("coupling", ["extrapolated", "lagged"])
 def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling):
-    errors = [path_error(rows, coupling, opens=False) for rows in (250, 1000)]
+    errors = [path_error(rows, coupling, "closed") for rows in (250, 1000)]
     assert np.log(errors[0] / errors[1]) / np.log(4.0) >= 0.9
     if coupling == "extrapolated":
         assert errors[1] <= 0.012

@@ -81,7 +81,8 @@ class ContactSet:
 
         The pair closes when node j has moved by the gap against the normal. The nodes may lie
         apart: only their relative displacement counts, so that a positive gap makes a node to
-        line (2D) or node to surface (3D) contact.
+        line (2D) or node to surface (3D) contact. It counts from the moment of adding, so that a
+        contact added to a deformed model starts with its full gap.
 
         Args:
             node_i: Node of the surface.

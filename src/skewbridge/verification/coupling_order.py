@@ -1,7 +1,7 @@
 """Order of convergence in the time step of the two couplings, on paths and on a frictional deck."""
 
 from math import pi
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import pandas as pd
@@ -20,8 +20,10 @@ from skewbridge.verification.figure_style import BLUE, GREEN, GREY, ORANGE, labe
 from skewbridge.verification.unit_path import drive_unit, follow_law
 
 type Matrix = NDArray[np.float64]
+type PathKind = Literal["closed", "opening and closing", "reversals"]
 
 _LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
+_KINDS: Final[tuple[PathKind, ...]] = ("closed", "opening and closing", "reversals")
 _ROWS: Final = (125, 250, 500, 1000, 2000, 4000)
 _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
 _DECK_STEPS: Final = (0.2, 0.1, 0.05, 0.02, 0.01)
@@ -47,21 +49,30 @@ def run() -> StudyResult:
     )
 
 
-def smooth_path(rows: int, *, opens: bool) -> Matrix:
-    """Return two periods of 1 s of a curve in space that stays closed, or opens once each."""
+def smooth_path(rows: int, kind: PathKind) -> Matrix:
+    """Return two periods of 1 s of a curve in space.
+
+    Args:
+        rows: Rows per period.
+        kind: `closed` stays closed, `opening and closing` opens once per period, `reversals`
+            stays closed and goes to and fro on a line that is hardly curved.
+    """
     t = np.linspace(0.0, 2.0, 2 * rows + 1)
+    if kind == "reversals":
+        x, y = 0.5 * np.sin(2.0 * pi * t), 0.005 * (1.0 - np.cos(4.0 * pi * t))
+        return np.column_stack([t, x, y, np.full_like(t, -0.1)])
     x = 0.5 * np.sin(2.0 * pi * t) + 0.2 * np.sin(4.0 * pi * t + 0.4) - 0.2 * np.sin(0.4)
     y = 0.4 * np.sin(2.0 * pi * t + 1.1) - 0.4 * np.sin(1.1)
-    z = (0.02 if opens else -0.10) - 0.08 * np.sin(2.0 * pi * t + 0.3)
+    z = (-0.10 if kind == "closed" else 0.02) - 0.08 * np.sin(2.0 * pi * t + 0.3)
     return np.column_stack([t, x, y, z])
 
 
-def path_error(rows: int, coupling: Coupling, *, opens: bool, substeps: int = 1) -> float:
+def path_error(rows: int, coupling: Coupling, kind: PathKind, substeps: int = 1) -> float:
     """Return the RMS error of the friction over the largest limit."""
-    path = smooth_path(rows, opens=opens)
+    path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
     parts = max(1, 64000 // rows)
-    fine = follow_law(_LAW, smooth_path(rows * parts, opens=opens)).forces_n[::parts]
+    fine = follow_law(_LAW, smooth_path(rows * parts, kind)).forces_n[::parts]
     forces = drive_unit(_LAW, path, substeps=substeps, coupling=coupling).forces_n
     limit = _LAW.cohesion_n + _LAW.friction * float(fine[:, 2].max())
     return float(np.sqrt(np.mean(np.sum((forces - fine)[:, :2] ** 2, axis=1)))) / limit
@@ -70,13 +81,13 @@ def path_error(rows: int, coupling: Coupling, *, opens: bool, substeps: int = 1)
 def _path_errors() -> list[dict[str, Any]]:
     return [
         {
-            "study": "opening and closing" if opens else "closed",
+            "study": kind,
             "coupling": coupling,
             "rows": rows,
             "step": 1.0 / rows,
-            "error_ratio": path_error(rows, coupling, opens=opens),
+            "error_ratio": path_error(rows, coupling, kind),
         }
-        for opens in (False, True)
+        for kind in _KINDS
         for coupling in _COUPLINGS
         for rows in _ROWS
     ]
@@ -111,12 +122,13 @@ def _order(group: pd.DataFrame) -> float:
 
 
 def _figure(table: pd.DataFrame) -> Figure:
-    figure, axes = panels(1, 3, height_in=2.9)
+    figure, axes = panels(2, 2, height_in=5.2)
     for axis, (study, x, title) in zip(
-        axes[0],
+        np.ravel(axes),
         (
             ("closed", "step / period (-)", "path that stays closed"),
             ("opening and closing", "step / period (-)", "path that opens and closes"),
+            ("reversals", "step / period (-)", "path that goes to and fro"),
             ("deck C5", "step x contact frequency (-)", "frictional deck C5"),
         ),
         strict=True,
@@ -137,6 +149,6 @@ def _figure(table: pd.DataFrame) -> Figure:
         axis.loglog(steps, part["error_ratio"].min() * steps / steps[0] / 2, color=GREY, lw=0.8)
         axis.set_ylim(part["error_ratio"].min() / 4, part["error_ratio"].max() * 30)
         axis.xaxis.set_minor_formatter(NullFormatter())
-        label(axis, x, "RMS error (-)" if study == "closed" else "", title)
-        legend(axis, title="order of convergence", title_fontsize=7, loc="upper left", fontsize=6.5)
+        label(axis, x, "RMS error (-)", title)
+        legend(axis, title="order of convergence", title_fontsize=7, loc="upper left")
     return figure

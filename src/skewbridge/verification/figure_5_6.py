@@ -234,7 +234,7 @@ def _restitution(bounced: pd.DataFrame, locked: pd.DataFrame) -> Figure:
             color=colour,
             label=f"{step:g}",
         )
-    axis.set_ylim(-0.3, 2.9)
+    axis.set_ylim(-0.3, 3.6)
     label(axis, "approach speed (m/s)", "rebound / approach (-)", "every impact of case C1")
     legend(axis, title="Houbolt, step x contact frequency", title_fontsize=7, ncols=3)
     right = axes[0, 1]
