@@ -17,6 +17,7 @@ from skewbridge.bridge.abutment.penalty import (
     tangent_penalty,
 )
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.deck import lumping_shares
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
@@ -239,3 +240,21 @@ def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
 def test_a_bad_option_is_named(field: str, value: object) -> None:
     with pytest.raises(InputError, match=field):
         ModelOptions(**{field: value})
+
+
+@pytest.mark.parametrize("elements", [1, 2, 3, 4, 5, 8])
+def test_lumped_masses_keep_the_total_and_the_moment_of_inertia(elements: int) -> None:
+    shares = np.array(lumping_shares(elements))
+    places = np.arange(elements + 1) - elements / 2
+    assert shares.sum() == pytest.approx(elements)
+    assert (shares > 0.0).all()
+    if elements > 1:
+        assert shares @ places**2 == pytest.approx(elements**3 / 12)
+
+
+def test_four_elements_per_span_give_the_periods_of_sixteen() -> None:
+    coarse = modal_properties(variant(30), ModelOptions(deck_elements_per_span=4))
+    fine = modal_properties(variant(30), ModelOptions(deck_elements_per_span=16))
+    for direction in ("x", "y", "rz", "z"):
+        found, expected = coarse.period_s(direction), fine.period_s(direction)
+        assert found == pytest.approx(expected, rel=0.002), direction

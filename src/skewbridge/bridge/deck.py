@@ -32,7 +32,7 @@ class Deck:
         transformation: Of the spine.
         loads_n: Downward dead load by node.
         moments_nm: Fixed-end moments of the dead load about y, by spine node.
-        masses_kg: Translational mass by node.
+        masses_kg: Horizontal mass by node.
     """
 
     nodes: list[int]
@@ -65,16 +65,44 @@ def mass_centre_m(bridge: BridgeData) -> float:
     return moment / total
 
 
-def spine_positions_m(bridge: BridgeData, elements_per_span: int) -> list[float]:
-    """Return x of the spine nodes: equal parts per span, and the mass centre."""
-    x = [-bridge.length_m / 2]
+def spine_points_m(bridge: BridgeData, elements_per_span: int) -> dict[float, float]:
+    """Return the x of the spine nodes, increasing, with the length of deck whose mass each carries.
+
+    Every span has equal elements; a node at the mass centre, if not there already, has no mass.
+    """
+    points: dict[float, float] = {}
+    start = -bridge.length_m / 2
+    shares = lumping_shares(elements_per_span)
     for span in bridge.spans_m:
-        start = x[-1]
-        x.extend(start + span * (i + 1) / elements_per_span for i in range(elements_per_span))
+        element = span / elements_per_span
+        for i, share in enumerate(shares):
+            # the last point of a span is the first of the next, to the bit
+            x = start + span if i == elements_per_span else start + i * element
+            points[x] = points.get(x, 0.0) + share * element
+        start += span
     centre = mass_centre_m(bridge)
-    if min(abs(position - centre) for position in x) > NEAR_M:
-        x.append(centre)
-    return sorted(x)
+    if min(abs(x - centre) for x in points) > NEAR_M:
+        points[centre] = 0.0
+    return dict(sorted(points.items()))
+
+
+def lumping_shares(elements: int) -> list[float]:
+    """Return horizontal masses at the nodes of equal elements, in units of one element's mass.
+
+    Gregory's end-corrected weights: total, centre and moment of inertia are those of the
+    continuous mass, while half elements at the nodes would make a deck of 8 elements 3 % harder to
+    turn.
+
+    References:
+        Davis and Rabinowitz (1984), Methods of Numerical Integration, section 2.9.
+    """
+    shares = [1.0] * (elements + 1)
+    if elements == 1:
+        return [0.5, 0.5]
+    for i, correction in enumerate((-5 / 8, 1 / 6, -1 / 24)):
+        shares[i] += correction
+        shares[-1 - i] += correction
+    return shares
 
 
 def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) -> Deck:
@@ -83,7 +111,8 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     A horizontal member with its local y in plan: Iy bends vertically, Iz in plan.
     """
     deck = bridge.deck
-    x = spine_positions_m(bridge, elements_per_span)
+    points = spine_points_m(bridge, elements_per_span)
+    x = list(points)
     nodes = [tags.node() for _ in x]
     for node, position in zip(nodes, x, strict=True):
         ops.node(node, position, 0.0, deck.centroid_above_soffit_m)
@@ -107,7 +136,8 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
         centre_node=nodes[_nearest(x, centre)],
         elements=elements,
     )
-    _add_deck_masses(spine, deck)
+    _add_line_load(spine, deck)
+    _add_deck_masses(spine, deck, list(points.values()))
     return spine
 
 
@@ -115,34 +145,33 @@ def _nearest(x: list[float], position: float) -> int:
     return min(range(len(x)), key=lambda i: abs(x[i] - position))
 
 
-def _add_deck_masses(spine: Deck, deck: DeckData) -> None:
-    lengths = [b - a for a, b in pairwise(spine.x_m)]
-    for i, node in enumerate(spine.nodes):
-        tributary = 0.5 * ((lengths[i - 1] if i else 0.0) + (lengths[i] if i < len(lengths) else 0))
-        weight = deck.line_load_kn_per_m * KN * tributary
-        if i in (0, len(lengths)):
+def _add_deck_masses(spine: Deck, deck: DeckData, lengths_m: list[float]) -> None:
+    ends = (spine.nodes[0], spine.nodes[-1])
+    # ASSUME the deck's mass is spread over its width and depth
+    across, upright = deck.width_m**2 / 12, deck.depth_m**2 / 12
+    for node, length in zip(spine.nodes, lengths_m, strict=True):
+        weight = deck.line_load_kn_per_m * KN * length
+        if node in ends:
             weight += deck.diaphragm_weight_kn * KN
         mass = weight / G_MPS2
-        spine.loads_n[node] += weight
         spine.masses_kg[node] += mass
-        # ASSUME the deck's mass is spread over its width and depth; over its tributary length only
-        # for rotation in plan, where the deck moves as a rigid body
-        across, along = deck.width_m**2 / 12, tributary**2 / 12
-        upright = deck.depth_m**2 / 12
-        ops.mass(
-            *(node, mass, mass, mass),
-            *(mass * (across + upright), mass * upright, mass * (across + along)),
-        )
-    _add_fixed_end_moments(spine, deck, lengths)
+        # upright, half elements at the nodes meet the bending modes of the spans far better
+        lifted = spine.loads_n[node] / G_MPS2
+        turning = (mass * (across + upright), mass * upright, mass * across)
+        ops.mass(node, mass, mass, lifted, *turning)
 
 
-def _add_fixed_end_moments(spine: Deck, deck: DeckData, lengths: list[float]) -> None:
-    """Complete the lumped line load by its end moments, so that reactions do not feel the mesh."""
-    for i, node in enumerate(spine.nodes):
-        left = lengths[i - 1] if i else 0.0
-        right = lengths[i] if i < len(lengths) else 0.0
-        load = deck.line_load_kn_per_m * KN
-        spine.moments_nm[node] = load * (right**2 - left**2) / 12
+def _add_line_load(spine: Deck, deck: DeckData) -> None:
+    """Add the line load by its fixed-end forces, so that reactions do not feel the mesh."""
+    load = deck.line_load_kn_per_m * KN
+    for (i, j), (a, b) in zip(pairwise(spine.nodes), pairwise(spine.x_m), strict=True):
+        length = b - a
+        for node, sign in ((i, 1.0), (j, -1.0)):
+            spine.loads_n[node] += load * length / 2
+            moment = sign * load * length**2 / 12
+            spine.moments_nm[node] = spine.moments_nm.get(node, 0.0) + moment
+    for node in (spine.nodes[0], spine.nodes[-1]):
+        spine.loads_n[node] += deck.diaphragm_weight_kn * KN
 
 
 def add_weight(spine: Deck, node: int, weight_n: float, mass_kg: float) -> None:

@@ -156,7 +156,7 @@ class BridgeModel:
         deck_nodes: Spine nodes, left to right.
         deck_centre_node: Spine node at the mass centre of the deck.
         deck_mass_nodes: Nodes that carry the bridge's mass (spine, caps, columns).
-        deck_masses_kg: Their translational masses, same order.
+        deck_masses_kg: Their horizontal masses, same order (upright they differ a little).
         wall_masses_kg: Further masses: wall and key nodes, by node.
         dead_loads_n: Downward nodal load by node.
         dead_moments_nm: Fixed-end moments of the deck's line load about y, by node.
