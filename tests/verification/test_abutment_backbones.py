@@ -142,3 +142,26 @@ def test_the_reduced_hyperbola_keeps_its_shape() -> None:
     straight = wall_backfill(data, "hyperbolic", 0.0)
     skewed = wall_backfill(data, "hyperbolic", np.radians(-45.0))
     assert skewed.force_n(0.05) / straight.force_n(0.05) == pytest.approx(np.exp(-1.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "k50_mn_per_m", "ultimate_kn"),
+    [("bridge_a", 169.8, 2_014), ("bridge_b", 598.7, 9_471), ("bridge_c", 761.8, 12_178)],
+)
+def test_the_hyperbola_of_kavianis_bridges_passes_its_two_points(
+    name: str, k50_mn_per_m: float, ultimate_kn: float
+) -> None:
+    data = load_bridge(name).abutment
+    passive = wall_backfill(data, "hyperbolic", 0.0)
+    half_m = ultimate_kn / 2 / k50_mn_per_m / 1e3
+    assert float(passive.force_n(half_m)) / 1e3 == pytest.approx(ultimate_kn / 2, rel=1e-6)
+    end_m = 0.05 * data.wall_height_m
+    assert float(passive.force_n(end_m)) / 1e3 == pytest.approx(ultimate_kn, rel=1e-6)
+
+
+def test_the_spring_model_yields_in_series_with_its_wing_walls() -> None:
+    spring = push("spring", angle_deg=90.0)
+    contact = push("contact", angle_deg=90.0)
+    assert spring.peak_n == pytest.approx(contact.peak_n, rel=0.02)
+    later_m = spring.disp_at_peak_m - contact.disp_at_peak_m
+    assert later_m == pytest.approx(1765e3 / 129.3e6, rel=0.1)  # key strength over wing stiffness
