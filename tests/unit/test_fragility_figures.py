@@ -98,3 +98,12 @@ def test_frequency_figure_has_an_amplitude_and_a_ratio_per_direction():
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert labels[1].startswith("friction 0.5, $T_m$ = 0.8")
     assert "two histories" in frequency_figure({}).texts[0].get_text()
+
+
+def test_a_ratio_beyond_the_axis_is_an_arrow_with_its_value(tables):
+    _, _, effects = tables
+    far = effects.copy()
+    far.loc[far["demand"] == "deck_rotation_rad", ["ratio", "ci_low", "ci_high"]] = [5.2, 3.0, 9.0]
+    figure = paired_ratios(far)
+    assert "5.2" in texts(figure)
+    assert figure.axes[0].get_xlim()[1] == 2.0
