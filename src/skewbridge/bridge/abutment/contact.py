@@ -11,7 +11,6 @@ References:
 from skewbridge.bridge.abutment.backfill import skew_reduction, wing_wall
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
 from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
-from skewbridge.bridge.abutment.spring import key_inward_normal
 from skewbridge.bridge.abutment.springs import (
     Frame,
     dashpot_material,
@@ -111,7 +110,7 @@ def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sig
     """Create one exterior key; along its face it is as stiff as at first across it."""
     end, options, tags = context.end, context.options, context.tags
     along = sign * end.wall_length_m / 2
-    inward = key_inward_normal(context, sign)
+    inward = context.key_inward_normal(sign)
     frame = Frame(x=inward)
     stiffness, mass_kg = key_stiffness_n_per_m(context.key), context.key_mass_kg()
     node = plane_node(end.point("outer", along), 0.0, mass_kg, tags)

@@ -7,7 +7,7 @@ from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall
 from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
 from skewbridge.bridge.handles import AbutmentHandle, BearingHandle, CornerHandle, SpringHandle
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.bridge.plan import DeckEnd, tributary_shares
+from skewbridge.bridge.plan import DeckEnd, PlanVector, tributary_shares
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import TONNE
@@ -53,6 +53,20 @@ class SideContext:
             (along, share, whole.scaled(share * factor))
             for along, share, factor in zip(stations, shares, factors, strict=True)
         ]
+
+    def key_inward_normal(self, sign: float) -> PlanVector:
+        """Return the normal of a key's face, from the key towards the deck.
+
+        Along the skewed wall by default, or across the deck's edge.
+
+        Args:
+            sign: +1 for the key at the end of the wall's tangent, -1 for the other.
+        """
+        along = self.end.tangent
+        # ASSUME keys stand in the abutment's skewed frame, as its other springs do in the paper
+        if self.options.key_frame == "skewed":
+            return (-sign * along[0], -sign * along[1])
+        return (0.0, -sign if along[1] > 0.0 else sign)
 
     def wall_mass_kg(self) -> float:
         """Return the mass of the backwall."""

@@ -29,7 +29,6 @@ from skewbridge.bridge.abutment.springs import (
 )
 from skewbridge.bridge.abutment.supports import build_pads
 from skewbridge.bridge.handles import SpringHandle
-from skewbridge.bridge.plan import PlanVector
 
 SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 
@@ -107,7 +106,7 @@ def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -
     """Create one key on the body, and the gap between it and the deck's corner."""
     end, tags, key = context.end, context.tags, context.key
     along = sign * end.wall_length_m / 2
-    inward = key_inward_normal(context, sign)
+    inward = context.key_inward_normal(sign)
     stiffness = key_stiffness_n_per_m(key)
     mass_kg, ratio = context.key_mass_kg(), context.options.wall_dashpot_ratio
     node = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
@@ -135,16 +134,3 @@ def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -
     parts.other_springs.append(holder)
     parts.key_nodes.append(node)
     parts.masses_kg[node] = mass_kg
-
-
-def key_inward_normal(context: SideContext, sign: float) -> PlanVector:
-    """Return the normal of a key's face, from the key towards the deck.
-
-    Along the skewed wall by default, or across the deck's edge.
-    """
-    end = context.end
-    # ASSUME keys stand in the abutment's skewed frame, as its other springs do in the paper
-    if context.options.key_frame == "skewed":
-        return (-sign * end.tangent[0], -sign * end.tangent[1])
-    across = 1.0 if end.tangent[1] > 0.0 else -1.0
-    return (0.0, -sign * across)
