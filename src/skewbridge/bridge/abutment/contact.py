@@ -8,7 +8,7 @@ References:
     Rahman and Mackie, section 4 of the paper (figure 9).
 """
 
-from skewbridge.bridge.abutment.backfill import skew_reduction, wing_wall
+from skewbridge.bridge.abutment.backfill import Passive, skew_reduction, wing_wall
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
 from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
 from skewbridge.bridge.abutment.springs import (
@@ -49,42 +49,19 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
     All points get the penalty of the stiffest, so that the soil alone spreads the force.
     """
     end, options, tags = context.end, context.options, context.tags
-    inward = (-end.normal[0], -end.normal[1])
-    frame = Frame(x=inward)
+    frame = Frame(x=(-end.normal[0], -end.normal[1]))
     points = context.wall_parts()
-    wing = wing_wall(context.data)
-    restoring = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad)
-    stiffest = max(points, key=lambda point: point[2].stiffness_n_per_m)
-    mass_kg = context.wall_mass_kg() * stiffest[1]
-    kn = normal_penalty(stiffest[2].stiffness_n_per_m, mass_kg, options)
+    _, share, passive = max(points, key=lambda point: point[2].stiffness_n_per_m)
+    kn = normal_penalty(passive.stiffness_n_per_m, context.wall_mass_kg() * share, options)
     for along, share, passive in points:
         mass_kg = context.wall_mass_kg() * share
         wall = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
         ground = grounded_node(end.point("outer", along), 0.0, tags)
-        side, ratio = wing.scaled(share), options.wall_dashpot_ratio
-        normal_stiffness = passive.stiffness_n_per_m
-        element = spring_element(
-            (ground, wall),
-            frame,
-            [
-                passive_material(passive, 0.0, tags),
-                # ASSUME towards the deck the wall leans on its stem, as stiff as the soil at first:
-                # shaking alone does not swing it into the gap
-                stop_material(normal_stiffness, tags),
-                elastic_material(restoring * share, tags),
-                dashpot_material(ratio, normal_stiffness, mass_kg, tags),
-            ],
-            [
-                plastic_material(side.stiffness_n_per_m, side.ultimate_n, tags),
-                elastic_material(restoring * share, tags),
-                dashpot_material(ratio, side.stiffness_n_per_m, mass_kg, tags),
-            ],
-            tags,
-        )
+        _hold_wall_point(context, (ground, wall), share, passive, parts)
         unit = contacts.add(
             wall,
             context.arrays.at("outer", along),
-            (*inward, 0.0),
+            (*frame.x, 0.0),
             context.gap_m,
             context.friction,
             options.cohesion_n * share,
@@ -96,14 +73,38 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
         parts.wall_units.append(unit)
         parts.wall_nodes.append(wall)
         parts.masses_kg[wall] = mass_kg
-        nodes = (ground, wall)
-        wing_component = 3 if ratio == 0.0 else 4
-        parts.wall_springs.append(
-            SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
-        )
-        parts.wing_springs.append(
-            SpringHandle(element=element, component=wing_component, direction=frame.y, nodes=nodes)
-        )
+
+
+def _hold_wall_point(
+    context: SideContext, nodes: tuple[int, int], share: float, passive: Passive, parts: SideParts
+) -> None:
+    """Create the springs between ground and a wall node."""
+    end, options, tags = context.end, context.options, context.tags
+    frame = Frame(x=(-end.normal[0], -end.normal[1]))
+    ratio, mass_kg = options.wall_dashpot_ratio, context.wall_mass_kg() * share
+    weak = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
+    stiffness, wing = passive.stiffness_n_per_m, wing_wall(context.data).scaled(share)
+    across = [
+        passive_material(passive, 0.0, tags),
+        # ASSUME towards the deck the wall leans on its stem, as stiff as the soil at first:
+        # shaking alone does not swing it into the gap
+        stop_material(stiffness, tags),
+        elastic_material(weak, tags),
+        dashpot_material(ratio, stiffness, mass_kg, tags),
+    ]
+    along = [
+        plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
+        elastic_material(weak, tags),
+        dashpot_material(ratio, wing.stiffness_n_per_m, mass_kg, tags),
+    ]
+    element = spring_element(nodes, frame, across, along, tags)
+    place = sum(material is not None for material in across)
+    parts.wall_springs.append(
+        SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
+    )
+    parts.wing_springs.append(
+        SpringHandle(element=element, component=place, direction=frame.y, nodes=nodes)
+    )
 
 
 def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sign: float) -> None:

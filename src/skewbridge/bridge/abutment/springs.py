@@ -1,5 +1,6 @@
 """Springs of wall, wing wall and key: materials, and zeroLength elements in the skewed frame."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 
@@ -117,8 +118,8 @@ def dashpot_material(
 def spring_element(
     nodes: tuple[int, int],
     frame: Frame,
-    along_x: list[int | None],
-    along_y: list[int | None],
+    along_x: Sequence[int | None],
+    along_y: Sequence[int | None],
     tags: TagAllocator,
 ) -> int:
     """Create a zeroLength element with materials along its local axes, in the order given."""
