@@ -13,6 +13,7 @@ The part of ``inertia`` that is no change of kinetic energy is what the integrat
 from array import array
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
@@ -25,8 +26,11 @@ from skewbridge.units import KJ
 type Matrix = NDArray[np.float64]
 type GroundAccel = Callable[[Matrix], Matrix]
 
-_CHUNK = 500  # steps between two evaluations: memory stays flat
-_DISP = 6
+_CHUNK: Final = 500  # rows between two evaluations: memory stays flat
+_STRIDE: Final = 2  # half the cost, and half a percent of the input in the balance at most
+_DISP: Final = 6
+# Elements of no length: the force on the first node is that on the second, reversed.
+_JOINTS: Final = ("bearings", "backfill")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +47,7 @@ class EnergyBalance:
 
     Args:
         model: Handles of the model, under gravity.
-        monitor: Reads the displacements; one row per call of `collect`, the first before it.
+        monitor: Reads the displacements; one row before each call of `collect`.
         ground_accel_mps2: Function of times, shape (n,), giving accelerations, shape (n, 2).
         rayleigh: Mass and (committed) stiffness factors of the damped region.
     """
@@ -59,50 +63,55 @@ class EnergyBalance:
         self._model, self._monitor, self._ground = model, monitor, ground_accel_mps2
         self._mass_factor, self._stiffness_factor = rayleigh
         self._masses = _masses(monitor.layout.nodes)
-        self._damped = _nodes_of(model.damping_elements)
-        self._columns = groups["columns"]
-        self._deck = groups["deck"]
-        self._links = groups["links"]
-        self._basic = {
-            name: tuple((e, len(ops.basicForce(e))) for e in groups[name])
-            for name in ("bearings", "backfill")
+        damped = {node for element in model.damping_elements for node in ops.eleNodes(element)}
+        self._damped = tuple(node for node in self._masses if node in damped)
+        self._ends = {
+            element: tuple(int(node) for node in ops.eleNodes(element))
+            for name in ("columns", "deck", *_JOINTS)
+            for element in groups[name]
         }
+        self._groups = {name: groups[name] for name in ("columns", "deck", *_JOINTS)}
+        self._joints = tuple(element for name in _JOINTS for element in groups[name])
+        self._links = groups["links"]
         self._values = array("d")
-        self._pending = 0
+        self._kept: list[int] = []  # numbers of the rows read and not yet evaluated
         self._works: dict[str, float] = dict.fromkeys(
             ("input", "inertia", "damping", "columns", "deck", "bearings", "backfill"), 0.0
         )
         self._largest_input = 0.0
         self._start = self._end_state()
-        self.collect()
-        self._pending = 0
+        self._read()
 
     def collect(self) -> None:
-        """Read what belongs to the monitor's last row."""
+        """Read what belongs to the monitor's last row; of every second row only."""
+        if self._monitor.count - self._kept[-1] >= _STRIDE:
+            self._read()
+
+    def _read(self) -> None:
+        self._kept.append(self._monitor.count)
         row: list[float] = []
-        velocity, acceleration = ops.nodeVel, ops.nodeAccel
+        acceleration, velocity = ops.nodeAccel, ops.nodeVel
         for node in self._masses:
-            row += velocity(node)
             row += acceleration(node)
+        for node in self._damped:
+            row += velocity(node)
         dynamic, static = ops.eleDynamicalForce, ops.eleForce
-        for element in self._columns:
+        for element in self._groups["columns"]:
+            row += static(element)
             row += dynamic(element)
+        for element in self._groups["deck"]:
             row += static(element)
-        for element in self._deck:
-            row += static(element)
-        force, deformation = ops.basicForce, ops.basicDeformation
-        for elements in self._basic.values():
-            for element, _ in elements:
-                row += force(element)
-                row += deformation(element)
+        for element in self._joints:
+            row += static(element)[_DISP:]
         self._values.extend(row)
-        self._pending += 1
-        if self._pending == _CHUNK:
+        if len(self._kept) > _CHUNK:
             self._evaluate()
 
     def terms_kj(self) -> dict[str, float]:
         """Return the balance so far, in kJ, with ``residual`` and ``largest_input``."""
-        if self._pending:
+        if self._kept[-1] != self._monitor.count:
+            self._read()
+        if len(self._kept) > 1:
             self._evaluate()
         end = self._end_state()
         works = dict(self._works)
@@ -120,57 +129,67 @@ class EnergyBalance:
 
     def _evaluate(self) -> None:
         """Add the works of the pending steps; the last state stays as the next start."""
-        count = self._pending + 1
-        values = np.array(self._values).reshape(count, -1)
-        rows = self._monitor.last_rows(count)
-        layout = self._monitor.layout
-        disp = {
-            node: rows[:, layout.node(node) : layout.node(node) + _DISP] for node in layout.nodes
-        }
-        times = rows[:, 0]
-        ground = self._ground(times)
-        inputs = np.zeros(count - 1)
-        works = self._works
-        at = 0
-        for node, mass in self._masses.items():
-            velocity, acceleration = values[:, at : at + 6], values[:, at + 6 : at + 12]
-            at += 12
-            inputs -= _steps(mass[:2] * ground, disp[node][:, :2])
-            works["inertia"] += _steps(mass * acceleration, disp[node]).sum()
-            if node in self._damped:
-                drag = self._mass_factor * mass * velocity
-                works["damping"] += _steps(drag, disp[node]).sum()
-        for element in self._columns:
-            dynamic, static = values[:, at : at + 12], values[:, at + 12 : at + 24]
-            at += 24
-            moved = self._ends(element, disp)
-            works["columns"] += _steps(static, moved).sum()
-            works["damping"] += _steps(dynamic - static, moved).sum()
-        for element in self._deck:
-            static = values[:, at : at + 12]
-            at += 12
-            moved = self._ends(element, disp)
-            works["deck"] += _steps(static, moved).sum()
-            # Elastic: the rate of the stiffness-proportional force is that of the force itself.
-            rates = np.diff(static, axis=0) * np.diff(moved, axis=0) / np.diff(times)[:, None]
-            works["damping"] += self._stiffness_factor * rates.sum()
-        for name, elements in self._basic.items():
-            for _, size in elements:
-                force = values[:, at : at + size]
-                deformation = values[:, at + size : at + 2 * size]
-                at += 2 * size
-                works[name] += _steps(force, deformation).sum()
-        sums = self._works["input"] + np.cumsum(inputs)
+        values = np.array(self._values).reshape(len(self._kept), -1)
+        rows = self._monitor.rows(self._kept)
+        self._add_masses(values, rows)
+        self._add_members(values, rows)
+        self._values = array("d", values[-1].tolist())
+        self._kept = self._kept[-1:]
+
+    def _add_masses(self, values: Matrix, rows: Matrix) -> None:
+        """Add input, inertia and mass-proportional damping."""
+        works, ground = self._works, self._ground(rows[:, 0])
+        inputs = np.zeros(len(rows) - 1)
+        for at, (node, mass) in enumerate(self._masses.items()):
+            disp = self._disp(node, rows)
+            inputs -= _steps(mass[:2] * ground, disp[:, :2])
+            works["inertia"] += _steps(mass * _block(values, at), disp).sum()
+        for at, node in enumerate(self._damped, start=len(self._masses)):
+            drag = self._mass_factor * self._masses[node] * _block(values, at)
+            works["damping"] += _steps(drag, self._disp(node, rows)).sum()
+        sums = works["input"] + np.cumsum(inputs)
         self._largest_input = max(self._largest_input, float(np.abs(sums).max()))
         works["input"] = float(sums[-1])
-        self._values = array("d", values[-1].tolist())
-        self._pending = 0
 
-    def _ends(self, element: int, disp: dict[int, Matrix]) -> Matrix:
+    def _add_members(self, values: Matrix, rows: Matrix) -> None:
+        """Add the works of members, pads and soil, and stiffness-proportional damping."""
+        works = self._works
+        at = len(self._masses) + len(self._damped)
+        for element in self._groups["columns"]:
+            static = np.hstack([_block(values, at), _block(values, at + 1)])
+            dynamic = np.hstack([_block(values, at + 2), _block(values, at + 3)])
+            at += 4
+            moved = self._moved(element, rows)
+            works["columns"] += _steps(static, moved).sum()
+            works["damping"] += _steps(dynamic - static, moved).sum()
+        for element in self._groups["deck"]:
+            static = np.hstack([_block(values, at), _block(values, at + 1)])
+            at += 2
+            moved = self._moved(element, rows)
+            works["deck"] += _steps(static, moved).sum()
+            # Elastic: the rate of the stiffness-proportional force is that of the force itself.
+            rates = np.diff(static, axis=0) * np.diff(moved, axis=0)
+            works["damping"] += (
+                self._stiffness_factor * (rates / np.diff(rows[:, :1], axis=0)).sum()
+            )
+        for name in _JOINTS:
+            for element in self._groups[name]:
+                ground, deck = (self._disp(node, rows) for node in self._ends[element])
+                disp = deck - ground
+                works[name] += _steps(_block(values, at), disp).sum()
+                at += 1
+
+    def _disp(self, node: int, rows: Matrix) -> Matrix:
+        """Return the displacements of a node, shape (n, 6); a fixed node has none."""
+        layout = self._monitor.layout
+        if node not in layout.nodes:
+            return np.zeros((len(rows), _DISP))
+        start = layout.node(node)
+        return rows[:, start : start + _DISP]
+
+    def _moved(self, element: int, rows: Matrix) -> Matrix:
         """Return the displacements of both ends of a member, shape (n, 12)."""
-        count = len(next(iter(disp.values())))
-        fixed = np.zeros((count, _DISP))
-        return np.hstack([disp.get(node, fixed) for node in ops.eleNodes(element)])
+        return np.hstack([self._disp(node, rows) for node in self._ends[element]])
 
     def _end_state(self) -> _EndState:
         kinetic = sum(
@@ -225,11 +244,12 @@ def _steps(force: Matrix, moved: Matrix) -> Matrix:
     return 0.5 * ((force[1:] + force[:-1]) * np.diff(moved, axis=0)).sum(axis=1)
 
 
+def _block(values: Matrix, at: int) -> Matrix:
+    """Return the six columns of a node or an element's end."""
+    return values[:, _DISP * at : _DISP * (at + 1)]
+
+
 def _masses(nodes: Iterable[int]) -> dict[int, Matrix]:
     """Return the six masses of each node that has any."""
     masses = {node: np.array(ops.nodeMass(node), dtype=np.float64) for node in nodes}
     return {node: mass for node, mass in masses.items() if mass.any()}
-
-
-def _nodes_of(elements: Iterable[int]) -> frozenset[int]:
-    return frozenset(node for element in elements for node in ops.eleNodes(element))

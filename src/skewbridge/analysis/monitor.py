@@ -5,7 +5,7 @@ demands are computed from it afterwards, a column at a time.
 """
 
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -222,9 +222,16 @@ class Monitor:
         """Forget the last row read."""
         del self._values[-self.layout.width :]
 
-    def last_rows(self, count: int) -> NDArray[np.float64]:
-        """Return a copy of the last rows read, shape (count, width)."""
-        return np.array(self._values[-count * self.layout.width :]).reshape(count, -1)
+    @property
+    def count(self) -> int:
+        """Number of rows read."""
+        return len(self._values) // self.layout.width
+
+    def rows(self, numbers: Sequence[int]) -> NDArray[np.float64]:
+        """Return a copy of some rows, counted from 1, shape (len(numbers), width)."""
+        first, width = numbers[0], self.layout.width
+        block = np.array(self._values[(first - 1) * width :]).reshape(-1, width)
+        return block[np.subtract(numbers, first)]
 
     def trace(self) -> Trace:
         """Return all rows read so far."""
