@@ -12,7 +12,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility import cloud, cloud_models, ida, stripes, tobit
 from skewbridge.fragility.data_files import read_data
 from skewbridge.fragility.fit import DEFAULT_LEVEL, FragilityFit
-from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
+from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, MAX_DISPERSION, LimitState
 from skewbridge.fragility.links import FloatArray
 from skewbridge.fragility.outcomes import outcomes_of
 from skewbridge.fragility.study_cloud import fit_variant_cloud
@@ -22,6 +22,12 @@ from skewbridge.fragility.validate import as_column
 
 METHODS: Final = ("stripes", "ida", "cloud")
 MODELS: Final = ("ols", "tobit", "modified", "heteroscedastic")
+MAX_ASSUMED_BETA: Final = 5.0
+_LIMITS: Final = {
+    "level": "0.5..1",
+    "assumed_beta": f"0..{MAX_ASSUMED_BETA:g} (not 0)",
+    "capacity_dispersion": f"0..{MAX_DISPERSION:g}",
+}
 # Other spellings of the columns, as they stand in published data sets.
 _ALIASES: Final = {
     "right_censored": "censored",
@@ -73,15 +79,17 @@ class FitOptions:
         if self.model is not None and self.model not in MODELS:
             msg = f"model must be one of {', '.join(MODELS)}, got {self.model!r}"
             raise InputError(msg)
-        if not 0.5 < self.level < 1.0:
-            msg = f"level must be within 0.5..1, got {self.level:g}"
-            raise InputError(msg)
-        for name, value, high in (
-            ("assumed_beta", self.assumed_beta, 5.0),
-            ("capacity_dispersion", self.capacity_dispersion + 1e-300, 2.0),
+        for name, value, inside in (
+            ("level", self.level, 0.5 < self.level < 1.0),
+            ("assumed_beta", self.assumed_beta, 0.0 < self.assumed_beta <= MAX_ASSUMED_BETA),
+            (
+                "capacity_dispersion",
+                self.capacity_dispersion,
+                0.0 <= self.capacity_dispersion <= MAX_DISPERSION,
+            ),
         ):
-            if not 0.0 < value <= high:
-                msg = f"{name} must be within 0..{high:g}, got {value:g}"
+            if not inside:
+                msg = f"{name} must be within {_LIMITS[name]}, got {value:g}"
                 raise InputError(msg)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
+from skewbridge.fragility.fit import OK
 from skewbridge.fragility.likelihood import BinomialKernel
 from skewbridge.fragility.links import FloatArray, link_terms, predictor
 
@@ -21,7 +22,6 @@ SINGLE_LEVEL: Final = "single_level"
 COMPLETE_SEPARATION: Final = "complete_separation"
 QUASI_SEPARATION: Final = "quasi_separation"
 NON_INCREASING: Final = "non_increasing"
-OK: Final = "ok"
 
 
 def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
