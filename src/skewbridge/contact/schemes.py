@@ -91,8 +91,13 @@ class ElasticUnit(ContactUnit):
         else:
             limit, offset_1, offset_2 = self._predict(ratio)
             force_1, force_2 = radial_return(offset_1, offset_2, self.kt, limit)
-            stick_1 += offset_1 - force_1 / self.kt
-            stick_2 += offset_2 - force_2 / self.kt
+            if self.opening > 0.0:
+                # Of a step in which the pair closes, the offset holds the last part only.
+                position_1 = self._e1 + ratio * self._step_1
+                position_2 = self._e2 + ratio * self._step_2
+            else:
+                position_1, position_2 = stick_1 + offset_1, stick_2 + offset_2
+            stick_1, stick_2 = position_1 - force_1 / self.kt, position_2 - force_2 / self.kt
         if limit <= 0.0:
             self._switch(0.0)
             return

@@ -92,7 +92,11 @@ class ContactUnit(TrackedUnit):
                 account.max_limit_n = limit
             if not was_closed:
                 account.closures += 1
-                self.approach_speed = (self._opening_before - opening) / dt_s
+                before = self._opening_before
+                self.approach_speed = (before - opening) / dt_s
+                # Contact starts where the pair closed, not where the step began.
+                share = opening / (opening - before) if before > 0.0 else 1.0
+                self._stick_1, self._stick_2 = e1 - share * self._step_1, e2 - share * self._step_2
         self._slip_1_before, self._slip_2_before = self.slip_1, self.slip_2
         self.slip_1, self.slip_2, self.force_1, self.force_2 = slip_1, slip_2, force_1, force_2
         self.normal_n, self.closed = normal, closed
@@ -171,7 +175,10 @@ class ContactUnit(TrackedUnit):
         offset_1, offset_2 = self._e1 - self._stick_1, self._e2 - self._stick_2
         if opening > 0.0:
             share = ratio * predicted / (predicted - opening)
-            return limit, offset_1 + share * self._step_1, offset_2 + share * self._step_2
+            offset_1, offset_2 = share * self._step_1, share * self._step_2
+            # The springs have followed to the start of the step, earlier than the pair closes:
+            # a bound no larger than the friction at its end lets them follow to the closing.
+            return min(limit, self.kt * hypot(offset_1, offset_2)), offset_1, offset_2
         # The direction of slip turns fastest where the speed is small: there the curvature of the
         # path counts. Only the direction depends on it, so plane models do without.
         bend = 0.5 * ratio * (ratio + 1.0)

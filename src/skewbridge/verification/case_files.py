@@ -112,6 +112,12 @@ def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
         raise InputError(msg, field=field) from error
 
 
+def beside(case_file: Path, name: str) -> Path:
+    """Return the file that a case names: beside the case, or from the working folder."""
+    candidate = case_file.parent / name
+    return candidate if candidate.exists() or not Path(name).exists() else Path(name)
+
+
 def read_path(file: Path) -> NDArray[np.float64]:
     """Read a displacement path: columns t_s, ux_m, uy_m, uz_m; one row per time.
 

@@ -7,7 +7,7 @@ import pandas as pd
 
 from skewbridge.contact import ContactLaw
 from skewbridge.errors import InputError
-from skewbridge.verification.case_files import ContactCase, read_case, read_path
+from skewbridge.verification.case_files import ContactCase, beside, read_case, read_path
 from skewbridge.verification.unit_path import drive_unit, path_work_j
 
 
@@ -15,7 +15,8 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
     """Run a contact case and write its forces.
 
     Args:
-        case_file: YAML with the fields of `ContactCase`; `path` is relative to it.
+        case_file: YAML with the fields of `ContactCase`; `path` is beside it, or from the working
+            folder.
         out: CSV to write: t_s, fx_n, fy_n, fz_n at the times of the path; forces with the sign
             of slip, compression positive.
 
@@ -27,7 +28,7 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
         DrivenPathError: OpenSees does not make a step.
     """
     case = read_case(case_file, ContactCase)
-    path = read_path(case_file.parent / case.path)
+    path = read_path(beside(case_file, case.path))
     require_writable(out)
     law = ContactLaw(
         kn_n_per_m=case.normal_stiffness_n_per_m,

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
 from skewbridge.motions.read import read_motion
-from skewbridge.verification.case_files import DeckCase, read_case
+from skewbridge.verification.case_files import DeckCase, beside, read_case
 from skewbridge.verification.contact_case import require_writable
 from skewbridge.verification.deck_lcp import run_lcp
 from skewbridge.verification.deck_model import (
@@ -68,7 +68,7 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
         DeckFailedError: The solver could not finish.
     """
     case = read_case(case_file, DeckCase)
-    excitation = _excitation(case, case_file.parent)
+    excitation = _excitation(case, case_file)
     require_writable(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
@@ -83,10 +83,10 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     }
 
 
-def _excitation(case: DeckCase, folder: Path) -> Excitation:
+def _excitation(case: DeckCase, case_file: Path) -> Excitation:
     if case.motion is None:
         return pulse_of(case)
-    first, second = (folder / name for name in case.motion)
+    first, second = (beside(case_file, name) for name in case.motion)
     for path in (first, second):
         if not path.exists():
             msg = f"motion {path} does not exist"
