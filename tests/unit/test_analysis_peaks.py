@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skewbridge.analysis import peaks
-from skewbridge.analysis.monitor import Layout, Trace
+from skewbridge.analysis.trace import Layout, Trace
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BearingHandle,

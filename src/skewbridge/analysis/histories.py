@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.contact_plan import contact_column
-from skewbridge.analysis.monitor import Trace
 from skewbridge.analysis.peaks import (
     backfill_force_n,
     column_drift,
@@ -13,6 +12,7 @@ from skewbridge.analysis.peaks import (
     unseating_m,
     wall_force_n,
 )
+from skewbridge.analysis.trace import Trace
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.units import KN
 

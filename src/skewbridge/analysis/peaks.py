@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.monitor import Trace
+from skewbridge.analysis.trace import Trace
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, ColumnHandle, PlanVector
 from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
 from skewbridge.contact.ledger import UnitLedger

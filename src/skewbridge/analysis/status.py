@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from math import hypot
 from typing import Final
 
-from skewbridge.analysis.monitor import Layout
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.trace import Layout
 from skewbridge.bridge.handles import BridgeModel, PlanVector
 
 # ASSUME no bridge moves this fast. A diverging solution goes on converging, with forces of any
