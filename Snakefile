@@ -1,5 +1,4 @@
 # The study as a DAG: motions -> contact gate -> analyses -> demands -> fits -> figures -> report.
-import os
 import sys
 from pathlib import Path
 
@@ -10,7 +9,7 @@ min_version("9.20")
 # Rules, scripts and workers import the package of this tree, whatever is installed.
 SOURCES = str(Path(workflow.basedir) / "src")
 sys.path.insert(0, SOURCES)
-os.environ["PYTHONPATH"] = SOURCES
+shell.prefix(f"export PYTHONPATH={SOURCES}; ")
 
 
 configfile: "config/config.yaml"
@@ -27,5 +26,6 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
+        "results/plan.json",
         "results/report.html",
         "results/checks.json",

@@ -202,7 +202,11 @@ def test_a_faulty_motion_stops_the_study_before_any_analysis(
     else:
         (folder / second.name).write_text(text.replace("DT=", "DT=  1", 1))
     done = run(
-        study, "--until", "prepare_motions", over=f"motions: {{folder: {folder}}}", check=False
+        study,
+        "--until",
+        "prepare_motions",
+        over=f"motions: {{folder: {folder}, count: 1}}",
+        check=False,
     )
     assert done.returncode != 0
     assert second.name in done.stdout + done.stderr or first.name in done.stdout + done.stderr

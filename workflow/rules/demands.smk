@@ -1,5 +1,5 @@
-# The list of analyses with their keys. Every variant reads it to know how far the whole study is;
-# it is `ancient` there, because a variant does not depend on the others.
+# The list of analyses with their keys: from it every variant tells how far the whole study is. It is
+# no input of theirs, because a variant does not depend on the others; it only comes first.
 rule plan:
     input:
         suite="results/motions/suite.parquet",
@@ -8,6 +8,7 @@ rule plan:
         plan="results/plan.json",
     log:
         "results/logs/plan.log",
+    priority: 100
     params:
         variants=sorted(VARIANTS),
         sections=ANALYSIS_SECTIONS,
@@ -22,7 +23,6 @@ rule analyse_variant:
         suite="results/motions/suite.parquet",
         intensities="results/motions/intensities.parquet",
         gate="results/verification/contact_gate.parquet",
-        plan=ancient("results/plan.json"),
     output:
         demands="results/demands/{variant}.parquet",
     log:

@@ -13,7 +13,6 @@ if __name__ == "__main__":
         analyse_variant(
             setup,
             snakemake.wildcards.variant,
-            plan=Path(snakemake.input.plan),
             n_jobs=snakemake.threads,
             output=Path(snakemake.output.demands),
         )

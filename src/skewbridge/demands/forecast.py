@@ -1,17 +1,15 @@
 """What a study will cost and how far it is, from its configuration alone."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from skewbridge.demands.plan import JOURNALS
+from skewbridge.demands.plan import JOURNALS, planned_keys
 from skewbridge.demands.progress import StudyState, study_state
 from skewbridge.motions.index import list_motions
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.grid import expand_grid
 
-PLAN: Final = Path("results/plan.json")
 #: Processor seconds of one analysis where none has been measured yet.
 #: source: benchmarks/, 25 s motion at 0.005 s on a two-column bridge
 CPU_S_PER_ANALYSIS: Final = 8.0
@@ -52,8 +50,8 @@ def forecast_study(config: StudyConfig, *, cores: int = 2) -> Forecast:
         cores: Cores that will work.
     """
     slugs = [variant.slug for variant in expand_grid(config.grid)]
-    keys = _planned_keys(slugs)
-    if keys:
+    keys = planned_keys()
+    if set(keys) == set(slugs):
         state = study_state(keys, JOURNALS)
         by_variant = {slug: len(keys[slug]) for slug in slugs}
     else:
@@ -76,13 +74,6 @@ def forecast_study(config: StudyConfig, *, cores: int = 2) -> Forecast:
         ),
         analyses_by_variant=by_variant,
     )
-
-
-def _planned_keys(slugs: list[str]) -> dict[str, list[str]]:
-    if not PLAN.exists():
-        return {}
-    keys: dict[str, list[str]] = json.loads(PLAN.read_text(encoding="utf-8"))
-    return keys if set(keys) == set(slugs) else {}
 
 
 def _count_motions(config: StudyConfig) -> int:

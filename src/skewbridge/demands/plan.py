@@ -17,6 +17,7 @@ from skewbridge.study.provenance import digest_of
 logger = logging.getLogger(__name__)
 
 JOURNALS: Final = Path("results/journal")
+PLAN: Final = Path("results/plan.json")
 SOLVER_LOGS: Final = Path("results/logs/solver")
 
 
@@ -33,20 +34,28 @@ def write_plan(setup: StudySetup, variants: Sequence[str], path: Path) -> None:
     )
 
 
-def analyse_variant(setup: StudySetup, slug: str, *, plan: Path, n_jobs: int, output: Path) -> None:
+def planned_keys() -> dict[str, list[str]]:
+    """Return the keys of all analyses of the study by variant; empty before there is a plan."""
+    if not PLAN.exists():
+        return {}
+    keys: dict[str, list[str]] = json.loads(PLAN.read_text(encoding="utf-8"))
+    return keys
+
+
+def analyse_variant(setup: StudySetup, slug: str, *, n_jobs: int, output: Path) -> None:
     """Run what is missing of one variant and write its demands.
 
     Args:
         setup: What the variants share.
         slug: Name of the variant.
-        plan: The keys of the whole study, for the progress bar.
         n_jobs: Worker processes.
         output: Parquet file with the rows of this variant.
 
     Raises:
         InputError: Another process analyses this variant.
     """
-    keys = json.loads(plan.read_text(encoding="utf-8"))
+    tasks = setup.tasks(slug)
+    keys = planned_keys() | {slug: [run_key(task) for task in tasks]}
     journal_path = JOURNALS / f"{slug}.jsonl"
     with (
         open_journal(journal_path) as journal,
@@ -54,7 +63,7 @@ def analyse_variant(setup: StudySetup, slug: str, *, plan: Path, n_jobs: int, ou
     ):
         done = read_journal(journal_path)
         rows = run_tasks(
-            setup.tasks(slug),
+            tasks,
             journal,
             done,
             n_jobs=n_jobs,
