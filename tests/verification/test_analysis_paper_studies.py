@@ -1,0 +1,71 @@
+"""The paper's dynamic studies (figures 10 to 12 and the ladder), and how they compare two runs."""
+
+import numpy as np
+import pytest
+
+from skewbridge.errors import InputError
+from skewbridge.verification import bridge_records
+from skewbridge.verification.bridge_cycles import (
+    half_cycles,
+    stick_slip_changes,
+    together_correlation,
+)
+from skewbridge.verification.registry import load_study
+
+T_S = np.linspace(0.0, 4.0, 401)
+
+
+def test_half_cycles_lie_between_zero_crossings():
+    plain = np.sin(2 * np.pi * T_S)
+    cycles = half_cycles(T_S, plain, 0.9 * plain, plain, np.zeros(T_S.size, dtype=bool))
+    assert len(cycles) == 8
+    assert [cycle.change for cycle in cycles] == pytest.approx([-0.1] * 8)
+    assert all(cycle.together == pytest.approx(1.0) for cycle in cycles)
+    assert not any(cycle.has_contact for cycle in cycles)
+
+
+def test_small_half_cycles_are_left_out_and_contact_is_noticed():
+    plain = np.sin(2 * np.pi * T_S) * np.where(T_S < 2.0, 1.0, 0.1)
+    contact = (T_S > 0.2) & (T_S < 0.3)
+    cycles = half_cycles(T_S, plain, plain, plain, contact)
+    assert len(cycles) == 4
+    assert [cycle.has_contact for cycle in cycles] == [True, False, False, False]
+
+
+def test_a_change_that_grows_with_coincidence_correlates():
+    plain = np.sin(2 * np.pi * T_S)
+    other = plain * (T_S / 4.0)  # both axes peak together more and more
+    friction = plain * (1.0 - 0.1 * T_S / 4.0)
+    cycles = half_cycles(T_S, plain, friction, other, np.ones(T_S.size, dtype=bool))
+    assert together_correlation(cycles) == pytest.approx(1.0)
+
+
+def test_sticking_and_slipping_are_told_apart_while_closed():
+    normal = np.array([[0.0], [10.0], [10.0], [10.0], [10.0], [0.0], [10.0]])
+    friction = np.array([[0.0], [5.0], [2.0], [5.0], [5.0], [0.0], [1.0]])
+    assert stick_slip_changes(normal, friction, 0.5) == 2
+
+
+def test_a_missing_record_is_replaced_and_called_so(tmp_path, monkeypatch):
+    monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    for found in (bridge_records.waho(), bridge_records.tarzana()):
+        assert not found.is_paper_record
+        assert found.label.startswith("synthetic")
+
+
+def test_without_any_motion_the_message_says_where_to_put_one(tmp_path, monkeypatch):
+    monkeypatch.setenv("SKEWBRIDGE_RECORDS", "")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(bridge_records, "PACKAGE", tmp_path / "src" / "skewbridge")
+    with pytest.raises(InputError, match="SKEWBRIDGE_RECORDS"):
+        bridge_records.waho()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("study", ["fig10", "fig11-12", "ladder"])
+def test_the_papers_statements_hold(study):
+    result = load_study(study)()
+    failed = [check.quantity for check in result.checks if not check.is_passed]
+    assert not failed
+    assert result.figures
