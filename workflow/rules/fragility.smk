@@ -4,6 +4,8 @@ rule fit_fragility:
         limit_states=STUDY.fragility.limit_states,
     output:
         curves="results/fragility/curves.parquet",
+        medians="results/fragility/median_effects.parquet",
+        system="results/fragility/system.parquet",
     log:
         "results/logs/fit_fragility.log",
     params:
@@ -18,6 +20,7 @@ rule paired_effects:
         demands="results/demands.parquet",
     output:
         effects="results/fragility/effects.parquet",
+        factors="results/fragility/factors.parquet",
     log:
         "results/logs/paired_effects.log",
     params:

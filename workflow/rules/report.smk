@@ -41,6 +41,9 @@ rule report:
         gate="results/verification/contact_gate.parquet",
         curves="results/fragility/curves.parquet",
         effects="results/fragility/effects.parquet",
+        factors="results/fragility/factors.parquet",
+        medians="results/fragility/median_effects.parquet",
+        system="results/fragility/system.parquet",
         checks="results/checks.json",
         sensitivity="results/sensitivity.parquet",
     output:

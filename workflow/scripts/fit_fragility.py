@@ -1,4 +1,4 @@
-"""Fit fragility curves to the demands."""
+"""Fit fragility curves, their paired medians and the system curves to the demands."""
 
 from pathlib import Path
 
@@ -9,17 +9,22 @@ if __name__ == "__main__":
         import pandas as pd
 
         from skewbridge.demands.parquet import provenance, write_frame
+        from skewbridge.fragility.capacity_effects import paired_capacity_effects
         from skewbridge.fragility.limit_states import load_limit_states
         from skewbridge.fragility.study_fits import fit_study
+        from skewbridge.fragility.study_system import system_curves
         from skewbridge.study.config import FragilityConfig
 
         settings = FragilityConfig(**snakemake.params.fragility)
-        curves = fit_study(
-            pd.read_parquet(snakemake.input.demands),
-            load_limit_states(Path(snakemake.input.limit_states)),
-            im_column=settings.im,
-            level=settings.confidence,
-            bootstrap=settings.bootstrap,
-            seed=settings.seed,
-        )
-        write_frame(curves, Path(snakemake.output.curves), provenance())
+        demands = pd.read_parquet(snakemake.input.demands)
+        states = load_limit_states(Path(snakemake.input.limit_states))
+        bootstrap = {"bootstrap": settings.bootstrap, "seed": settings.seed}
+        tables = {
+            "curves": fit_study(
+                demands, states, settings.im, level=settings.confidence, **bootstrap
+            ),
+            "medians": paired_capacity_effects(demands, states, settings.im, **bootstrap),
+            "system": system_curves(demands, states, settings.im),
+        }
+        for name, table in tables.items():
+            write_frame(table, Path(snakemake.output[name]), provenance())

@@ -1,4 +1,4 @@
-"""Effect of friction, skew and gap on the demands, paired by motion."""
+"""Effect of friction, skew and gap on the demands: paired by motion, and their shares."""
 
 from pathlib import Path
 
@@ -9,13 +9,15 @@ if __name__ == "__main__":
         import pandas as pd
 
         from skewbridge.demands.parquet import provenance, write_frame
-        from skewbridge.fragility.effects import paired_effects
+        from skewbridge.fragility.design_summary import factor_summary
+        from skewbridge.fragility.effects import DEFAULT_DEMANDS, paired_effects
         from skewbridge.study.config import FragilityConfig
 
         settings = FragilityConfig(**snakemake.params.fragility)
-        effects = paired_effects(
-            pd.read_parquet(snakemake.input.demands),
-            bootstrap=settings.bootstrap,
-            seed=settings.seed,
-        )
-        write_frame(effects, Path(snakemake.output.effects), provenance())
+        demands = pd.read_parquet(snakemake.input.demands)
+        tables = {
+            "effects": paired_effects(demands, bootstrap=settings.bootstrap, seed=settings.seed),
+            "factors": factor_summary(demands, DEFAULT_DEMANDS),
+        }
+        for name, table in tables.items():
+            write_frame(table, Path(snakemake.output[name]), provenance())

@@ -70,13 +70,15 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
     """Write the report.
 
     Args:
-        tables: Paths by name: demands, curves, effects, gate, sensitivity, checks, figures.
+        tables: Paths by name: demands, curves, medians, system, effects, factors, gate,
+            sensitivity, checks, figures.
         config: The configuration as plain values.
         output: The HTML file.
     """
     demands = pd.read_parquet(tables["demands"])
     curves = pd.read_parquet(tables["curves"])
     effects = pd.read_parquet(tables["effects"])
+    medians = pd.read_parquet(tables["medians"])
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
     environment = Environment(
         loader=PackageLoader("skewbridge.report"), autoescape=True, undefined=StrictUndefined
@@ -91,6 +93,9 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
         pictures=_pictures(tables["figures"]),
         curves=_records(curves[[*CURVE_COLUMNS]]),
         effects=_records(effects.loc[effects["scope"] == "variant", [*EFFECT_COLUMNS]]),
+        factors=_records(pd.read_parquet(tables["factors"])),
+        medians=_records(medians[[*EFFECT_COLUMNS]]),
+        system=_records(pd.read_parquet(tables["system"])),
         gate=_records(pd.read_parquet(tables["gate"])),
         sensitivity=_records(pd.read_parquet(tables["sensitivity"])),
         no_exceedance=_no_exceedance(curves),

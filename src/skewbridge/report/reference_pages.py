@@ -5,9 +5,18 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.demands.schema import COLUMNS
+from skewbridge.fragility.design_summary import SUMMARY_COLUMNS
+from skewbridge.fragility.effects import EFFECT_COLUMNS
+from skewbridge.fragility.study_rows import CURVE_COLUMNS
 from skewbridge.study.loading import key_table
 
 ROOT: Final = Path(__file__).parents[3]
+
+FIT_TABLES: Final = {
+    "curves": CURVE_COLUMNS,
+    "effects": EFFECT_COLUMNS,
+    "factors": SUMMARY_COLUMNS,
+}
 
 CONFIG_HEAD: Final = """\
 # Configuration
@@ -27,14 +36,17 @@ This page is written from the models in `src/skewbridge/study/config.py` by `mak
 """
 
 COLUMNS_HEAD: Final = """\
-# Columns of results/demands.parquet
+# Data dictionary
+
+## results/demands.parquet
 
 One row per (variant, motion_id, scale, incidence_deg), sorted by that key. SI unless the name says
 otherwise. Displacements are relative to the ground and counted from the state after gravity. The
 same texts stand in the metadata of the parquet fields. A row whose status is not `ok` keeps the
 peaks up to the time it reached.
 
-This page is written from `src/skewbridge/demands/schema.py` by `make docs`.
+This page is written from the code (`src/skewbridge/demands/schema.py` and the fragility room) by
+`make docs`.
 """
 
 
@@ -45,9 +57,13 @@ def config_page() -> str:
 
 
 def columns_page() -> str:
-    """Return the data dictionary of the demands table as Markdown."""
+    """Return the data dictionary of the tables of results as Markdown."""
     rows = [(f"`{column.name}`", column.unit, column.description) for column in COLUMNS]
-    return COLUMNS_HEAD + "\n" + _table(("column", "unit", "meaning"), rows)
+    page = COLUMNS_HEAD + "\n" + _table(("column", "unit", "meaning"), rows)
+    for name, columns in FIT_TABLES.items():
+        fits = [(f"`{column}`", meaning) for column, meaning in columns.items()]
+        page += f"\n## results/fragility/{name}.parquet\n\n" + _table(("column", "meaning"), fits)
+    return page
 
 
 PAGES: Final = {"config/README.md": config_page, "docs/columns.md": columns_page}

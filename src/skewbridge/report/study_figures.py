@@ -15,6 +15,7 @@ from skewbridge.demands.setup import StudySetup
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
+from skewbridge.report.fragility_frequency_figure import frequency_figure
 from skewbridge.report.fragility_style import label
 from skewbridge.report.friction_pair import friction_pair, pair_histories, typical_motion
 from skewbridge.report.motion_figures import suite_spectra
@@ -177,9 +178,15 @@ def _friction_pair_drawings(demands: pd.DataFrame, setup: StudySetup) -> list[Dr
         title=f"Deck without and with friction: {where}",
         text="Displacement and rotation at the mass centre, relative to the ground.",
     )
+    frequency = Caption(
+        name="frequency",
+        title=f"Frequency content without and with friction: {where}",
+        text="Smoothed Fourier amplitudes of the deck and their ratio.",
+    )
     return [
         (hysteresis, lambda: hysteresis_figure(runs)),
         (displacement, lambda: displacement_figure(runs)),
+        (frequency, lambda: frequency_figure(runs)),
     ]
 
 
