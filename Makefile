@@ -39,11 +39,11 @@ lint: setup
 	$(BIN)/snakefmt --check Snakefile workflow
 
 test: setup lint
-	$(BIN)/pytest -n $(CORES) --dist loadgroup -m "not slow"
+	$(BIN)/pytest -n $(CORES) --dist loadfile -m "not slow" tests/workflow tests
 
 verify: setup
 	$(BIN)/skewbridge verify --out results/verification
-	$(BIN)/pytest -n $(CORES) --dist loadgroup -m slow
+	$(BIN)/pytest -n $(CORES) --dist loadfile -m slow
 
 bench: setup
 	bash benchmarks/run.sh
@@ -55,4 +55,4 @@ test-cluster: setup
 	$(BIN)/pytest tests/cluster
 
 clean:
-	rm -rf results .snakemake
+	rm -rf results .snakemake .bench

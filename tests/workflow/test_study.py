@@ -20,8 +20,6 @@ LEFT_OUT = shutil.ignore_patterns(
 )
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
 
-pytestmark = pytest.mark.xdist_group("study")
-
 
 def command(*arguments: str) -> list[str]:
     return [str(SNAKEMAKE), "-j2", "--rerun-incomplete", *arguments]
