@@ -13,6 +13,7 @@ from skewbridge.cli.output import (
     emit_table,
     messages,
 )
+from skewbridge.cli.study_row import DEFAULT_CONFIG, task_of_row
 from skewbridge.cli.variant_options import (
     AbutmentOption,
     BridgeOption,
@@ -26,10 +27,11 @@ from skewbridge.errors import InputError
 if TYPE_CHECKING:
     from skewbridge.analysis.result import AnalysisResult
     from skewbridge.demands.batch import Task
+    from skewbridge.study.variant import Variant
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 MotionOption = Annotated[
-    tuple[Path, Path],
+    tuple[Path, Path] | None,
     typer.Option("--motion", help="Two component files: along x and along y at incidence 0."),
 ]
 ScaleOption = Annotated[float, typer.Option("--scale", help="Factor on both components.")]
@@ -51,6 +53,11 @@ IntegrationOption = Annotated[
 SaveModelOption = Annotated[
     bool, typer.Option("--save-model", help="Write the model as an OpenSeesPy script, model.py.")
 ]
+RowOption = Annotated[
+    str | None,
+    typer.Option("--row", help="run_key in results/demands.parquet: repeat that analysis."),
+]
+ConfigOption = Annotated[Path, typer.Option("--config", help="Configuration of that study.")]
 FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")]
 
 
@@ -61,8 +68,8 @@ def register(app: typer.Typer) -> None:
 
 @clear_errors
 def run(
-    motion: MotionOption,
     out: OutOption,
+    motion: MotionOption = None,
     bridge: BridgeOption = "osb1",
     abutment: AbutmentOption = "contact-friction",
     skew_deg: SkewOption = 0,
@@ -78,44 +85,36 @@ def run(
     column_integration: IntegrationOption = "hinge_radau",
     figures: FiguresOption = True,
     save_model: SaveModelOption = False,
+    study_row: RowOption = None,
+    config: ConfigOption = DEFAULT_CONFIG,
     as_json: JsonOption = False,
 ) -> None:
     """Analyse one variant under one motion; collapse is a result, a failure exits with 1."""
-    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction).normalised()
-    from skewbridge.analysis.settings import AnalysisSettings
-    from skewbridge.bridge.options import ModelOptions
-
-    settings = AnalysisSettings(
-        scheme=scheme,  # pyright: ignore[reportArgumentType]  # checked by the class
-        dt_s=dt_s,
-        duration_s=duration_s,
-        free_vibration_s=free_vibration_s,
-    )
-    options = ModelOptions(
-        arrays=arrays,  # pyright: ignore[reportArgumentType]
-        column_integration=column_integration,  # pyright: ignore[reportArgumentType]
-    )
-    from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.demands.batch import Task
-    from skewbridge.motions.intensity import motion_measures, scaled_measures
-    from skewbridge.motions.read import read_motion
-    from skewbridge.motions.suite import SuiteMotion
-
-    read = read_motion(*motion)
-    measures = scaled_measures(motion_measures(read, load_bridge(bridge).t1_s), scale)
-    task = Task(
-        variant=variant,
-        motion=SuiteMotion(motion=read, scale=scale, measures=measures),
-        incidence_deg=incidence_deg,
-        settings=settings,
-        options=options,
-    )
+    if study_row is not None:
+        task = task_of_row(study_row, config)
+    elif motion is None:
+        msg = "motion: name two component files, or a row of a finished study"
+        raise InputError(msg)
+    else:
+        task = _task(
+            variant_of(bridge, abutment, skew_deg, gap_mm, friction).normalised(),
+            motion,
+            scale,
+            incidence_deg,
+            {
+                "scheme": scheme,
+                "dt_s": dt_s,
+                "duration_s": duration_s,
+                "free_vibration_s": free_vibration_s,
+            },
+            {"arrays": arrays, "column_integration": column_integration},
+        )
     result, row = _analysed(task, _folder(out))
     _write(task, result, row, out, figures=figures)
     if save_model:
         from skewbridge.analysis.model_script import model_script
 
-        script = model_script(task.variant, settings.model_options(options))
+        script = model_script(task.variant, task.settings.model_options(task.options))
         (out / "model.py").write_text(script, encoding="utf-8")
     if as_json:
         emit_json(row)
@@ -125,6 +124,36 @@ def run(
         messages.print(text, markup=False)
     if result.status not in ("ok", "collapse"):
         raise typer.Exit(EXIT_FAILED)
+
+
+def _task(
+    variant: "Variant",
+    files: tuple[Path, Path],
+    scale: float,
+    incidence_deg: float,
+    settings: dict[str, Any],
+    options: dict[str, Any],
+) -> "Task":
+    """Return the analysis that the options ask for."""
+    from skewbridge.analysis.settings import AnalysisSettings
+    from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.bridge.options import ModelOptions
+    from skewbridge.demands.batch import Task
+    from skewbridge.motions.intensity import motion_measures, scaled_measures
+    from skewbridge.motions.read import read_motion
+    from skewbridge.motions.suite import SuiteMotion
+
+    checked_settings, checked_options = AnalysisSettings(**settings), ModelOptions(**options)
+    t1_s = load_bridge(variant.bridge).t1_s
+    motion = read_motion(*files)
+    measures = scaled_measures(motion_measures(motion, t1_s), scale)
+    return Task(
+        variant=variant,
+        motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
+        incidence_deg=incidence_deg,
+        settings=checked_settings,
+        options=checked_options,
+    )
 
 
 def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]]:

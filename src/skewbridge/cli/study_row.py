@@ -1,0 +1,53 @@
+"""An analysis of a finished study, found again by its key."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from skewbridge.cli.output import messages
+from skewbridge.errors import InputError
+
+if TYPE_CHECKING:
+    from skewbridge.demands.batch import Task
+
+DEFAULT_CONFIG: Final = Path("config/config.yaml")
+RESULTS: Final = Path("results")
+
+
+def task_of_row(key: str, config: Path) -> "Task":
+    """Return the analysis behind a row of `results/demands.parquet`.
+
+    Args:
+        key: Its ``run_key``.
+        config: Configuration of the study.
+
+    Raises:
+        InputError: No results here, no such row, or the configuration has no such analysis.
+    """
+    import pyarrow.parquet as pq
+
+    from skewbridge.demands.batch import run_key
+    from skewbridge.demands.setup import StudySetup
+    from skewbridge.study.loading import load_config
+
+    table = RESULTS / "demands.parquet"
+    if not table.is_file():
+        msg = f"row {key}: no {table} in this folder; run the study first"
+        raise InputError(msg)
+    rows: list[dict[str, Any]] = pq.read_table(table).to_pylist()
+    row = next((row for row in rows if row["run_key"] == key), None)
+    if row is None:
+        msg = f"row {key}: no such run_key in {table} ({len(rows)} rows)"
+        raise InputError(msg)
+    study = load_config(config, base=DEFAULT_CONFIG)
+    setup = StudySetup.from_sections(
+        study.model_dump(include={"motions", "model", "analysis"}),
+        {name: RESULTS / "motions" / f"{name}.parquet" for name in ("suite", "intensities")},
+    )
+    wanted = row["motion_id"], row["scale"], row["incidence_deg"]
+    for task in setup.tasks(row["variant"]):
+        if (task.motion.motion.motion_id, task.motion.scale, task.incidence_deg) == wanted:
+            if run_key(task) != key:
+                messages.print("settings or sources have changed since: the result may differ")
+            return task
+    msg = f"row {key}: {config} has no {wanted[0]} x {wanted[1]:g} at {wanted[2]:g} degrees"
+    raise InputError(msg)
