@@ -108,3 +108,23 @@ def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     assert all(check["ok"] for check in found["checks"])
     missing = RUNNER.invoke(build_app(), ["sdc", str(tmp_path / "none")])
     assert missing.exit_code == 2
+
+
+def test_a_study_gets_one_row_of_checks_per_variant(tmp_path: Path) -> None:
+    rows = [
+        {
+            "variant": f"osb1_cf_skew{skew:02d}_gap051_mu050",
+            "deck_disp_m": disp,
+            "acute_corner_unseating_m": 0.2,
+            "unseating_m": 0.9,
+        }
+        for skew in (0, 30)
+        for disp in (0.1, 0.2, 0.3)
+    ]
+    path = tmp_path / "demands.parquet"
+    pd.DataFrame(rows).to_parquet(path)
+    found = answer("sdc", str(path))["checks"]
+    assert [row["variant"] for row in found] == sorted({row["variant"] for row in rows})
+    assert found[0]["disp_ratio"] == pytest.approx(0.2 / 0.2154, rel=0.01)
+    assert found[0]["seat_acute_ratio"] < 1.0 < found[0]["seat_worst_ratio"]
+    assert found[0]["seat_aashto_ratio"] < found[1]["seat_aashto_ratio"]

@@ -134,6 +134,30 @@ def sdc_rows(
     return rows
 
 
+def summary_row(
+    variant: Variant, deck_disp_m: float, acute_m: float, worst_m: float
+) -> dict[str, object]:
+    """Return the ratios of demand to capacity of one variant, in one row.
+
+    Args:
+        variant: The variant.
+        deck_disp_m: Displacement demand, for example a median over motions.
+        acute_m: Outward move of the worse acute corner, normal to its seat.
+        worst_m: Outward move of the worst corner.
+    """
+    bridge = load_bridge(variant.bridge)
+    bents, seat = bent_capacities(bridge), bridge.abutment.seat_width_m
+    skew = radians(variant.skew_deg)
+    return {
+        "variant": variant.slug,
+        "disp_ratio": max((deck_disp_m / bent.capacity_m for bent in bents), default=0.0),
+        "p_delta_ratio": max((bent.p_delta_ratio(deck_disp_m) for bent in bents), default=0.0),
+        "seat_acute_ratio": seat_demand_sdc_m(bridge, acute_m) / seat,
+        "seat_worst_ratio": seat_demand_sdc_m(bridge, worst_m) / seat,
+        "seat_aashto_ratio": seat_demand_aashto_m(bridge, skew) / seat,
+    }
+
+
 def corner_moves_m(
     variant: Variant, histories: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Commands that show a model, judge a run by design criteria, and study a column."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,6 +15,9 @@ from skewbridge.cli.variant_options import (
     variant_of,
 )
 from skewbridge.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 
@@ -74,28 +77,50 @@ def model(
 
 @clear_errors
 def sdc(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder written by `run`.")],
+    source: Annotated[
+        Path, typer.Argument(metavar="RUN", help="Folder of `run`, or a demands.parquet.")
+    ],
     as_json: JsonOption = False,
 ) -> None:
-    """Displacement, P-Delta and seat checks of one analysis, as in the Caltrans criteria."""
-    import pandas as pd
+    """Displacement, P-Delta and seat checks, as in the Caltrans criteria.
 
-    from skewbridge.analysis.sdc import corner_moves_m, sdc_rows
+    A folder of `run` gives all checks of one analysis, per corner; the demands of a study give
+    one row of ratios per variant, for the medians over its motions.
+    """
+    try:
+        table = read_table(source if source.is_file() else source / "demands.parquet")
+        histories = None if source.is_file() else read_table(source / "histories.parquet")
+    except OSError as error:
+        msg = f"{source}: neither a demands.parquet nor a folder of a run: {error}"
+        raise InputError(msg) from error
+    from skewbridge.analysis.sdc import corner_moves_m, sdc_rows, summary_row
     from skewbridge.study.variant import parse_slug
 
-    try:
-        row = pd.read_parquet(run / "demands.parquet").iloc[0]
-        table = pd.read_parquet(run / "histories.parquet")
-    except OSError as error:
-        msg = f"{run}: no demands.parquet and histories.parquet of a run: {error}"
-        raise InputError(msg) from error
-    variant = parse_slug(str(row["variant"]))
-    histories = {name: table[name].to_numpy() for name in table.columns}
-    rows = sdc_rows(variant, float(row["deck_disp_m"]), corner_moves_m(variant, histories))
-    if as_json:
-        emit_json({"variant": variant.slug, "checks": rows})
+    if histories is None:
+        wanted = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]
+        medians = table.groupby("variant")[wanted].median()
+        rows = [
+            summary_row(parse_slug(str(name)), *(float(value) for value in values))
+            for name, *values in medians.itertuples()
+        ]
+        title = f"median of {len(table)} analyses"
     else:
-        emit_table(rows, title=variant.slug)
+        variant = parse_slug(str(table["variant"].iloc[0]))
+        series = {name: histories[name].to_numpy() for name in histories.columns}
+        moves = corner_moves_m(variant, series)
+        rows = sdc_rows(variant, float(table["deck_disp_m"].iloc[0]), moves)
+        title = variant.slug
+    if as_json:
+        emit_json({"title": title, "checks": rows})
+    else:
+        emit_table(rows, title=title)
+
+
+def read_table(path: Path) -> "pd.DataFrame":
+    """Return a parquet table."""
+    import pandas as pd
+
+    return pd.read_parquet(path)
 
 
 @clear_errors
