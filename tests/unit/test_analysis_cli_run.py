@@ -7,8 +7,13 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
+from skewbridge.analysis.transient import analyse
 from skewbridge.cli import build_app
-from skewbridge.demands.schema import COLUMNS
+from skewbridge.demands.batch import identity_of, outcome_of, run_key
+from skewbridge.demands.parquet import write_demands
+from skewbridge.demands.schema import COLUMNS, DEMAND_COLUMNS
+from skewbridge.demands.setup import StudySetup, prepare_motions
+from skewbridge.study.loading import load_config
 from skewbridge.units import G_MPS2
 from strong_motion import DT_S, strong_motion
 
@@ -121,3 +126,40 @@ def test_an_unwritable_folder_is_said_before_the_analysis(pair, tmp_path):
     done = run(pair, taken, "--json")
     assert done.exit_code == 2
     assert "taken" in json.loads(done.stdout)["message"]
+
+
+def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
+    study = tmp_path / "study"
+    (study / "config").mkdir(parents=True)
+    config = {"motions": {"folder": str(tmp_path), "count": 1}, "analysis": {"duration_s": 0.5}}
+    (study / "config" / "config.yaml").write_text(json.dumps(config), encoding="utf-8")
+    monkeypatch.chdir(study)
+    parsed = load_config(study / "config" / "config.yaml")
+    files = {n: study / "results" / "motions" / f"{n}.parquet" for n in ("suite", "intensities")}
+    prepare_motions(
+        parsed.motions,
+        bridges=["osb1"],
+        suite_path=files["suite"],
+        intensities_path=files["intensities"],
+    )
+    sections = parsed.model_dump(include={"motions", "model", "analysis"})
+    task = StudySetup.from_sections(sections, files).tasks("osb1_cf_skew30_gap051_mu050")[0]
+    result = analyse(
+        task.variant, task.motion.motion, task.motion.scale, 0.0, task.settings, task.options
+    )
+    row = identity_of(task, run_key(task)) | outcome_of(result) | {"wall_s": 0.0, "cpu_s": 0.0}
+    write_demands([row], study / "results" / "demands.parquet", {})
+
+    done = runner.invoke(
+        build_app(),
+        ["run", "--row", row["run_key"], "--out", str(tmp_path / "out"), "--no-figures", "--json"],
+    )
+    assert done.exit_code == 0, done.stderr
+    again = json.loads(done.stdout)
+    for column in DEMAND_COLUMNS:
+        assert again[column.name] == row[column.name], column.name
+    assert again["run_key"] == row["run_key"]
+
+    unknown = runner.invoke(build_app(), ["run", "--row", "f00", "--out", str(tmp_path), "--json"])
+    assert unknown.exit_code == 2
+    assert "no such run_key" in json.loads(unknown.stdout)["message"]
