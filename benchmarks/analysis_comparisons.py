@@ -112,7 +112,7 @@ def choices(case: Case) -> Iterator[str]:
     base, cpu_s = case.run(settings, ModelOptions())
     yield f"default | {' '.join(f'{base.demands[d]:.4g}' for d in DEMANDS)} | | {cpu_s:.2f}"
     changes: dict[str, ModelOptions] = {
-        "lagged coupling": ModelOptions(coupling="lagged"),
+        "extrapolated coupling": ModelOptions(coupling="extrapolated"),
         "corotational arrays": ModelOptions(arrays="corotational"),
         "lobatto5 columns": ModelOptions(column_integration="lobatto5"),
         "normal penalty x 1/2": ModelOptions(normal_stiffness_factor=0.5),
