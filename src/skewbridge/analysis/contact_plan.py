@@ -40,6 +40,7 @@ class PlanContact:
         tangent: First direction of its friction force; the history has the sign of slip, the
             force on the deck the other.
         gap_m: Initial gap.
+        friction: Coulomb coefficient.
     """
 
     name: str
@@ -49,6 +50,7 @@ class PlanContact:
     normal: PlanVector
     tangent: PlanVector
     gap_m: float
+    friction: float
 
     @property
     def column(self) -> str:
@@ -87,6 +89,7 @@ def contact_plan(model: BridgeModel) -> ContactPlan | None:
             normal=(unit.normal[0], unit.normal[1]),
             tangent=(unit.tangents[0][0], unit.tangents[0][1]),
             gap_m=unit.gap_m,
+            friction=unit.friction,
         )
         for abutment in model.abutments
         for index in (*abutment.wall_units, *abutment.key_units)

@@ -17,6 +17,7 @@ type Points = NDArray[np.float64]
 FRAMES: Final = 300
 _LONGEST_ARROW: Final = 0.18  # of the deck's length, for the largest force of the run
 _DISP_SHARE: Final = 0.08  # of the deck's length, for the largest displacement of the run
+_NEAR_LIMIT: Final = 0.98  # share of the friction limit that counts as slipping
 _OPEN, _STICK, _SLIP = "#b8b8b8", "#0173b2", "#d55e00"
 
 
@@ -148,15 +149,11 @@ class _Scene:
         ]
 
     def _slipping(self, histories: pd.DataFrame) -> NDArray[np.bool_]:
-        """Return where friction is at its limit: that of the largest ratio seen at a contact."""
-        ratio = np.divide(
-            np.abs(self.friction_kn),
-            self.normal_kn,
-            out=np.zeros_like(self.normal_kn),
-            where=self.closed,
-        )
-        limit = np.median(ratio[ratio > 0.0]) if (ratio > 0.0).any() else np.inf
-        return self.closed & (ratio >= 0.98 * limit)
+        """Return where a closed contact carries its friction limit."""
+        across_kn = _columns(histories, self.plan.contacts, "friction_2_kn")
+        size_kn = np.hypot(self.friction_kn, across_kn)
+        limit_kn = np.array([c.friction for c in self.plan.contacts]) * self.normal_kn
+        return self.closed & (size_kn >= _NEAR_LIMIT * limit_kn)
 
     def _along_edge(self, contact: PlanContact) -> Points:
         """Return the weights of the corners whose mean moves as the deck does at a contact."""
