@@ -18,5 +18,5 @@ rule verification:
         "results/logs/verification.log",
     params:
         digest=source_digest(*ENGINE_ROOMS, "verification"),
-    shell:
-        "python -m skewbridge verify --out results/verification > {log} 2>&1"
+    script:
+        "../scripts/verification.py"

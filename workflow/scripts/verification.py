@@ -1,0 +1,17 @@
+"""Repeat the studies of the paper against independent references."""
+
+import logging
+from pathlib import Path
+
+from skewbridge.cli.session import script_session
+
+if __name__ == "__main__":
+    with script_session(snakemake.log[0]):
+        from skewbridge.verification.registry import run_studies
+
+        logger = logging.getLogger("skewbridge")
+        rows = run_studies([], Path(snakemake.output.table).parent, tell=logger.info)
+        failed = [f"{row['study']}: {row['quantity']}" for row in rows if not row["pass"]]
+        if failed:
+            logger.error("%d of %d checks failed:\n%s", len(failed), len(rows), "\n".join(failed))
+            raise SystemExit(1)
