@@ -3,7 +3,7 @@
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis.recovery import LADDER, Attempt, Stepper
+from skewbridge.analysis.recovery import HELD_STEPS, LADDER, Attempt, Stepper
 
 DT_S = 0.01
 STIFFNESS = 100.0
@@ -132,7 +132,7 @@ def test_every_rung_divides_the_finest():
     assert [a.substeps for a in LADDER] == sorted(a.substeps for a in LADDER)
 
 
-def test_a_rung_may_loosen_the_test_and_the_next_step_is_strict_again():
+def test_what_got_over_a_step_is_held_for_some_more_and_then_dropped():
     build_oscillator()
     factors = []
     ladder = (
@@ -142,10 +142,13 @@ def test_a_rung_may_loosen_the_test_and_the_next_step_is_strict_again():
 
     def loosen(factor):
         factors.append(factor)
-        ops.test("NormDispIncr", 1e-12 if factor > 1.0 else -1.0, 5)
+        ops.test("NormDispIncr", 1e-12 if factor > 1.0 or len(factors) > 2 else -1.0, 5)
 
     steps = stepper(("Newmark", 0.5, 0.25), ladder, loosen=loosen)
     loosen(1.0)
+    assert all(steps.step() for _ in range(HELD_STEPS))
+    assert factors == [1.0, 1e3]  # one failure, and no other: the loose test is still in force
     assert steps.step()
     assert factors == [1.0, 1e3, 1.0]
+    assert steps.effort.failed_attempts == 1
     assert steps.effort.highest_rung == 1

@@ -42,6 +42,9 @@ LADDER: Final = (
 )
 
 
+HELD_STEPS: Final = 20
+
+
 @dataclass(slots=True, kw_only=True)
 class Effort:
     """What the steps have cost so far.
@@ -65,7 +68,7 @@ class Stepper:
     Args:
         integrator: Arguments of the integrator command.
         dt_s: Regular step.
-        loosen: Called with the factor on the tolerance before each attempt, and with 1 after them.
+        loosen: Called with the factor on the tolerance where an attempt starts or ends.
         max_iterations: Cost of an attempt that failed.
         before: Called with the size of a (sub-)step that is retried, before each attempt.
         after: Called with the size of each converged (sub-)step.
@@ -91,6 +94,7 @@ class Stepper:
         self._before = before
         self._after = after
         self._ladder = ladder
+        self._held = 0  # regular steps still to be taken as the last difficult one was
         ops.algorithm(*ladder[0].algorithm)
         ops.integrator(*integrator)
 
@@ -99,30 +103,42 @@ class Stepper:
         if ops.analyze(1, self._dt_s) == 0:
             self.effort.iterations += ops.testIter()
             self._after(self._dt_s)
+            if self._held > 0:
+                self._held -= 1
+                if self._held == 0:
+                    self._use(self._ladder[0])
             return True
         self._count_failure()
-        done = self._climb()
-        self._loosen(1.0)
-        ops.algorithm(*self._ladder[0].algorithm)
+        rung = self._climb()
+        if rung is not None and self._ladder[rung].substeps == 1:
+            # What stopped this step often stops the next ones: each failure would restart Houbolt.
+            self._held = HELD_STEPS
+            return True
+        self._held = 0
+        self._use(self._ladder[0])
         # Houbolt keeps what a failed step left behind: a retry without this is silently wrong.
         ops.integrator(*self._integrator)
         self._before(self._dt_s)
-        return done
+        return rung is not None
 
-    def _climb(self) -> bool:
+    def _climb(self) -> int | None:
+        """Take the step by the ladder; return the rung that ended it."""
         finest = self._ladder[-1].substeps
         left = finest  # of the step, in parts of the finest rung
         for rung, attempt in enumerate(self._ladder[1:], start=1):
             part = finest // attempt.substeps
-            self._loosen(attempt.loosening)
-            ops.algorithm(*attempt.algorithm)
+            self._use(attempt)
             ops.integrator(*self._integrator)
             left -= part * self._take(left // part, self._dt_s / attempt.substeps)
             if attempt.substeps > 1 or left == 0:
                 self.effort.highest_rung = max(self.effort.highest_rung, rung)
             if left == 0:
-                return True
-        return False
+                return rung
+        return None
+
+    def _use(self, attempt: Attempt) -> None:
+        self._loosen(attempt.loosening)
+        ops.algorithm(*attempt.algorithm)
 
     def _take(self, count: int, size_s: float) -> int:
         """Take equal steps until one fails; return how many were taken."""
