@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+from skewbridge.analysis.abutment_history import abutment_history
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge.options import ModelOptions
 from skewbridge.errors import InputError
+from skewbridge.study.variant import Variant
 from skewbridge.verification import bridge_records
 from skewbridge.verification.bridge_cycles import (
     half_cycles,
@@ -11,6 +15,7 @@ from skewbridge.verification.bridge_cycles import (
     together_correlation,
 )
 from skewbridge.verification.registry import load_study
+from strong_motion import strong_motion
 
 T_S = np.linspace(0.0, 4.0, 401)
 
@@ -60,6 +65,37 @@ def test_without_any_motion_the_message_says_where_to_put_one(tmp_path, monkeypa
     monkeypatch.setattr(bridge_records, "PACKAGE", tmp_path / "src" / "skewbridge")
     with pytest.raises(InputError, match="SKEWBRIDGE_RECORDS"):
         bridge_records.waho()
+
+
+def abutment_run(friction_pct, **settings):
+    return abutment_history(
+        Variant(
+            bridge="osb1",
+            abutment="contact_friction",
+            skew_deg=0,
+            gap_mm=51,
+            friction_pct=friction_pct,
+        ),
+        strong_motion(duration_s=4.0),
+        AnalysisSettings(**settings),
+        ModelOptions(),
+    )
+
+
+def test_an_abutment_alone_closes_and_slips():
+    rough, smooth = abutment_run(50), abutment_run(0)
+    for history in (rough, smooth):
+        assert history.is_complete
+        assert history.disp_m[0].tolist() == [0.0, 0.0]
+        assert history.disp_m[:, 0].max() > 0.051
+        assert sum(unit.closures for unit in history.ledger) > 2
+        # Hysteresis: in the gap it is the pads that act, behind it the backfill as well.
+        pushed = history.disp_m[:, 0].argmax()
+        assert history.force_n[pushed, 0] > 1.0e6
+    assert sum(unit.slip_work_j for unit in rough.ledger) > 1.0e3
+    assert not smooth.friction_n.any()
+    # The bound is that of the last step: it may be exceeded where the normal force falls.
+    assert rough.friction_n.max() <= 0.5 * rough.normals_n.max() * (1.0 + 1e-9)
 
 
 @pytest.mark.slow
