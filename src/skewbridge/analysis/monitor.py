@@ -130,6 +130,8 @@ def _nodes(model: BridgeModel) -> Iterable[int]:
         yield from (*abutment.wall_nodes, *abutment.key_nodes)
         for spring in (*abutment.wall_springs, *abutment.key_springs, *abutment.wing_springs):
             yield from spring.nodes
+        for element in abutment.other_springs:
+            yield from ops.eleNodes(element)
     if model.contacts is not None:
         for unit in model.contacts.units:
             yield from (unit.node_i, unit.node_j)
