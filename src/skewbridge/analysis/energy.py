@@ -27,7 +27,7 @@ type Matrix = NDArray[np.float64]
 type GroundAccel = Callable[[Matrix], Matrix]
 
 _CHUNK: Final = 500  # rows between two evaluations: memory stays flat
-_STRIDE: Final = 2  # half the cost, and half a percent of the input in the balance at most
+_STRIDE: Final = 2  # half the cost; the balance closes to 1 % of the input instead of 0.02 %
 _DISP: Final = 6
 # Elements of no length: the force on the first node is that on the second, reversed.
 _JOINTS: Final = ("bearings", "backfill")
