@@ -179,3 +179,11 @@ def test_few_motions_get_the_interval_of_student():
     # t(0.95, 2) = 2.920, standard error 0.01/sqrt 3
     assert (mean, high - mean, mean - low) == pytest.approx((0.01, 0.01686, 0.01686), rel=1e-3)
     assert np.isnan(studentised_interval(np.array([0.0, 0.1]), options)[1])
+
+
+def test_a_single_axis_has_all_of_the_variance():
+    table = synthetic_demands(seed=4)
+    table = table[(table["skew_deg"] == 0) & (table["gap_mm"] == table["gap_mm"].min())]
+    indices = surrogate_sobol(fit_surrogate(table, "column_drift_ratio"), table)
+    assert indices["factor"].tolist() == ["friction"]
+    assert indices["first_order"].tolist() == [1.0]

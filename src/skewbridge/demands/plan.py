@@ -59,7 +59,7 @@ def analyse_variant(setup: StudySetup, slug: str, *, n_jobs: int, output: Path) 
     journal_path = JOURNALS / f"{slug}.jsonl"
     with (
         open_journal(journal_path) as journal,
-        StudyProgress(study_state(keys, JOURNALS), slug) as progress,
+        StudyProgress(study_state(keys, JOURNALS), slug, keys[slug]) as progress,
     ):
         done = read_journal(journal_path)
         rows = run_tasks(

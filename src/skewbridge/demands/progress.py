@@ -3,7 +3,7 @@
 import logging
 import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Self
@@ -75,9 +75,11 @@ class StudyProgress:
     Args:
         state: What was done when the variant began.
         variant: Name of the variant under way.
+        keys: Its planned analyses; what a search adds to them does not count.
     """
 
-    def __init__(self, state: StudyState, variant: str) -> None:
+    def __init__(self, state: StudyState, variant: str, keys: Collection[str]) -> None:
+        self._keys = frozenset(keys)
         self._variant = variant
         self._done = state.done
         self._total = state.analyses
@@ -108,8 +110,6 @@ class StudyProgress:
 
     def advance(self, row: Mapping[str, Any]) -> None:
         """Count one finished analysis."""
-        self._new += 1
-        self._bar.update(self._task, advance=1, rate=f"{self.rate_per_min:.1f}/min")
         if row["status"] in FAILED:
             logger.warning(
                 "%s under %s: %s (%s)",
@@ -118,6 +118,9 @@ class StudyProgress:
                 row["status"],
                 row["collapse_criterion"],
             )
+        if row["run_key"] in self._keys:
+            self._new += 1
+            self._bar.update(self._task, advance=1, rate=f"{self.rate_per_min:.1f}/min")
         if time.monotonic() - self._logged_s > LOG_INTERVAL_S:
             self._log()
 

@@ -156,6 +156,8 @@ def sobol(
         n: Sample size, a power of two.
         seed: Of the sequence.
     """
+    if len(low) == 1:  # all of the variance is its; scipy fails on a single input
+        return np.ones(1), np.ones(1)
     inputs = [stats.uniform(loc=a, scale=b - a) for a, b in zip(low, high, strict=True)]
     # the stubs of scipy do not know that a frozen distribution has a ppf
     found = stats.sobol_indices(
