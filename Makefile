@@ -10,14 +10,14 @@ PYTHON_VERSION := $(shell cat .python-version)
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-.PHONY: help setup study smoke test lint bench verify docs test-cluster clean
+.PHONY: help setup study smoke test lint bench verify docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
 	@echo "make test         install everything, run all checks"
 	@echo "make smoke        two variants x three motions, full report"
 	@echo "make verify       the paper's studies against independent references, and the slow tests"
-	@echo "make setup lint bench docs test-cluster clean"
+	@echo "make setup lint bench docs clean"
 
 setup: $(STAMP)
 
@@ -50,9 +50,6 @@ bench: setup
 
 docs: setup
 	$(BIN)/python -m skewbridge.report.reference_pages
-
-test-cluster: setup
-	$(BIN)/pytest tests/cluster
 
 clean:
 	rm -rf results .snakemake .bench
