@@ -10,6 +10,9 @@ PYTHON_VERSION := $(shell cat .python-version)
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+# Two processes share two cores: more threads inside them only wait for each other.
+export OMP_NUM_THREADS ?= 1
+
 .PHONY: help setup study smoke test lint bench verify docs clean
 
 help:
