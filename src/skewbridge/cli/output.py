@@ -17,7 +17,7 @@ EXIT_BAD_INPUT = 2
 
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 
-messages = Console(stderr=True, highlight=False)
+messages = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def emit_json(payload: object) -> None:
