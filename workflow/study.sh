@@ -7,7 +7,7 @@ exec 9>.study.lock
 flock --nonblock 9 || { echo "Another study is running in this folder." >&2; exit 1; }
 # The lock above ends with its holders, so one that a killed workflow left behind is stale.
 if compgen -G ".snakemake/locks/*" >/dev/null; then
-    "$bin/snakemake" --unlock --configfile "$config" >/dev/null 2>&1 || true
+    "$bin/snakemake" --unlock -j"$cores" --configfile "$config" >/dev/null
 fi
 override=()
 [ -z "$motions" ] || override=(--config "motions={folder: \"$motions\"}")
