@@ -1,1 +1,1 @@
-"""Room: analysis."""
+"""Analyses of a built model: gravity, modes, pushover, and the response history with its recovery."""

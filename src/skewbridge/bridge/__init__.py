@@ -1,1 +1,1 @@
-"""Room: bridge."""
+"""Bridges and abutments: catalogue, sections, and the model in the OpenSees domain."""

@@ -1,1 +1,1 @@
-"""Room: demands."""
+"""From analyses to the demands table: batch, journal, parquet, progress."""

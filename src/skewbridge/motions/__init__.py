@@ -1,1 +1,1 @@
-"""Room: motions."""
+"""Ground motions: readers, intensity measures, synthesis, scaling, suites."""

@@ -1,1 +1,1 @@
-"""Room: report."""
+"""Figures (tables in, figure out) and the report."""

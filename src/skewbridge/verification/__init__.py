@@ -1,1 +1,1 @@
-"""Room: verification."""
+"""The paper's studies and closed forms against independent references."""

@@ -1,1 +1,1 @@
-"""Room: motions/formats."""
+"""One reader per file format, behind `skewbridge.motions.read`."""
