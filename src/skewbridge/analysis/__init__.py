@@ -1,1 +1,1 @@
-"""Analyses of a built model: gravity, modes, pushover, and the response history with its recovery."""
+"""Analyses of a built model: gravity, modes, pushover, response history and its recovery."""

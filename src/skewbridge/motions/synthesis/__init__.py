@@ -1,1 +1,1 @@
-"""Room: motions/synthesis, motions from a published stochastic model."""
+"""Motions from a published stochastic model."""
