@@ -125,10 +125,11 @@ def _statuses(demands: pd.DataFrame) -> list[tuple[str, int]]:
 def _headline(effects: pd.DataFrame) -> list[dict[str, Any]]:
     friction = effects[(effects["axis"] == "friction") & (effects["scope"] == "variant")]
     rows = []
-    for demand, group in friction.groupby("demand", sort=False):
+    for (bridge, demand), group in friction.groupby(["bridge", "demand"], sort=False):
         verdicts = group["verdict"].value_counts()
         rows.append(
             {
+                "bridge": bridge,
                 "demand": demand,
                 "low": group["ratio"].min(),
                 "high": group["ratio"].max(),

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +20,7 @@ from skewbridge.report.fragility_style import label
 from skewbridge.report.friction_pair import friction_pair, pair_histories, typical_motion
 from skewbridge.report.motion_figures import suite_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
+from skewbridge.study.variant import ABUTMENT_CODES
 from skewbridge.units import G_MPS2
 
 CAPTIONS: Final = "captions.json"
@@ -72,8 +73,7 @@ def draw_study(
     setup = StudySetup.from_sections(sections, motions)
     rows = pd.read_parquet(demands)
     drawings = [
-        *_effect_drawings(pd.read_parquet(effects)),
-        *_fit_drawings(rows, pd.read_parquet(curves), im_column),
+        *_table_drawings(rows, pd.read_parquet(curves), pd.read_parquet(effects), im_column),
         *_friction_pair_drawings(rows, setup),
         *_motion_drawings(setup),
     ]
@@ -92,6 +92,34 @@ def draw_study(
 def read_captions(folder: Path) -> list[Caption]:
     """Return the captions of the figures in a folder, in their order."""
     return [Caption(**item) for item in json.loads((folder / CAPTIONS).read_text("utf-8"))]
+
+
+def _table_drawings(
+    demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame, im_column: str
+) -> list[Drawing]:
+    """Return the drawings of the tables, a set for each bridge and abutment model."""
+    models = demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
+    sets: list[Drawing] = []
+    for bridge, abutment in sorted(models):
+        own_demands, own_curves, own_effects = (
+            table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
+            for table in (demands, curves, effects)
+        )
+        sets += [
+            (
+                replace(
+                    caption,
+                    name=f"{bridge}_{ABUTMENT_CODES[abutment]}_{caption.name}",
+                    title=f"{bridge}, {abutment.replace('_', '-')}: {caption.title}",
+                ),
+                draw,
+            )
+            for caption, draw in (
+                *_effect_drawings(own_effects),
+                *_fit_drawings(own_demands, own_curves, im_column),
+            )
+        ]
+    return sets
 
 
 def _effect_drawings(effects: pd.DataFrame) -> list[Drawing]:
