@@ -152,6 +152,7 @@ def _bridge_row(name: str) -> dict[str, Any]:
     return {
         "name": name,
         "title": data.title,
+        "base": data.base,
         "t1_s": data.t1_s,
         "is_surrogate": data.details == "surrogate",
     }
