@@ -14,11 +14,11 @@ from skewbridge.cli.output import (
     emit_json,
     emit_table,
 )
+from skewbridge.cli.study_row import DEFAULT_CONFIG
 
 ConfigOption = Annotated[
     Path, typer.Option("--config", help="Configuration, merged over config/config.yaml.")
 ]
-DEFAULT_CONFIG = Path("config/config.yaml")
 
 
 def register(app: typer.Typer) -> None:

@@ -1,6 +1,5 @@
 """Numerical sensitivity: penalties and time step halved and doubled on a few analyses."""
 
-import logging
 import os
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,8 +13,6 @@ from skewbridge.demands.batch import Row, Task, analyse_row, run_key
 from skewbridge.demands.parquet import provenance, write_frame
 from skewbridge.demands.plan import SOLVER_LOGS
 from skewbridge.demands.setup import StudySetup
-
-logger = logging.getLogger(__name__)
 
 CHANGES: Final = (
     "default",

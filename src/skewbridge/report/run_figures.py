@@ -1,7 +1,7 @@
 """Figures of one analysis, from its table of histories."""
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -10,18 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from skewbridge.report.fragility_style import STYLE
 from skewbridge.units import MM
 
-STYLE: Final[Mapping[str, Any]] = {
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e3e3e3",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "font.size": 9,
-    "legend.frameon": False,
-}
 _LINE: Final = 0.9
 _COLOURS: Final = sns.color_palette("colorblind")
 

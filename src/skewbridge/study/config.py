@@ -29,7 +29,6 @@ Friction = Annotated[
 ]
 Abutment = Annotated[str, AfterValidator(_known_abutment)]
 Positive = Annotated[float, Field(gt=0.0)]
-Ratio = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class _Section(BaseModel):
