@@ -47,8 +47,7 @@ def hold_dead_load(
     ops.integrator("LoadControl", 1.0 / GRAVITY_STEPS)
     ops.analysis("Static", "-noWarnings")
     if ops.analyze(GRAVITY_STEPS) != 0:
-        msg = "the model finds no equilibrium under its dead load"
-        raise GravityError(msg)
+        raise GravityError("the model finds no equilibrium under its dead load")
     ops.loadConst("-time", 0.0)
     ops.wipeAnalysis()
 

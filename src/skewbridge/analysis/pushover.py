@@ -233,8 +233,6 @@ def _along(node: int, direction: tuple[float, float]) -> float:
 
 def _require_range(max_disp_m: float, steps: int) -> None:
     if not 0.0 < max_disp_m <= MAX_DISPLACEMENT_M:
-        msg = f"max_disp_m must be within 0..{MAX_DISPLACEMENT_M:g}, got {max_disp_m:g}"
-        raise InputError(msg)
+        raise InputError(f"max_disp_m must be within 0..{MAX_DISPLACEMENT_M:g}, got {max_disp_m:g}")
     if not 2 <= steps <= MAX_STEPS:
-        msg = f"steps must be within 2..{MAX_STEPS}, got {steps}"
-        raise InputError(msg)
+        raise InputError(f"steps must be within 2..{MAX_STEPS}, got {steps}")

@@ -58,8 +58,7 @@ class AnalysisSettings:
 
     def __post_init__(self) -> None:
         if self.scheme not in _INTEGRATORS:
-            msg = f"scheme must be default or paper, got {self.scheme!r}"
-            raise InputError(msg)
+            raise InputError(f"scheme must be default or paper, got {self.scheme!r}")
         duration_s = self.dt_s if self.duration_s is None else self.duration_s
         for field, value, low, high in (
             ("dt_s", self.dt_s, 1.0e-5, 0.02),
@@ -72,11 +71,9 @@ class AnalysisSettings:
             ("mean_iterations", self.mean_iterations, 1.0, 1.0e4),
         ):
             if not (math.isfinite(value) and low <= value <= high):
-                msg = f"{field} must be within {low:g}..{high:g}, got {value:g}"
-                raise InputError(msg)
+                raise InputError(f"{field} must be within {low:g}..{high:g}, got {value:g}")
         if self.scheme == "paper" and self.dt_s != PAPER_DT_S:
-            msg = f"dt_s is fixed at {PAPER_DT_S:g} in scheme paper, got {self.dt_s:g}"
-            raise InputError(msg)
+            raise InputError(f"dt_s is fixed at {PAPER_DT_S:g} in scheme paper, got {self.dt_s:g}")
 
     @property
     def integrator_command(self) -> Command:

@@ -117,19 +117,16 @@ class GroundInput:
         self, motion: GroundMotion, scale: float, incidence_deg: float, settings: AnalysisSettings
     ) -> None:
         if not (isfinite(scale) and scale > 0.0):
-            msg = f"scale must be a positive number, got {scale}"
-            raise InputError(msg)
+            raise InputError(f"scale must be a positive number, got {scale}")
         if not isfinite(incidence_deg):
-            msg = f"incidence_deg must be a number, got {incidence_deg}"
-            raise InputError(msg)
+            raise InputError(f"incidence_deg must be a number, got {incidence_deg}")
         accel = scale * np.column_stack(motion.along_axes(incidence_deg))
         largest = float(np.abs(accel).max())
         if not largest <= MAX_SCALED_ACCEL_MPS2:
-            msg = (
+            raise InputError(
                 f"motion {motion.motion_id}: peak acceleration must be at most "
                 f"{MAX_SCALED_ACCEL_MPS2:g} m/s2, got {largest:g}"
             )
-            raise InputError(msg)
         shaken_s = min(settings.duration_s or motion.duration_s, motion.duration_s)
         self.dt_s = motion.dt_s
         self.accel_mps2 = accel[: ceil(shaken_s / motion.dt_s - 1e-9) + 1]

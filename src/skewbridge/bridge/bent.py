@@ -136,8 +136,7 @@ def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllo
     """Fix a base, or set it on springs; a pinned base keeps its torsion."""
     bends = 0 if bridge.base == "pinned" else 1
     if options.foundation == "springs" and bridge.foundation is None:
-        msg = f"option foundation: {bridge.name} has no foundation springs"
-        raise InputError(msg)
+        raise InputError(f"option foundation: {bridge.name} has no foundation springs")
     if options.foundation == "fixed" or bridge.foundation is None:
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []

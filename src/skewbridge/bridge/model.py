@@ -81,8 +81,7 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
 def require_fresh_domain() -> None:
     """Refuse to build into a domain that has nodes."""
     if ops.getNodeTags():
-        msg = "build() works inside `with domain():`, once per domain"
-        raise DomainError(msg)
+        raise DomainError("build() works inside `with domain():`, once per domain")
 
 
 def build_contact_set(

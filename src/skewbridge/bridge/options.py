@@ -92,8 +92,9 @@ class ModelOptions:
         ):
             allowed = get_args(choices.__value__)
             if value not in allowed:
-                msg = f"option {field} must be one of {', '.join(allowed)}, got {value!r}"
-                raise InputError(msg)
+                raise InputError(
+                    f"option {field} must be one of {', '.join(allowed)}, got {value!r}"
+                )
         for field, value, low, high in (
             ("transverse_gap_m", self.transverse_gap_m, 0.0, 100.0),
             ("cohesion_n", self.cohesion_n, 0.0, 1.0e9),
@@ -107,12 +108,10 @@ class ModelOptions:
             ("column_fibers", min(self.column_fibers), 1, 200),
         ):
             if not low <= value <= high:
-                msg = f"option {field} must be within {low:g}..{high:g}, got {value:g}"
-                raise InputError(msg)
+                raise InputError(f"option {field} must be within {low:g}..{high:g}, got {value:g}")
         for field, value in (
             ("normal_stiffness_n_per_m", self.normal_stiffness_n_per_m),
             ("tangent_stiffness_n_per_m", self.tangent_stiffness_n_per_m),
         ):
             if value is not None and not value > 0.0:
-                msg = f"option {field} must be positive, got {value:g}"
-                raise InputError(msg)
+                raise InputError(f"option {field} must be positive, got {value:g}")

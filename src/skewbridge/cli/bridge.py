@@ -202,8 +202,7 @@ def _angle(direction: str, angle_deg: float | None) -> float:
     if angle_deg is not None:
         return angle_deg
     if direction not in ("x", "y"):
-        msg = f"direction must be x or y, got {direction!r}"
-        raise InputError(msg)
+        raise InputError(f"direction must be x or y, got {direction!r}")
     return 0.0 if direction == "x" else 90.0
 
 

@@ -38,8 +38,7 @@ def result_folder(out: Path) -> Path:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        msg = f"out {out}: {error.strerror}"
-        raise InputError(msg) from error
+        raise InputError(f"out {out}: {error.strerror}") from error
     return out
 
 
@@ -91,8 +90,9 @@ def sdc(
         table = read_table(source if source.is_file() else source / "demands.parquet")
         histories = None if source.is_file() else read_table(source / "histories.parquet")
     except OSError as error:
-        msg = f"{source}: neither a demands.parquet nor a folder of a run: {error}"
-        raise InputError(msg) from error
+        raise InputError(
+            f"{source}: neither a demands.parquet nor a folder of a run: {error}"
+        ) from error
     from skewbridge.analysis.sdc import corner_moves_m, sdc_rows, summary_row
     from skewbridge.study.variant import parse_slug
 
@@ -137,8 +137,7 @@ def column(
 
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):
-        msg = f"bent must be within 1..{len(data.bents)}, got {bent}"
-        raise InputError(msg)
+        raise InputError(f"bent must be within 1..{len(data.bents)}, got {bent}")
     import pandas as pd
 
     from skewbridge.report.static_figures import column_figure

@@ -104,8 +104,7 @@ def im(
     elif len(files) == 1:
         answer = component_summary(files[0], _given(dt_s, unit), t1_s, period_s)
     else:
-        msg = f"motions im takes one or two files, got {len(files)}"
-        raise InputError(msg)
+        raise InputError(f"motions im takes one or two files, got {len(files)}")
     for message in answer.pop("messages"):
         messages.print(message, markup=False)
     if as_json:
@@ -138,15 +137,13 @@ def plot(
         name, step_s, components = read_components(paths, _given(dt_s, unit))
         figure = record_page(name, step_s, components)
     else:
-        msg = f"motions plot takes one or two files or a folder, got {len(paths)}"
-        raise InputError(msg)
+        raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=150)
     except OSError as error:
-        msg = f"{path} can't be written: {error}"
-        raise InputError(msg, file=str(path)) from error
+        raise InputError(f"{path} can't be written: {error}", file=str(path)) from error
     if as_json:
         emit_json({"file": str(path)})
     else:

@@ -93,8 +93,7 @@ def run(
     if study_row is not None:
         task = task_of_row(study_row, config)
     elif motion is None:
-        msg = "motion: name two component files, or a row of a finished study"
-        raise InputError(msg)
+        raise InputError("motion: name two component files, or a row of a finished study")
     else:
         task = _task(
             variant_of(bridge, abutment, skew_deg, gap_mm, friction).normalised(),
@@ -218,6 +217,5 @@ def _folder(out: Path) -> Path:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        msg = f"out {out}: {error.strerror}"
-        raise InputError(msg) from error
+        raise InputError(f"out {out}: {error.strerror}") from error
     return out

@@ -31,13 +31,11 @@ def task_of_row(key: str, config: Path) -> "Task":
 
     table = RESULTS / "demands.parquet"
     if not table.is_file():
-        msg = f"row {key}: no {table} in this folder; run the study first"
-        raise InputError(msg)
+        raise InputError(f"row {key}: no {table} in this folder; run the study first")
     rows: list[dict[str, Any]] = pq.read_table(table).to_pylist()
     row = next((row for row in rows if row["run_key"] == key), None)
     if row is None:
-        msg = f"row {key}: no such run_key in {table} ({len(rows)} rows)"
-        raise InputError(msg)
+        raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
     study = load_config(config, base=DEFAULT_CONFIG)
     setup = StudySetup.from_sections(
         study.model_dump(include={"motions", "model", "analysis"}),
@@ -49,5 +47,6 @@ def task_of_row(key: str, config: Path) -> "Task":
             if run_key(task) != key:
                 messages.print("settings or sources have changed since: the result may differ")
             return task
-    msg = f"row {key}: {config} has no {wanted[0]} x {wanted[1]:g} at {wanted[2]:g} degrees"
-    raise InputError(msg)
+    raise InputError(
+        f"row {key}: {config} has no {wanted[0]} x {wanted[1]:g} at {wanted[2]:g} degrees"
+    )

@@ -30,8 +30,7 @@ def variant_of(bridge: str, abutment: str, skew_deg: int, gap_mm: int, friction:
     """
     hundredths = friction * HUNDREDTHS
     if not abs(hundredths - round(hundredths)) < _ROUNDING * HUNDREDTHS:
-        msg = f"friction must be in whole hundredths, got {friction}"
-        raise InputError(msg)
+        raise InputError(f"friction must be in whole hundredths, got {friction}")
     return Variant(
         bridge=bridge,
         abutment=abutment.replace("-", "_"),

@@ -148,8 +148,7 @@ class ContactSet:
             ContactError: A spring does not follow its law.
         """
         if not dt_s > 0.0:
-            msg = f"dt_s must be positive, got {dt_s}"
-            raise InputError(msg)
+            raise InputError(f"dt_s must be positive, got {dt_s}")
         self._dt_s = dt_s
         self._time_s += dt_s
         changes = [index for index, unit in enumerate(self._units) if unit.read(dt_s)]
@@ -273,23 +272,19 @@ class ContactSet:
 
 def _require_choice(field: str, value: str, choices: Sequence[str]) -> None:
     if value not in choices:
-        msg = f"{field} must be one of {', '.join(choices)}, got {value!r}"
-        raise InputError(msg)
+        raise InputError(f"{field} must be one of {', '.join(choices)}, got {value!r}")
 
 
 def _require_nodes(nodes: tuple[int, int], ndm: int) -> None:
     existing = set(ops.getNodeTags())
     for field, node in zip(("node_i", "node_j"), nodes, strict=True):
         if node not in existing:
-            msg = f"{field} must be a node of the domain, got {node}"
-            raise InputError(msg)
+            raise InputError(f"{field} must be a node of the domain, got {node}")
     if nodes[0] == nodes[1]:
-        msg = f"node_i and node_j must differ, got {nodes[0]} twice"
-        raise InputError(msg)
+        raise InputError(f"node_i and node_j must differ, got {nodes[0]} twice")
     counts = tuple(len(ops.nodeDisp(node)) for node in nodes)
     if counts[0] != counts[1] or counts[0] not in _DOF_COUNTS[ndm]:
-        msg = (
+        raise InputError(
             f"both nodes must have {' or '.join(map(str, _DOF_COUNTS[ndm]))} degrees of freedom "
             f"in {ndm} dimensions, nodes {nodes} have {counts}"
         )
-        raise InputError(msg)

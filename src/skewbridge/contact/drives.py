@@ -43,8 +43,9 @@ def stribeck_drive(
         InputError: The coefficients are not 0 <= kinetic <= static, or the speed is not positive.
     """
     if not 0.0 <= kinetic <= static:
-        msg = f"friction must be 0 <= kinetic <= static, got kinetic {kinetic}, static {static}"
-        raise InputError(msg)
+        raise InputError(
+            f"friction must be 0 <= kinetic <= static, got kinetic {kinetic}, static {static}"
+        )
     _require_positive("stribeck_speed_mps", stribeck_speed_mps)
 
     def friction(state: UnitState, time_s: float) -> dict[str, float]:
@@ -86,8 +87,7 @@ def hunt_crossley_drive(*, stiffness_n_per_m_p: float, exponent: float, damping:
     _require_positive("stiffness_n_per_m_p", stiffness_n_per_m_p)
     _require_positive("exponent", exponent)
     if damping < 0.0:
-        msg = f"damping must not be negative, got {damping}"
-        raise InputError(msg)
+        raise InputError(f"damping must not be negative, got {damping}")
 
     def secant(state: UnitState, time_s: float) -> dict[str, float]:
         del time_s
@@ -140,8 +140,7 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
     """
     _require_positive("kn_n_per_m", kn_n_per_m)
     if dashpot_n_s_per_m < 0.0:
-        msg = f"dashpot_n_s_per_m must not be negative, got {dashpot_n_s_per_m}"
-        raise InputError(msg)
+        raise InputError(f"dashpot_n_s_per_m must not be negative, got {dashpot_n_s_per_m}")
 
     def spring_and_dashpot(state: UnitState, time_s: float) -> dict[str, float]:
         del time_s
@@ -160,5 +159,4 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
 
 def _require_positive(field: str, value: float) -> None:
     if not value > 0.0:
-        msg = f"{field} must be positive, got {value}"
-        raise InputError(msg)
+        raise InputError(f"{field} must be positive, got {value}")

@@ -23,12 +23,12 @@ def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Vector:
     """
     values = tuple(float(value) for value in vector)
     if len(values) != ndm:
-        msg = f"{field} must have {ndm} components in a model of {ndm} dimensions, got {values}"
-        raise InputError(msg)
+        raise InputError(
+            f"{field} must have {ndm} components in a model of {ndm} dimensions, got {values}"
+        )
     length = sqrt(sum(value * value for value in values))
     if not (isfinite(length) and length > 0.0):
-        msg = f"{field} must be a finite vector of positive length, got {values}"
-        raise InputError(msg)
+        raise InputError(f"{field} must be a finite vector of positive length, got {values}")
     return tuple(value / length for value in values)
 
 
@@ -47,8 +47,7 @@ def contact_frame(
         InputError: A vector is zero, or the tangent is not perpendicular to the normal.
     """
     if ndm not in (2, 3):
-        msg = f"contacts need a model of 2 or 3 dimensions, got ndm = {ndm}"
-        raise InputError(msg)
+        raise InputError(f"contacts need a model of 2 or 3 dimensions, got ndm = {ndm}")
     n = unit_vector(normal, "normal", ndm)
     if tangent is None:
         t1 = _default_tangent(n)
@@ -56,18 +55,18 @@ def contact_frame(
         t1 = unit_vector(tangent, "tangent", ndm)
         cosine = sum(a * b for a, b in zip(n, t1, strict=True))
         if abs(cosine) > ORTHOGONALITY_LIMIT:
-            msg = (
+            raise InputError(
                 "normal and tangent must be perpendicular (cosine at most "
                 f"{ORTHOGONALITY_LIMIT}), got a cosine of {cosine:.3g}"
             )
-            raise InputError(msg)
         t1 = unit_vector([b - cosine * a for a, b in zip(n, t1, strict=True)], "tangent", ndm)
     if ndm == 3:
         return n, t1, cross(n, t1)
     # OpenSees takes the normal turned by 90 degrees in plane models, whatever it is given.
     if n[0] * t1[1] - n[1] * t1[0] < 0.0:
-        msg = f"tangent must be the normal turned counter-clockwise in plane models, got {t1}"
-        raise InputError(msg)
+        raise InputError(
+            f"tangent must be the normal turned counter-clockwise in plane models, got {t1}"
+        )
     return n, t1
 
 

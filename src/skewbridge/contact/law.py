@@ -46,8 +46,7 @@ class ContactLaw:
     def __post_init__(self) -> None:
         for field, value in (("kn_n_per_m", self.kn_n_per_m), ("kt_n_per_m", self.kt_n_per_m)):
             if not (isfinite(value) and value > 0.0):
-                msg = f"{field} must be a positive finite stiffness, got {value}"
-                raise InputError(msg)
+                raise InputError(f"{field} must be a positive finite stiffness, got {value}")
         for field, value in (
             ("friction", self.friction),
             ("cohesion_n", self.cohesion_n),
@@ -55,11 +54,11 @@ class ContactLaw:
             ("gap_closing_m", self.gap_closing_m),
         ):
             if not (isfinite(value) and value >= 0.0):
-                msg = f"{field} must be finite and not negative, got {value}"
-                raise InputError(msg)
+                raise InputError(f"{field} must be finite and not negative, got {value}")
         if self.gap_closing_m > self.gap_m:
-            msg = f"gap_closing_m must be at most gap_m = {self.gap_m}, got {self.gap_closing_m}"
-            raise InputError(msg)
+            raise InputError(
+                f"gap_closing_m must be at most gap_m = {self.gap_m}, got {self.gap_closing_m}"
+            )
 
     @property
     def open_gap_m(self) -> float:

@@ -22,8 +22,7 @@ def kelvin_voigt_restitution(damping_ratio: float) -> float:
     """Return rebound over approach speed of a Kelvin-Voigt contact that carries no tension."""
     z = damping_ratio
     if z < 0.0:
-        msg = f"damping_ratio must not be negative, got {z}"
-        raise InputError(msg)
+        raise InputError(f"damping_ratio must not be negative, got {z}")
     if z < 1.0:
         root = sqrt(1.0 - z * z)
         return exp(-z / root * atan2(2.0 * z * root, 2.0 * z * z - 1.0)) if z > 0.0 else 1.0
@@ -81,5 +80,4 @@ def hunt_crossley_damping(restitution: float) -> float:
 
 def _require_restitution(restitution: float) -> None:
     if not 0.0 < restitution <= 1.0:
-        msg = f"restitution must be within 0 < e <= 1, got {restitution}"
-        raise InputError(msg)
+        raise InputError(f"restitution must be within 0 < e <= 1, got {restitution}")

@@ -80,8 +80,9 @@ class ElasticUnit(ContactUnit):
         expected_2 = self._modulus * (self._e2 + self._b2)
         slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))
         if hypot(force_1 - expected_1, force_2 - expected_2) > slack:
-            msg = f"contact {self.name!r}: the elastic friction springs left their stick point"
-            raise ContactError(msg)
+            raise ContactError(
+                f"contact {self.name!r}: the elastic friction springs left their stick point"
+            )
 
     def set_bounds(self, ratio: float | None) -> None:
         """Set the stick point of the coming step; see `ContactUnit.set_bounds`."""

@@ -191,8 +191,7 @@ def _prove(springs: Springs, law: ContactLaw, *, is_elastic: bool) -> None:
 
 def _expect(quantity: str, value: float, expected: float) -> None:
     if abs(value - expected) > _RELATIVE_ROUNDING * abs(expected):
-        msg = (
+        raise ContactError(
             f"contact parameter does not act: {quantity} is {value:.9g} where {expected:.9g} "
             "was set. The OpenSees build attaches parameters differently from 3.8."
         )
-        raise ContactError(msg)

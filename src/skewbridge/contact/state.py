@@ -107,8 +107,7 @@ class Drive:
     def __post_init__(self) -> None:
         for name in self.parameters:
             if name not in DRIVEN_PARAMETERS:
-                msg = f"a drive may set {', '.join(DRIVEN_PARAMETERS)}; got {name!r}"
-                raise InputError(msg)
+                raise InputError(f"a drive may set {', '.join(DRIVEN_PARAMETERS)}; got {name!r}")
 
     def values(self, state: UnitState, time_s: float) -> Mapping[str, float]:
         """Call the function and check what it returns.
@@ -119,9 +118,9 @@ class Drive:
         values = self.function(state, time_s)
         for name, value in values.items():
             if name not in self.parameters:
-                msg = f"the drive declared {', '.join(self.parameters)} but returned {name!r}"
-                raise InputError(msg)
+                raise InputError(
+                    f"the drive declared {', '.join(self.parameters)} but returned {name!r}"
+                )
             if not (isfinite(value) and value >= 0.0):
-                msg = f"driven {name} must be finite and not negative, got {value}"
-                raise InputError(msg)
+                raise InputError(f"driven {name} must be finite and not negative, got {value}")
         return values

@@ -106,11 +106,10 @@ class ContactUnit(TrackedUnit):
         return closed != was_closed
 
     def _refuse_normal(self, spring_n: float, expected_n: float) -> None:
-        msg = (
+        raise ContactError(
             f"contact {self.name!r} (element {self.element}): the normal spring gives "
             f"{spring_n:.9g} N where {expected_n:.9g} N was expected"
         )
-        raise ContactError(msg)
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
         """Compare the friction with its bounds: the other part of the proof at run time."""
@@ -118,12 +117,11 @@ class ContactUnit(TrackedUnit):
             return
         slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))
         if abs(force_1) > self._b1 + slack or abs(force_2) > self._b2 + slack:
-            msg = (
+            raise ContactError(
                 f"contact {self.name!r} (element {self.element}): the friction springs give "
                 f"({force_1:.6g}, {force_2:.6g}) N beyond their bounds "
                 f"({self._b1:.6g}, {self._b2:.6g}) N; were the parameters removed?"
             )
-            raise ContactError(msg)
 
     def _move_stick_point(self, limit_n: float) -> None:
         """Bring the tracked vector stick point to the committed position and normal force."""

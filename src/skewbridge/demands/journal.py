@@ -61,8 +61,9 @@ def open_journal(path: Path) -> Generator[JournalWriter]:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            msg = f"{path} is being written by another process; end that study first"
-            raise InputError(msg) from None
+            raise InputError(
+                f"{path} is being written by another process; end that study first"
+            ) from None
         yield JournalWriter(descriptor)
     finally:
         os.close(descriptor)

@@ -163,15 +163,14 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
     ordered = sorted(rows, key=lambda row: tuple(row[name] for name in KEY))
     keys = [tuple(row[name] for name in KEY) for row in ordered]
     if len(set(keys)) != len(keys):
-        msg = f"an analysis is there twice: {next(k for k in keys if keys.count(k) > 1)}"
-        raise ValueError(msg)
+        raise ValueError(
+            f"an analysis is there twice: {next(k for k in keys if keys.count(k) > 1)}"
+        )
     for row, key in zip(ordered, keys, strict=True):
         if set(row) != set(names):
-            msg = f"row {key}: wrong columns {sorted(set(row) ^ set(names))}"
-            raise ValueError(msg)
+            raise ValueError(f"row {key}: wrong columns {sorted(set(row) ^ set(names))}")
         if row["status"] not in STATUSES:
-            msg = f"row {key}: unknown status {row['status']!r}"
-            raise ValueError(msg)
+            raise ValueError(f"row {key}: unknown status {row['status']!r}")
     schema = demands_schema(provenance)
     return pa.table({name: [row[name] for row in ordered] for name in names}, schema=schema)
 

@@ -74,11 +74,9 @@ class FitOptions:
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
-            msg = f"method must be one of {', '.join(METHODS)}, got {self.method!r}"
-            raise InputError(msg)
+            raise InputError(f"method must be one of {', '.join(METHODS)}, got {self.method!r}")
         if self.model is not None and self.model not in MODELS:
-            msg = f"model must be one of {', '.join(MODELS)}, got {self.model!r}"
-            raise InputError(msg)
+            raise InputError(f"model must be one of {', '.join(MODELS)}, got {self.model!r}")
         for name, value, inside in (
             ("level", self.level, 0.5 < self.level < 1.0),
             ("assumed_beta", self.assumed_beta, 0.0 < self.assumed_beta <= MAX_ASSUMED_BETA),
@@ -89,8 +87,7 @@ class FitOptions:
             ),
         ):
             if not inside:
-                msg = f"{name} must be within {_LIMITS[name]}, got {value:g}"
-                raise InputError(msg)
+                raise InputError(f"{name} must be within {_LIMITS[name]}, got {value:g}")
 
 
 def fit_file(path: Path, options: FitOptions) -> FragilityFit:
@@ -107,8 +104,10 @@ def fit_file(path: Path, options: FitOptions) -> FragilityFit:
         if options.where is None or not isinstance(row, int) or not isinstance(data, pd.DataFrame):
             raise
         of_file = int(data.index.to_numpy()[row])
-        msg = f"{error} of the {len(data)} selected; row {of_file} of the file"
-        raise InputError(msg, **(error.details | {"row": of_file})) from error
+        raise InputError(
+            f"{error} of the {len(data)} selected; row {of_file} of the file",
+            **(error.details | {"row": of_file}),
+        ) from error
 
 
 def _fit_data(data: pd.DataFrame | Mapping[str, Any], options: FitOptions) -> FragilityFit:
@@ -123,8 +122,10 @@ def _fit_data(data: pd.DataFrame | Mapping[str, Any], options: FitOptions) -> Fr
 def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFit:
     def need(name: str) -> Any:
         if name not in columns:
-            msg = f"{options.method} data need a column {name!r}; found {', '.join(columns)}"
-            raise InputError(msg, column=name)
+            raise InputError(
+                f"{options.method} data need a column {name!r}; found {', '.join(columns)}",
+                column=name,
+            )
         return columns[name]
 
     if options.method == "stripes":
@@ -214,12 +215,10 @@ def _fit_cloud(
 def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
     """Fit a table with one row per run; a ``status`` and a ``motion_id`` column are obeyed."""
     if options.im is None or options.edp is None or options.threshold is None:
-        msg = "a table of runs needs --im, --edp and --threshold"
-        raise InputError(msg)
+        raise InputError("a table of runs needs --im, --edp and --threshold")
     for column in (options.im, options.edp):
         if column not in table.columns:
-            msg = f"the table has no column {column!r}"
-            raise InputError(msg, column=column)
+            raise InputError(f"the table has no column {column!r}", column=column)
     plain = "status" not in table.columns or bool((table["status"] == "ok").all())
     alone = "motion_id" not in table.columns or bool(table["motion_id"].is_unique)
     im = as_column(table[options.im].to_numpy(), options.im)

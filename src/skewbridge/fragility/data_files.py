@@ -24,32 +24,25 @@ def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[st
         elif path.suffix == ".csv":
             data = pd.read_csv(path)
         else:
-            msg = f"{path.name}: expected .json, .csv or .parquet"
-            raise InputError(msg)
+            raise InputError(f"{path.name}: expected .json, .csv or .parquet")
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        msg = f"cannot read {path}: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot read {path}: {error}") from error
     if isinstance(data, list):
         data = pd.DataFrame(data)
     if not isinstance(data, dict | pd.DataFrame):
-        msg = f"{path.name} must hold an object of columns"
-        raise InputError(msg)
+        raise InputError(f"{path.name} must hold an object of columns")
     if where is None:
         return data
     if not isinstance(data, pd.DataFrame):
-        msg = "--where needs a table (CSV or parquet)"
-        raise InputError(msg)
+        raise InputError("--where needs a table (CSV or parquet)")
     if "@" in where or "__" in where:
-        msg = f"--where may only compare columns with values, got {where!r}"
-        raise InputError(msg)
+        raise InputError(f"--where may only compare columns with values, got {where!r}")
     try:
         chosen = data.query(where, engine="python")
     except Exception as error:  # pandas raises whatever its parser meets
-        msg = f"--where {where!r}: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"--where {where!r}: {error}") from error
     if chosen.empty:
-        msg = f"--where {where!r} selects no row of {len(data)}"
-        raise InputError(msg)
+        raise InputError(f"--where {where!r} selects no row of {len(data)}")
     return chosen

@@ -101,8 +101,9 @@ def parameterised_curve(
         if np.ptp(values) > 0.0
     }
     if not varying:
-        msg = "a parameterised curve needs variants that differ in skew, gap or friction"
-        raise InputError(msg)
+        raise InputError(
+            "a parameterised curve needs variants that differ in skew, gap or friction"
+        )
     ln_im = np.log(table[im_column].to_numpy(dtype=np.float64))
     exceed = judged.exceed[known].astype(np.float64)
     motions = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]

@@ -71,8 +71,11 @@ def scaled_design(
     """
     if np.any(gap_mm <= 0.0):
         row = int(np.flatnonzero(gap_mm <= 0.0)[0])
-        msg = f"gap_mm must be > 0 for its logarithm (row {row}), got {gap_mm[row]:g}"
-        raise InputError(msg, row=row, column="gap_mm")
+        raise InputError(
+            f"gap_mm must be > 0 for its logarithm (row {row}), got {gap_mm[row]:g}",
+            row=row,
+            column="gap_mm",
+        )
     return {
         "skew": skew_deg / REFERENCE_SKEW_DEG,
         "gap": np.log(gap_mm / REFERENCE_GAP_MM),
@@ -174,8 +177,7 @@ def likelihood_ratio(full: DesignFit, reduced: DesignFit) -> tuple[float, int, f
     with its cluster-robust error.
     """
     if not set(reduced.terms) < set(full.terms):
-        msg = "likelihood ratio needs nested models"
-        raise InputError(msg)
+        raise InputError("likelihood ratio needs nested models")
     statistic = 2.0 * (full.loglik - reduced.loglik)
     dof = len(full.terms) - len(reduced.terms)
     return statistic, dof, float(special.chdtrc(dof, max(statistic, 0.0)))
@@ -209,8 +211,9 @@ def _matrix(
         value = np.ones_like(ln_im)
         for name in term.split(":"):
             if name not in columns:
-                msg = f"term {term!r}: unknown variable {name!r} (known: {', '.join(columns)})"
-                raise InputError(msg)
+                raise InputError(
+                    f"term {term!r}: unknown variable {name!r} (known: {', '.join(columns)})"
+                )
             value = value * columns[name]
         out.append(value)
     return np.column_stack(out)

@@ -44,8 +44,7 @@ def total_dispersion(*parts: float) -> float:
     """
     for part in parts:
         if not part >= 0.0:
-            msg = f"dispersion must be >= 0, got {part:g}"
-            raise InputError(msg)
+            raise InputError(f"dispersion must be >= 0, got {part:g}")
     return float(np.sqrt(np.sum(np.square(parts))))
 
 
@@ -69,8 +68,7 @@ def pool_stripes(curves: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) ->
         curves: (im, n, k) per curve; each needs an estimate of its own.
     """
     if len(curves) < 2:
-        msg = f"pooling needs at least 2 curves, got {len(curves)}"
-        raise InputError(msg)
+        raise InputError(f"pooling needs at least 2 curves, got {len(curves)}")
     count = len(curves)
     separate = 0.0
     rows: list[FloatArray] = []
@@ -79,8 +77,7 @@ def pool_stripes(curves: Sequence[tuple[FloatArray, FloatArray, FloatArray]]) ->
         own = np.column_stack([np.ones_like(x), x])
         best = maximise(BinomialKernel(own, n, k), np.zeros((1, 2)))
         if not bool(best.converged[0]):
-            msg = f"curve {j} has no estimate of its own"
-            raise InputError(msg, row=j)
+            raise InputError(f"curve {j} has no estimate of its own", row=j)
         separate += float(best.loglik[0])
         dummies = np.zeros((x.size, count + 1))
         dummies[:, j] = 1.0

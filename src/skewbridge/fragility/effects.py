@@ -138,8 +138,7 @@ def paired_effects(
     names = [c for c in DEFAULT_DEMANDS if c in demands] if columns is None else list(columns)
     for column in (*KEY_COLUMNS, *names):
         if column not in demands.columns:
-            msg = f"the demands table has no column {column!r}"
-            raise InputError(msg, column=column)
+            raise InputError(f"the demands table has no column {column!r}", column=column)
     rows: list[dict[str, Any]] = []
     for axis in AXES:
         pairs = run_pairs(demands, axis, names)
@@ -175,8 +174,7 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     doubled = table.duplicated([*key, axis])
     if doubled.any():
         row = int(np.flatnonzero(doubled.to_numpy())[0])
-        msg = f"the run of row {row} occurs twice in the demands table"
-        raise InputError(msg, row=row)
+        raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
     lowest = table.groupby(group)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
     others_rows = table[table[axis] > lowest].rename(columns={axis: "to_value"})

@@ -51,14 +51,12 @@ def export_curves(
             has no name in the other tool.
     """
     if form not in FORMATS:
-        msg = f"format must be one of {', '.join(FORMATS)}, got {form!r}"
-        raise InputError(msg)
+        raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}")
     table = _read(source)
     chosen = table[table["method"] == method]
     if chosen.empty:
         known = ", ".join(sorted(table["method"].unique()))
-        msg = f"no curves of method {method!r} (known: {known})"
-        raise InputError(msg)
+        raise InputError(f"no curves of method {method!r} (known: {known})")
     usable = chosen[chosen["status"] == "ok"]
     total = usable["beta_total"].where(usable["beta_total"].notna(), usable["beta"])
     usable = usable.assign(beta_written=total)
@@ -74,8 +72,7 @@ def export_curves(
         else:
             written = _write_nrml(usable, out, method)
     except OSError as error:
-        msg = f"cannot write {out}: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot write {out}: {error}") from error
     return {
         "file": str(out),
         "format": form,
@@ -99,20 +96,23 @@ def openquake_measure(column: str) -> tuple[str, float]:
     match = re.match(r"im_sa_(\d+)p(\d+)_", column)
     if match:
         return f"SA({float(f'{match[1]}.{match[2]}'):g})", 1.0
-    msg = f"{column} has no name in OpenQuake: fit with im_sa_1p000_rotd50_g or another Sa(T)"
-    raise InputError(msg, column=column)
+    raise InputError(
+        f"{column} has no name in OpenQuake: fit with im_sa_1p000_rotd50_g or another Sa(T)",
+        column=column,
+    )
 
 
 def _read(source: Path) -> pd.DataFrame:
     try:
         table = pd.read_parquet(source) if source.suffix == ".parquet" else pd.read_csv(source)
     except (OSError, ValueError) as error:
-        msg = f"cannot read {source}: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot read {source}: {error}") from error
     for column in ("variant", "component", "limit_state", "method", "status", "theta", "beta"):
         if column not in table.columns:
-            msg = f"{source.name} has no column {column!r}: expected the curves of a study"
-            raise InputError(msg, column=column)
+            raise InputError(
+                f"{source.name} has no column {column!r}: expected the curves of a study",
+                column=column,
+            )
     return table
 
 
@@ -121,16 +121,16 @@ def _frequencies(usable: pd.DataFrame, hazard: Path) -> dict[str, pd.Series]:
     try:
         table = pd.read_csv(hazard)
     except (OSError, ValueError) as error:
-        msg = f"cannot read {hazard}: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot read {hazard}: {error}") from error
     for column in ("im", "rate"):
         if column not in table.columns:
-            msg = f"{hazard.name} has no column {column!r}: a hazard table has im and rate"
-            raise InputError(msg, column=column)
+            raise InputError(
+                f"{hazard.name} has no column {column!r}: a hazard table has im and rate",
+                column=column,
+            )
     measures = usable["im"].unique()
     if len(measures) > 1:
-        msg = f"one hazard table cannot serve the measures {', '.join(measures)}"
-        raise InputError(msg)
+        raise InputError(f"one hazard table cannot serve the measures {', '.join(measures)}")
     found = [
         annual_frequency(theta, beta, table["im"].to_numpy(), table["rate"].to_numpy())
         for theta, beta in zip(usable["theta"], usable["beta_written"], strict=True)
@@ -249,5 +249,4 @@ def _pelicun_demand(column: str) -> tuple[str, str]:
         return f"Spectral Acceleration|{float(f'{match[1]}.{match[2]}'):g}", "g"
     if column.startswith(("im_sa_t1", "im_saavg")):
         return f"Spectral Acceleration|{'T1' if 't1' in column else 'Avg'}", "g"
-    msg = f"{column} has no demand type in pelicun"
-    raise InputError(msg, column=column)
+    raise InputError(f"{column} has no demand type in pelicun", column=column)

@@ -51,17 +51,16 @@ def read_foreign(
     try:
         source = pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
     except (OSError, ValueError) as error:
-        msg = f"cannot read {path}: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot read {path}: {error}") from error
     out = pd.DataFrame(index=source.index)
     for ours, theirs in columns.items():
         if theirs not in source.columns:
-            msg = f"{path.name} has no column {theirs!r} (wanted as {ours})"
-            raise InputError(msg, column=theirs)
+            raise InputError(
+                f"{path.name} has no column {theirs!r} (wanted as {ours})", column=theirs
+            )
         out[ours] = source[theirs]
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
-        msg = "the column map needs motion_id and at least one im_ column"
-        raise InputError(msg)
+        raise InputError("the column map needs motion_id and at least one im_ column")
     for name, value in (dict(_DEFAULTS) | dict(constants or {})).items():
         if name not in out:
             out[name] = value
@@ -76,18 +75,21 @@ def read_foreign(
     known = out["status"].isin((OK, COLLAPSE, *FAILED))
     if not known.all():
         row = int(np.flatnonzero(~known.to_numpy())[0])
-        msg = f"status {out['status'].iloc[row]!r} is not known (row {row})"
-        raise InputError(msg, row=row, column="status")
+        raise InputError(
+            f"status {out['status'].iloc[row]!r} is not known (row {row})", row=row, column="status"
+        )
     for name in [c for c in out if str(c).startswith("im_")]:
         bad = np.flatnonzero(~(out[name].to_numpy(dtype=np.float64) > 0.0))
         if bad.size:
-            msg = f"{name} must be > 0 and finite (row {bad[0]})"
-            raise InputError(msg, row=int(bad[0]), column=str(name))
+            raise InputError(
+                f"{name} must be > 0 and finite (row {bad[0]})", row=int(bad[0]), column=str(name)
+            )
     doubled = out.duplicated(["variant", "motion_id", "scale", "incidence_deg"])
     if doubled.any():
         row = int(np.flatnonzero(doubled.to_numpy())[0])
-        msg = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
-        raise InputError(msg, row=row)
+        raise InputError(
+            f"row {row} repeats variant, motion_id, scale and incidence_deg of another row", row=row
+        )
     rest = [name for name in out if name not in KEY_COLUMNS]
     return out[[*KEY_COLUMNS, *rest]].reset_index(drop=True)
 
@@ -97,6 +99,7 @@ def _numbers(values: pd.Series, name: str) -> pd.Series:
     bad = np.flatnonzero((numbers.isna() & values.notna()).to_numpy())
     if bad.size:
         row = int(bad[0])
-        msg = f"{name} must be a number, got {values.iloc[row]!r} (row {row})"
-        raise InputError(msg, row=row, column=name)
+        raise InputError(
+            f"{name} must be a number, got {values.iloc[row]!r} (row {row})", row=row, column=name
+        )
     return numbers.astype(np.float64)

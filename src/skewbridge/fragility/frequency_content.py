@@ -70,8 +70,9 @@ def fourier_amplitude(
     frequency = np.fft.rfftfreq(size, dt_s)
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     if np.sum(inside) < 8:
-        msg = f"band {band_hz} Hz holds {int(np.sum(inside))} frequencies of the history, need 8"
-        raise InputError(msg)
+        raise InputError(
+            f"band {band_hz} Hz holds {int(np.sum(inside))} frequencies of the history, need 8"
+        )
     return frequency[inside], spectrum[inside]
 
 
@@ -111,13 +112,10 @@ def konno_ohmachi(
 
 def _checked(values: FloatArray, dt_s: float) -> FloatArray:
     if values.ndim != 1 or values.size < 16 or not np.all(np.isfinite(values)):
-        msg = f"a history needs 16 or more finite values, got shape {values.shape}"
-        raise InputError(msg)
+        raise InputError(f"a history needs 16 or more finite values, got shape {values.shape}")
     if not dt_s > 0.0:
-        msg = f"dt_s must be > 0, got {dt_s:g}"
-        raise InputError(msg)
+        raise InputError(f"dt_s must be > 0, got {dt_s:g}")
     centred = values - np.mean(values)
     if np.ptp(centred) == 0.0:
-        msg = "a constant history has no frequency content"
-        raise InputError(msg)
+        raise InputError("a constant history has no frequency content")
     return centred

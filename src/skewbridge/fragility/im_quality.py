@@ -57,14 +57,16 @@ def rank_measures(
     names = [str(name) for name in names]
     for name in (column, "motion_id", "status", *names):
         if name not in demands.columns:
-            msg = f"the demands table has no column {name!r}"
-            raise InputError(msg, column=name)
+            raise InputError(f"the demands table has no column {name!r}", column=name)
     table = demands[demands["status"] == OK].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
     if not np.all(demand > 0.0):
         row = int(np.flatnonzero(~(demand > 0.0))[0])
-        msg = f"{column} must be > 0 in completed runs (row {row}), got {demand[row]:g}"
-        raise InputError(msg, row=row, column=column)
+        raise InputError(
+            f"{column} must be > 0 in completed runs (row {row}), got {demand[row]:g}",
+            row=row,
+            column=column,
+        )
     y = np.log(demand)
     codes = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
     weights = record_weights(codes, bootstrap, np.random.default_rng(seed))

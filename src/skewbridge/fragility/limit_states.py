@@ -82,8 +82,7 @@ def load_limit_states(path: Path) -> list[LimitState]:
         with path.open(encoding="utf-8") as file:
             data = yaml.safe_load(file)
     except (OSError, yaml.YAMLError) as error:
-        msg = f"cannot read limit states from {path}: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot read limit states from {path}: {error}") from error
     return limit_states_of(data)
 
 
@@ -94,8 +93,7 @@ def limit_states_of(data: object) -> list[LimitState]:
         InputError: An entry is wrong; names the entry (by number, from 0) and the key.
     """
     if not isinstance(data, list) or not data:
-        msg = "limit states must be a list with at least one entry"
-        raise InputError(msg)
+        raise InputError("limit states must be a list with at least one entry")
     out: list[LimitState] = []
     for row, entry in enumerate(data):
         out += _entry_states(row, entry)
@@ -103,8 +101,7 @@ def limit_states_of(data: object) -> list[LimitState]:
     for state in out:
         key = (state.component, state.name)
         if key in seen:
-            msg = f"limit state {state.component}/{state.name} is defined twice"
-            raise InputError(msg)
+            raise InputError(f"limit state {state.component}/{state.name} is defined twice")
         seen.add(key)
     return out
 
@@ -120,8 +117,7 @@ def demand_unit(column: str) -> str:
         return last
     if last in _RATIO_WORDS:
         return "ratio"
-    msg = f"demand column {column!r} carries no unit in its name"
-    raise InputError(msg, column=column)
+    raise InputError(f"demand column {column!r} carries no unit in its name", column=column)
 
 
 def exceedance_probability(
@@ -161,24 +157,30 @@ def convolved_curve(
 def _entry_states(row: int, entry: object) -> list[LimitState]:
     where = f"limit state entry {row}"
     if not isinstance(entry, Mapping):
-        msg = f"{where} must be a mapping, got {entry!r}"
-        raise InputError(msg, row=row)
+        raise InputError(f"{where} must be a mapping, got {entry!r}", row=row)
     unknown = set(entry) - _KEYS
     if unknown:
-        msg = f"{where}: unknown key {sorted(map(str, unknown))[0]!r} (known: {sorted(_KEYS)})"
-        raise InputError(msg, row=row)
+        raise InputError(
+            f"{where}: unknown key {sorted(map(str, unknown))[0]!r} (known: {sorted(_KEYS)})",
+            row=row,
+        )
     for key in ("component", "demand", "unit", "citation"):
         if not isinstance(entry.get(key), str) or not entry[key]:
-            msg = f"{where}: {key} must be a text, got {entry.get(key)!r}"
-            raise InputError(msg, row=row, column=key)
+            raise InputError(
+                f"{where}: {key} must be a text, got {entry.get(key)!r}", row=row, column=key
+            )
     collapse = entry.get("collapse", COLLAPSE_EXCEEDS)
     if collapse not in (COLLAPSE_EXCEEDS, COLLAPSE_BY_PEAK):
-        msg = f"{where}: collapse must be exceeds or peak, got {collapse!r}"
-        raise InputError(msg, row=row, column="collapse")
+        raise InputError(
+            f"{where}: collapse must be exceeds or peak, got {collapse!r}",
+            row=row,
+            column="collapse",
+        )
     states = entry.get("states")
     if not isinstance(states, Mapping) or not states:
-        msg = f"{where}: states must map names to medians, got {states!r}"
-        raise InputError(msg, row=row, column="states")
+        raise InputError(
+            f"{where}: states must map names to medians, got {states!r}", row=row, column="states"
+        )
     factor = _factor(where, row, entry["unit"], entry["demand"])
     out: list[LimitState] = []
     for name, value in states.items():
@@ -186,13 +188,17 @@ def _entry_states(row: int, entry: object) -> list[LimitState]:
         text = f"{where}, state {name!r}"
         median = _number(text, row, "median", own.get("median"))
         if median <= 0.0:
-            msg = f"{text}: median must be > 0, got {median:g}"
-            raise InputError(msg, row=row, column="median")
+            raise InputError(
+                f"{text}: median must be > 0, got {median:g}", row=row, column="median"
+            )
         spread = own.get("dispersion", entry.get("dispersion"))
         dispersion = _number(text, row, "dispersion", spread)
         if not 0.0 <= dispersion <= MAX_DISPERSION:
-            msg = f"{text}: dispersion must be within 0..{MAX_DISPERSION:g}, got {dispersion:g}"
-            raise InputError(msg, row=row, column="dispersion")
+            raise InputError(
+                f"{text}: dispersion must be within 0..{MAX_DISPERSION:g}, got {dispersion:g}",
+                row=row,
+                column="dispersion",
+            )
         out.append(
             LimitState(
                 component=entry["component"],
@@ -210,19 +216,26 @@ def _entry_states(row: int, entry: object) -> list[LimitState]:
 
 def _factor(where: str, row: int, unit: str, demand: str) -> float:
     if unit not in _UNITS:
-        msg = f"{where}: unit must be one of {', '.join(_UNITS)}, got {unit!r}"
-        raise InputError(msg, row=row, column="unit")
+        raise InputError(
+            f"{where}: unit must be one of {', '.join(_UNITS)}, got {unit!r}",
+            row=row,
+            column="unit",
+        )
     dimension, factor = _UNITS[unit]
     target, target_factor = _UNITS[demand_unit(demand)]
     if dimension != target:
-        msg = f"{where}: unit {unit!r} is a {dimension}, but {demand} is a {target}"
-        raise InputError(msg, row=row, column="unit")
+        raise InputError(
+            f"{where}: unit {unit!r} is a {dimension}, but {demand} is a {target}",
+            row=row,
+            column="unit",
+        )
     return factor / target_factor
 
 
 def _number(where: str, row: int, key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
         hint = " (YAML reads 2e7 as text: write 2.0e+7)" if isinstance(value, str) else ""
-        msg = f"{where}: {key} must be a number, got {value!r}{hint}"
-        raise InputError(msg, row=row, column=key)
+        raise InputError(
+            f"{where}: {key} must be a number, got {value!r}{hint}", row=row, column=key
+        )
     return float(value)

@@ -94,8 +94,7 @@ def link_terms(link: str) -> Callable[[FloatArray], LinkTerms]:
         InputError: The link is not one of probit, logit, cloglog.
     """
     if link not in _TERMS:
-        msg = f"link must be one of {', '.join(_TERMS)}, got {link!r}"
-        raise InputError(msg)
+        raise InputError(f"link must be one of {', '.join(_TERMS)}, got {link!r}")
     return _TERMS[link]
 
 

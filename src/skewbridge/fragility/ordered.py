@@ -100,8 +100,10 @@ def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
     x = np.log(positive(im, "im"))
     table = np.asarray(counts, dtype=np.float64)
     if table.ndim != 2 or table.shape[0] != x.size or table.shape[1] < 2:
-        msg = f"counts must have {x.size} rows and a column per state, got shape {table.shape}"
-        raise InputError(msg, column="counts")
+        raise InputError(
+            f"counts must have {x.size} rows and a column per state, got shape {table.shape}",
+            column="counts",
+        )
     require(np.all(table >= 0.0, axis=1), "counts", "must be >= 0", np.min(table, axis=1))
     states = table.shape[1] - 1
     blank = np.full(states, np.nan)

@@ -66,8 +66,7 @@ def check_demands(demands: pd.DataFrame, im_column: str, columns: list[str]) -> 
     """
     for column in (*KEY_COLUMNS, im_column, *columns):
         if column not in demands.columns:
-            msg = f"the demands table has no column {column!r}"
-            raise InputError(msg, column=column)
+            raise InputError(f"the demands table has no column {column!r}", column=column)
     status = demands["status"].to_numpy(dtype=str)
     known = np.isin(status, (OK, COLLAPSE, *FAILED))
     _require(demands, known, "status", f"must be one of {', '.join((OK, COLLAPSE, *FAILED))}")
@@ -86,5 +85,4 @@ def _require(demands: pd.DataFrame, good: NDArray[np.bool_], column: str, rule: 
     where = f"row {row} ({demands['variant'].iloc[row]}, {demands['motion_id'].iloc[row]})"
     value = demands[column].iloc[row]
     shown = repr(value) if isinstance(value, str) else f"{value:g}"
-    msg = f"{column} {rule}, got {shown} in {where}"
-    raise InputError(msg, row=row, column=column)
+    raise InputError(f"{column} {rule}, got {shown} in {where}", row=row, column=column)

@@ -66,8 +66,7 @@ def fit_study(
         assumed_beta=assumed_beta,
     )
     if not limit_states:
-        msg = "no limit states to fit"
-        raise InputError(msg)
+        raise InputError("no limit states to fit")
     columns = list(dict.fromkeys(state.demand for state in limit_states))
     check_demands(demands, im_column, columns)
     rows: list[dict[str, Any]] = []
@@ -114,8 +113,11 @@ def _variant_rows(
         if not np.all(np.isnan(demand[outcomes.complete])):
             motion = part["motion_id"].iloc[int(np.flatnonzero(missing)[0])]
             row = int(part.index.to_numpy()[np.flatnonzero(missing)[0]])
-            msg = f"{state.demand} is missing for {part['variant'].iloc[0]} under {motion}"
-            raise InputError(msg, row=row, column=state.demand)
+            raise InputError(
+                f"{state.demand} is missing for {part['variant'].iloc[0]} under {motion}",
+                row=row,
+                column=state.demand,
+            )
         absent = FragilityFit(method="cloud", status=NOT_APPLICABLE, level=options.level)
         return [
             curve_row(replace(absent, method=name), state, im_column, counts, {})

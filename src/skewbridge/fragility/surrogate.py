@@ -71,8 +71,7 @@ def fit_surrogate(
         if np.linalg.matrix_rank(x) == len(kept) + 1:
             kept = (*kept, term)
     if not kept:
-        msg = "no two designs of the table share a motion"
-        raise InputError(msg)
+        raise InputError("no two designs of the table share a motion")
     x = _within(_columns(kept, design), table)
     y = _within(np.log(table[column].to_numpy(dtype=np.float64))[:, None], table)[:, 0]
     gram = np.linalg.inv(x.T @ x)
@@ -220,8 +219,9 @@ def _usable(demands: pd.DataFrame, column: str) -> pd.DataFrame:
     bad = np.flatnonzero(~(table[column].to_numpy(dtype=np.float64) > 0.0))
     if bad.size or table.empty:
         row = int(bad[0]) if bad.size else 0
-        msg = f"{column} must be > 0 in completed runs (row {row})"
-        raise InputError(msg, row=row, column=column)
+        raise InputError(
+            f"{column} must be > 0 in completed runs (row {row})", row=row, column=column
+        )
     return table
 
 

@@ -79,8 +79,10 @@ def joint_demand(
     lines = [fit_line(x, y[:, i]) for i in range(y.shape[1])]
     for i, line in enumerate(lines):
         if not line.b > 0.0:
-            msg = f"component {i}: demand does not grow with intensity (b = {line.b:.3g})"
-            raise InputError(msg, column=str(i))
+            raise InputError(
+                f"component {i}: demand does not grow with intensity (b = {line.b:.3g})",
+                column=str(i),
+            )
     a, b = np.array([line.ln_a for line in lines]), np.array([line.b for line in lines])
     residual = y - a - np.outer(x, b)
     scatter = residual.T @ residual / (x.size - 2)
@@ -138,8 +140,9 @@ def lognormal_of_system(curve: SystemCurve) -> tuple[float, float, float]:
     """
     ends = np.array([special.ndtr(-1.0), 0.5, special.ndtr(1.0)])
     if curve.p[0] > ends[0] or curve.p[-1] < ends[2]:
-        msg = f"the system curve spans {curve.p[0]:.3g}..{curve.p[-1]:.3g}, not 0.16..0.84"
-        raise InputError(msg)
+        raise InputError(
+            f"the system curve spans {curve.p[0]:.3g}..{curve.p[-1]:.3g}, not 0.16..0.84"
+        )
     x16, x50, x84 = np.interp(special.ndtri(ends), special.ndtri(curve.p), np.log(curve.im))
     beta = 0.5 * (x84 - x16)
     fitted = special.ndtr((np.log(curve.im) - x50) / beta)

@@ -95,8 +95,10 @@ def fit_tobit(
     flags = np.zeros(x.size, dtype=np.bool_) if censored is None else np.asarray(censored) > 0
     top = np.full(x.size, np.inf) if upper is None else np.log(np.asarray(upper, dtype=np.float64))
     if flags.size != x.size or top.size != x.size:
-        msg = f"censored and upper need {x.size} rows, got {flags.size} and {top.size}"
-        raise InputError(msg, row=min(flags.size, top.size, x.size))
+        raise InputError(
+            f"censored and upper need {x.size} rows, got {flags.size} and {top.size}",
+            row=min(flags.size, top.size, x.size),
+        )
     if discard_below is not None:
         kept = y >= np.log(discard_below)
         x, y, flags, top = x[kept], y[kept], flags[kept], top[kept]

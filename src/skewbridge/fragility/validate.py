@@ -38,8 +38,12 @@ def require(good: NDArray[np.bool_], name: str, rule: str, values: FloatArray) -
         return
     shown = ", ".join(str(row) for row in bad[:10]) + (" ..." if bad.size > 10 else "")
     plural = "rows" if bad.size > 1 else "row"
-    msg = f"{name} {rule} ({plural} {shown}); got {values[bad[0]]:g}"
-    raise InputError(msg, row=int(bad[0]), rows=[int(row) for row in bad], column=name)
+    raise InputError(
+        f"{name} {rule} ({plural} {shown}); got {values[bad[0]]:g}",
+        row=int(bad[0]),
+        rows=[int(row) for row in bad],
+        column=name,
+    )
 
 
 def row_error(name: str, row: int, text: str) -> InputError:
@@ -67,10 +71,8 @@ def same_length(**columns: FloatArray) -> int:
     lengths = {name: column.size for name, column in columns.items()}
     if len(set(lengths.values())) != 1:
         text = ", ".join(f"{name} has {size}" for name, size in lengths.items())
-        msg = f"columns differ in length: {text}"
-        raise InputError(msg, row=min(lengths.values()))
+        raise InputError(f"columns differ in length: {text}", row=min(lengths.values()))
     size = next(iter(lengths.values()))
     if size == 0:
-        msg = f"no rows in {', '.join(lengths)}"
-        raise InputError(msg, row=0)
+        raise InputError(f"no rows in {', '.join(lengths)}", row=0)
     return size

@@ -77,8 +77,7 @@ def check_paths(
         elif path.exists():
             loose.append(path)
         else:
-            msg = f"{path} does not exist"
-            raise InputError(msg, file=str(path))
+            raise InputError(f"{path} does not exist", file=str(path))
     return checks + _check_files(loose, given, strict=strict)
 
 
@@ -149,8 +148,7 @@ def _unit_of(entry: IndexEntry) -> str:
 def _files_of(folder: Path) -> list[Path]:
     files = motion_files(folder)
     if not files:
-        msg = f"no motions in {folder}"
-        raise InputError(msg, folder=str(folder))
+        raise InputError(f"no motions in {folder}", folder=str(folder))
     # A velocity or displacement that lies beside its acceleration is no mistake.
     stems = {path.stem.lower() for path in files}
     stray = [

@@ -81,11 +81,9 @@ def cut_to_strongest(
         InputError: A length that is not positive.
     """
     if not shaking_s > 4.0 * TAPER_S:
-        msg = f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}"
-        raise InputError(msg)
+        raise InputError(f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}")
     if not free_vibration_s >= 0.0:
-        msg = f"free_vibration_s must not be negative, got {free_vibration_s}"
-        raise InputError(msg)
+        raise InputError(f"free_vibration_s must not be negative, got {free_vibration_s}")
     dt_s = motion.dt_s
     size = min(round(shaking_s / dt_s), motion.npts)
     both = arias_build_up(motion.accel_1_mps2, dt_s) + arias_build_up(motion.accel_2_mps2, dt_s)
@@ -104,8 +102,7 @@ def trim_quiet_ends(motion: GroundMotion, share: float = QUIET_SHARE) -> GroundM
         InputError: A share outside 0 to 0.05.
     """
     if not 0.0 < share <= 0.05:
-        msg = f"share must be within 0 to 0.05, got {share}"
-        raise InputError(msg)
+        raise InputError(f"share must be within 0 to 0.05, got {share}")
     dt_s = motion.dt_s
     both = arias_build_up(motion.accel_1_mps2, dt_s) + arias_build_up(motion.accel_2_mps2, dt_s)
     both = both / both[-1]
@@ -122,8 +119,7 @@ def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
         InputError: A negative length.
     """
     if not 0.0 <= seconds <= 600.0:
-        msg = f"free_vibration_s must be within 0 to 600, got {seconds}"
-        raise InputError(msg)
+        raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
     tail = round(seconds / motion.dt_s)
     return motion.with_components(
         np.pad(motion.accel_1_mps2, (0, tail)), np.pad(motion.accel_2_mps2, (0, tail))
@@ -147,8 +143,7 @@ def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
         InputError: The ratio of the time steps is no ratio of integers up to 100.
     """
     if not (np.isfinite(dt_s) and dt_s > 0.0):
-        msg = f"dt_s must be positive, got {dt_s}"
-        raise InputError(msg)
+        raise InputError(f"dt_s must be positive, got {dt_s}")
     ratio = motion.dt_s / dt_s
     up, down = _small_ratio(ratio)
     if up == down:
@@ -223,5 +218,4 @@ def _small_ratio(ratio: float) -> tuple[int, int]:
         up = round(ratio * down)
         if 1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9):
             return up, down
-    msg = f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio"
-    raise InputError(msg)
+    raise InputError(f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio")

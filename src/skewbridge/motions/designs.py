@@ -44,15 +44,12 @@ def striped(
             row left.
     """
     if measure not in STRIPE_MEASURES:
-        msg = f"measure must be one of {', '.join(STRIPE_MEASURES)}, got {measure!r}"
-        raise InputError(msg)
+        raise InputError(f"measure must be one of {', '.join(STRIPE_MEASURES)}, got {measure!r}")
     low, high = factor_limits
     if not 0.0 < low < high:
-        msg = f"factor_limits must be two ascending positive factors, got {low}, {high}"
-        raise InputError(msg)
+        raise InputError(f"factor_limits must be two ascending positive factors, got {low}, {high}")
     if list(stripes_g) != sorted(set(stripes_g)):
-        msg = f"stripes_g must ascend, got {list(stripes_g)}"
-        raise InputError(msg)
+        raise InputError(f"stripes_g must ascend, got {list(stripes_g)}")
     factors, allowed = stripe_factors(suite[measure].to_list(), stripes_g, factor_limits)
     parts = [
         suite[allowed[:, column]].assign(
@@ -62,8 +59,9 @@ def striped(
     ]
     table = pd.concat(parts, ignore_index=True)
     if table.empty:
-        msg = f"no motion reaches a stripe of {list(stripes_g)} g with factors {low} to {high}"
-        raise InputError(msg)
+        raise InputError(
+            f"no motion reaches a stripe of {list(stripes_g)} g with factors {low} to {high}"
+        )
     table.attrs["left_out"] = int((~allowed).sum())
     return table
 
@@ -115,11 +113,9 @@ def bracket_capacity(
     """
     low, high = limits
     if not 0.0 < low < high or not np.isfinite(high):
-        msg = f"limits must be two ascending positive factors, got {limits}"
-        raise InputError(msg)
+        raise InputError(f"limits must be two ascending positive factors, got {limits}")
     if not 1.0e-6 <= tolerance < 1.0:
-        msg = f"tolerance must be within 1e-6 and below 1, got {tolerance}"
-        raise InputError(msg)
+        raise InputError(f"tolerance must be within 1e-6 and below 1, got {tolerance}")
     trials: list[tuple[float, bool]] = []
 
     def trial(factor: float) -> bool:

@@ -27,24 +27,19 @@ def refuse_impossible(trace: Trace) -> None:
     name = trace.path.name
     low_s, high_s = DT_LIMITS_S
     if not low_s <= trace.dt_s <= high_s:
-        msg = f"{name}: dt = {trace.dt_s} s, allowed {low_s} to {high_s}"
-        raise InputError(msg)
+        raise InputError(f"{name}: dt = {trace.dt_s} s, allowed {low_s} to {high_s}")
     if trace.accel_mps2.size < MIN_VALUES:
-        msg = f"{name}: {trace.accel_mps2.size} values, at least {MIN_VALUES} needed"
-        raise InputError(msg)
+        raise InputError(f"{name}: {trace.accel_mps2.size} values, at least {MIN_VALUES} needed")
     if not np.isfinite(trace.accel_mps2).all():
-        msg = f"{name}: values must be finite"
-        raise InputError(msg)
+        raise InputError(f"{name}: values must be finite")
     pga_g = peak_g(trace.accel_mps2)
     if pga_g == 0.0:
-        msg = f"{name}: all values are zero"
-        raise InputError(msg)
+        raise InputError(f"{name}: all values are zero")
     if pga_g > PGA_LIMITS_G[1]:
-        msg = (
+        raise InputError(
             f"{name}: PGA = {pga_g:.4g} g with the values in {trace.unit}, "
             f"allowed {PGA_LIMITS_G[1]} g: wrong unit?"
         )
-        raise InputError(msg)
 
 
 def doubts(trace: Trace) -> list[str]:

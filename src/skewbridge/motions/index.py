@@ -80,8 +80,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         InputError: No folder, no motions, an unpaired file, a broken index.
     """
     if not folder.is_dir():
-        msg = f"motions folder {folder} does not exist"
-        raise InputError(msg, folder=str(folder))
+        raise InputError(f"motions folder {folder} does not exist", folder=str(folder))
     index = folder / INDEX_NAME
     if index.is_file():
         return read_index(index)
@@ -90,8 +89,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         for name, (first, second) in _pairs(motion_files(folder)).items()
     ]
     if not entries:
-        msg = f"no motions in {folder}"
-        raise InputError(msg, folder=str(folder))
+        raise InputError(f"no motions in {folder}", folder=str(folder))
     return entries
 
 
@@ -162,8 +160,7 @@ def read_index(index: Path) -> list[IndexEntry]:
     table = read_index_table(index)
     repeated = table["motion_id"][table["motion_id"].duplicated()]
     if not repeated.empty:
-        msg = f"{index}: motion {repeated.iloc[0]!r} is listed twice"
-        raise InputError(msg, file=str(index))
+        raise InputError(f"{index}: motion {repeated.iloc[0]!r} is listed twice", file=str(index))
     rows: list[dict[str, str]] = table.to_dict("records")  # pyright: ignore[reportAssignmentType]
     return [_entry(row, index, number) for number, row in enumerate(rows, start=2)]
 
@@ -177,15 +174,12 @@ def read_index_table(index: Path) -> pd.DataFrame:
     try:
         table = pd.read_csv(index, dtype=str, keep_default_na=False, encoding="utf-8-sig")
     except (OSError, ValueError) as error:
-        msg = f"{index}: {error}"
-        raise InputError(msg, file=str(index)) from error
+        raise InputError(f"{index}: {error}", file=str(index)) from error
     missing = [name for name in _REQUIRED if name not in table.columns]
     if missing:
-        msg = f"{index}: column(s) {', '.join(missing)} missing"
-        raise InputError(msg, file=str(index))
+        raise InputError(f"{index}: column(s) {', '.join(missing)} missing", file=str(index))
     if table.empty:
-        msg = f"{index}: no motions listed"
-        raise InputError(msg, file=str(index))
+        raise InputError(f"{index}: no motions listed", file=str(index))
     return table
 
 
@@ -199,15 +193,13 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         except ValueError:
             value = math.inf
         if math.isinf(value):
-            msg = f"{where}: {name} must be a number, got {text!r}"
-            raise InputError(msg, file=str(index))
+            raise InputError(f"{where}: {name} must be a number, got {text!r}", file=str(index))
         return value
 
     def known(channel_column: str) -> Given:
         channel = number(channel_column)
         if not (math.isnan(channel) or channel.is_integer()):
-            msg_0 = f"{where}: {channel_column} must be whole, got {channel}"
-            raise InputError(msg_0)
+            raise InputError(f"{where}: {channel_column} must be whole, got {channel}")
         return Given(
             dt_s=None if math.isnan(dt_s) else dt_s,
             unit=row.get("unit") or None,
@@ -216,15 +208,12 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
 
     motion_id = row["motion_id"].strip()
     if not motion_id:
-        msg = f"{where}: motion_id is empty"
-        raise InputError(msg, file=str(index))
+        raise InputError(f"{where}: motion_id is empty", file=str(index))
     scale, dt_s = number("scale"), number("dt_s")
     if scale <= 0.0:
-        msg = f"{where}: scale must be positive, got {scale}"
-        raise InputError(msg, file=str(index))
+        raise InputError(f"{where}: scale must be positive, got {scale}", file=str(index))
     if dt_s <= 0.0:
-        msg = f"{where}: dt_s must be positive, got {dt_s}"
-        raise InputError(msg, file=str(index))
+        raise InputError(f"{where}: dt_s must be positive, got {dt_s}", file=str(index))
     return IndexEntry(
         motion_id=motion_id,
         file_1=inside_folder(index.parent, row["file_1"], where),
@@ -254,18 +243,14 @@ def inside_folder(folder: Path, name: str, where: str) -> Path:
     """
     name = name.strip()
     if not name or "\0" in name:
-        msg = f"{where}: no file name"
-        raise InputError(msg)
+        raise InputError(f"{where}: no file name")
     relative = Path(name.replace("\\", "/"))
     drive = len(name) > 1 and name[1] == ":"
     if relative.is_absolute() or drive or ".." in relative.parts:
-        msg = f"{where}: {name!r} is not inside the folder of the index"
-        raise InputError(msg)
+        raise InputError(f"{where}: {name!r} is not inside the folder of the index")
     path = folder / relative
     if not path.resolve().is_relative_to(folder.resolve()):
-        msg = f"{where}: {name!r} leads out of the folder of the index"
-        raise InputError(msg)
+        raise InputError(f"{where}: {name!r} leads out of the folder of the index")
     if not path.is_file():
-        msg = f"{where}: {name!r} is listed but missing"
-        raise InputError(msg, file=name)
+        raise InputError(f"{where}: {name!r} is listed but missing", file=name)
     return path

@@ -83,12 +83,9 @@ def refuse_unpaired(name: str, files: list[Path]) -> NoReturn:
         InputError: Always.
     """
     listed = ", ".join(path.name for path in files)
-    msg = (
-        f"motion {name}: {len(files)} component file(s) found ({listed}), 2 needed; "
-        "name the pairs in an index.csv"
-    )
     raise InputError(
-        msg,
+        f"motion {name}: {len(files)} component file(s) found ({listed}), 2 needed; "
+        "name the pairs in an index.csv",
         files=[path.name for path in files],
     )
 

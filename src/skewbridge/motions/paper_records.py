@@ -44,12 +44,9 @@ def refuse_false_waho(motion: GroundMotion) -> None:
         return
     pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
     if abs(pga_g / WAHO_PGA_ROTD50_G - 1.0) > WAHO_TOLERANCE:
-        msg = (
+        raise FalseClaimError(
             f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
             f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g, "
-            f"{WAHO_TOLERANCE:.0%} allowed. Rename it, or use the surrogate."
-        )
-        raise FalseClaimError(
-            msg,
+            f"{WAHO_TOLERANCE:.0%} allowed. Rename it, or use the surrogate.",
             motion_id=motion.motion_id,
         )

@@ -65,16 +65,13 @@ def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) 
             trace = module.read(lines, path, given or Given())
             break
     else:
-        msg = f"{path.name}: unknown format"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: unknown format", file=str(path))
     if trace.accel_mps2.size == 0:
-        msg = f"{path.name}: no values"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: no values", file=str(path))
     refuse_impossible(trace)
     warnings = (*trace.warnings, *doubts(trace))
     if strict and warnings:
-        msg = f"{path.name}: {'; '.join(warnings)}"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: {'; '.join(warnings)}", file=str(path))
     return replace(trace, sha256=hashlib.sha256(content).hexdigest(), warnings=warnings)
 
 
@@ -110,11 +107,11 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         FalseClaimError: The motion claims to be the WAHO record and is not.
     """
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
-        msg = (
+        raise PairError(
             f"motion {motion_id}: dt of {first.path.name} is {first.dt_s} s, "
-            f"of {second.path.name} {second.dt_s} s; they must be equal"
+            f"of {second.path.name} {second.dt_s} s; they must be equal",
+            motion_id=motion_id,
         )
-        raise PairError(msg, motion_id=motion_id)
     sizes = (first.accel_mps2.size, second.accel_mps2.size)
     messages = [
         f"{trace.path.name}: {text}"
@@ -153,25 +150,20 @@ def files_digest(*paths: Path) -> str:
 def _bytes_of(path: Path) -> bytes:
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
-            msg = f"{path.name}: larger than {MAX_FILE_BYTES} bytes"
-            raise InputError(msg, file=str(path))
+            raise InputError(f"{path.name}: larger than {MAX_FILE_BYTES} bytes", file=str(path))
         return path.read_bytes()
     except OSError as error:
-        msg = f"{path}: {error.strerror or error}"
-        raise InputError(msg, file=str(path)) from error
+        raise InputError(f"{path}: {error.strerror or error}", file=str(path)) from error
 
 
 def _text_of(content: bytes, path: Path) -> str:
     if not content.strip():
-        msg = f"{path.name}: empty file"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: empty file", file=str(path))
     for start, what in _FOREIGN:
         if content.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(start):
-            msg = f"{path.name}: {what}"
-            raise InputError(msg, file=str(path))
+            raise InputError(f"{path.name}: {what}", file=str(path))
     if b"\0" in content:
-        msg = f"{path.name}: a binary file"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: a binary file", file=str(path))
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:

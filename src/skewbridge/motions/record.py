@@ -57,28 +57,24 @@ class GroundMotion:
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.dt_s) and self.dt_s > 0.0):
-            msg = f"motion {self.motion_id}: dt_s must be positive, got {self.dt_s}"
-            raise InputError(msg)
+            raise InputError(f"motion {self.motion_id}: dt_s must be positive, got {self.dt_s}")
         for name in ("accel_1_mps2", "accel_2_mps2"):
             values = np.array(getattr(self, name), dtype=np.float64)
             if values.ndim != 1 or values.size < 2:
-                msg = f"motion {self.motion_id}: {name} needs at least 2 values"
-                raise InputError(msg)
+                raise InputError(f"motion {self.motion_id}: {name} needs at least 2 values")
             if not np.isfinite(values).all():
                 where = int(np.flatnonzero(~np.isfinite(values))[0])
-                msg = (
+                raise InputError(
                     f"motion {self.motion_id}: {name}[{where}] is {values[where]}, "
                     "every value must be finite"
                 )
-                raise InputError(msg)
             values.flags.writeable = False
             object.__setattr__(self, name, values)
         if self.accel_1_mps2.size != self.accel_2_mps2.size:
-            msg = (
+            raise InputError(
                 f"motion {self.motion_id}: components have {self.accel_1_mps2.size} and "
                 f"{self.accel_2_mps2.size} values, they must be equal"
             )
-            raise InputError(msg)
 
     @property
     def npts(self) -> int:
@@ -102,8 +98,7 @@ class GroundMotion:
             InputError: The factor is not positive and finite.
         """
         if not (np.isfinite(factor) and factor > 0.0):
-            msg = f"scale must be a positive number, got {factor}"
-            raise InputError(msg)
+            raise InputError(f"scale must be a positive number, got {factor}")
         return self.with_components(self.accel_1_mps2 * factor, self.accel_2_mps2 * factor)
 
     def along_axes(self, incidence_deg: float = 0.0) -> tuple[Vector, Vector]:

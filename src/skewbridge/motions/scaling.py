@@ -59,8 +59,9 @@ def block_factors(
     """
     low_g, high_g = level_range_g
     if not 0.0 < low_g < high_g:
-        msg = f"level_range_g must be two ascending positive levels, got {level_range_g}"
-        raise InputError(msg)
+        raise InputError(
+            f"level_range_g must be two ascending positive levels, got {level_range_g}"
+        )
     levels = np.asarray(level_at_1_g, dtype=np.float64)
     factors = np.empty(levels.size)
     for block, start in enumerate(range(0, levels.size, BLOCK)):
@@ -83,7 +84,6 @@ def stripe_factors(
     levels = np.asarray(level_at_1_g, dtype=np.float64)
     stripes = np.asarray(stripes_g, dtype=np.float64)
     if stripes.size == 0 or not (np.isfinite(stripes).all() and (stripes > 0.0).all()):
-        msg = f"stripes_g must be positive levels, got {list(stripes_g)}"
-        raise InputError(msg)
+        raise InputError(f"stripes_g must be positive levels, got {list(stripes_g)}")
     factors = stripes[None, :] / levels[:, None]
     return factors, (factors >= limits[0]) & (factors <= limits[1])

@@ -113,19 +113,16 @@ def sa_avg_periods(t1_s: float) -> Vector:
         Eads, Miranda and Lignos (2015), Earthquake Engineering and Structural Dynamics 44(12).
     """
     if not (np.isfinite(t1_s) and t1_s > 0.0):
-        msg = f"t1_s must be positive, got {t1_s}"
-        raise InputError(msg)
+        raise InputError(f"t1_s must be positive, got {t1_s}")
     return np.geomspace(0.2 * t1_s, 3.0 * t1_s, 20)
 
 
 def _checked_periods(periods_s: ArrayLike, damping_ratio: float) -> Vector:
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
-        msg = f"periods_s must be positive, got {periods_s}"
-        raise InputError(msg)
+        raise InputError(f"periods_s must be positive, got {periods_s}")
     if not 0.0 <= damping_ratio < 1.0:
-        msg = f"damping_ratio must be within 0 and below 1, got {damping_ratio}"
-        raise InputError(msg)
+        raise InputError(f"damping_ratio must be within 0 and below 1, got {damping_ratio}")
     return periods
 
 

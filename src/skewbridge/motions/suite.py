@@ -52,13 +52,10 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         motion_id=entry.motion_id,
     )
     if entry.sha256 and entry.sha256 != motion.sha256:
-        msg = (
+        raise InputError(
             f"motion {entry.motion_id}: the files {entry.file_1.name} and {entry.file_2.name} "
             f"have sha256 {motion.sha256[:12]}..., the index says {entry.sha256[:12]}...: "
-            "changed files? run `skewbridge motions check --write` to accept them"
-        )
-        raise InputError(
-            msg,
+            "changed files? run `skewbridge motions check --write` to accept them",
             motion_id=entry.motion_id,
         )
     motion = replace(
@@ -105,8 +102,9 @@ def prepare_suite(
     entries = list_motions(folder)
     wanted = len(entries) if count is None else count
     if not 1 <= wanted <= len(entries):
-        msg = f"motions.count = {wanted}, but {folder} has {len(entries)} motions"
-        raise InputError(msg, folder=str(folder))
+        raise InputError(
+            f"motions.count = {wanted}, but {folder} has {len(entries)} motions", folder=str(folder)
+        )
     # Whole blocks are measured even if not all are wanted: a factor must not depend on the count.
     factors = [_stored_factor(entry, level_range_g) for entry in entries]
     stored = not any(math.isnan(factor) for factor in factors[:wanted])
@@ -148,8 +146,7 @@ def read_suite(path: Path) -> list[SuiteMotion]:
     try:
         table = pd.read_parquet(path)
     except (OSError, pa.ArrowException) as error:
-        msg = f"motion suite {path}: {error}"
-        raise InputError(msg, file=str(path)) from error
+        raise InputError(f"motion suite {path}: {error}", file=str(path)) from error
     motions: list[SuiteMotion] = []
     for row in table.to_dict("records"):
         motion = GroundMotion(

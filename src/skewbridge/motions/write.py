@@ -43,8 +43,7 @@ def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
         for component, path in enumerate(paths, start=1):
             path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
     except OSError as error:
-        msg = f"{folder} can't be written: {error}"
-        raise InputError(msg, folder=str(folder)) from error
+        raise InputError(f"{folder} can't be written: {error}", folder=str(folder)) from error
     return paths[0], paths[1]
 
 
@@ -61,8 +60,7 @@ def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
             for row in rows:
                 writer.writerow({name: _cell(row.get(name, "")) for name in columns})
     except OSError as error:
-        msg = f"{index} can't be written: {error}"
-        raise InputError(msg, file=str(index)) from error
+        raise InputError(f"{index} can't be written: {error}", file=str(index)) from error
 
 
 def _rows(accel_g: NDArray[np.float64]) -> str:

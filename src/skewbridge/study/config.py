@@ -9,16 +9,16 @@ from skewbridge.study.variant import ABUTMENT_CODES, MAX_FRICTION_PCT, MAX_GAP_M
 
 def _whole_hundredths(value: float) -> float:
     if abs(value * 100 - round(value * 100)) > 1e-9:
-        msg = "friction must be a whole number of hundredths, so that it can be part of a name"
-        raise ValueError(msg)
+        raise ValueError(
+            "friction must be a whole number of hundredths, so that it can be part of a name"
+        )
     return value
 
 
 def _known_abutment(value: str) -> str:
     name = value.replace("-", "_")
     if name not in ABUTMENT_CODES:
-        msg = f"unknown abutment model; known: {', '.join(ABUTMENT_CODES)}"
-        raise ValueError(msg)
+        raise ValueError(f"unknown abutment model; known: {', '.join(ABUTMENT_CODES)}")
     return name
 
 
@@ -103,8 +103,7 @@ class MotionsConfig(_Section):
         for name in ("level_range_g", "stripes_g", "factor_limits"):
             values = getattr(self, name)
             if values != sorted(set(values)):
-                msg = f"{name} must rise, got {values}"
-                raise ValueError(msg)
+                raise ValueError(f"{name} must rise, got {values}")
         return self
 
 

@@ -26,10 +26,11 @@ def parse_config(raw: Mapping[str, Any]) -> StudyConfig:
         return StudyConfig.model_validate(dict(raw))
     except ValidationError as error:
         lines = [_explain(finding) for finding in error.errors()]
-        msg = "the configuration has {} error{}:\n  {}".format(
-            len(lines), "s" if len(lines) > 1 else "", "\n  ".join(lines)
-        )
-        raise InputError(msg) from None
+        raise InputError(
+            "the configuration has {} error{}:\n  {}".format(
+                len(lines), "s" if len(lines) > 1 else "", "\n  ".join(lines)
+            )
+        ) from None
 
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:
@@ -54,8 +55,9 @@ def require_writable(folder: Path) -> None:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        msg = f"the results folder {str(folder)!r} is not writable: {error.strerror}"
-        raise InputError(msg) from None
+        raise InputError(
+            f"the results folder {str(folder)!r} is not writable: {error.strerror}"
+        ) from None
 
 
 def key_table() -> list[dict[str, str]]:
@@ -92,16 +94,13 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     try:
         raw = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        msg = f"cannot read the configuration {str(path)!r}: {error.strerror}"
-        raise InputError(msg) from None
+        raise InputError(f"cannot read the configuration {str(path)!r}: {error.strerror}") from None
     except yaml.YAMLError as error:
-        msg = f"{path}: not valid YAML: {error}"
-        raise InputError(msg) from None
+        raise InputError(f"{path}: not valid YAML: {error}") from None
     if raw is None:
         return {}
     if not isinstance(raw, dict):
-        msg = f"{path}: expected keys and values, got {type(raw).__name__}"
-        raise InputError(msg)
+        raise InputError(f"{path}: expected keys and values, got {type(raw).__name__}")
     return raw
 
 

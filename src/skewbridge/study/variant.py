@@ -46,16 +46,16 @@ class Variant:
 
     def __post_init__(self) -> None:
         if self.abutment not in ABUTMENT_CODES:
-            msg = f"abutment must be one of {', '.join(ABUTMENT_CODES)}, got {self.abutment!r}"
-            raise InputError(msg)
+            raise InputError(
+                f"abutment must be one of {', '.join(ABUTMENT_CODES)}, got {self.abutment!r}"
+            )
         for field, value, low, high in (
             ("skew_deg", self.skew_deg, -MAX_SKEW_DEG, MAX_SKEW_DEG),
             ("gap_mm", self.gap_mm, 0, MAX_GAP_MM),
             ("friction (hundredths)", self.friction_pct, 0, MAX_FRICTION_PCT),
         ):
             if not low <= value <= high:
-                msg = f"{field} must be within {low}..{high}, got {value}"
-                raise InputError(msg)
+                raise InputError(f"{field} must be within {low}..{high}, got {value}")
 
     @property
     def friction(self) -> float:
@@ -90,8 +90,9 @@ def parse_slug(slug: str) -> Variant:
     """
     match = _SLUG.fullmatch(slug)
     if match is None:
-        msg = f"not a variant name: {slug!r} (expected e.g. osb1_cf_skew30_gap051_mu050)"
-        raise InputError(msg)
+        raise InputError(
+            f"not a variant name: {slug!r} (expected e.g. osb1_cf_skew30_gap051_mu050)"
+        )
     names = {code: name for name, code in ABUTMENT_CODES.items()}
     return Variant(
         bridge=match["bridge"],

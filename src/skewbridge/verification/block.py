@@ -124,8 +124,7 @@ def run_block(
         rows[0] = _row(contacts)
         for k in range(1, len(times)):
             if ops.analyze(1, dt_s) != 0:
-                msg = f"OpenSees stopped at {times[k]:.6g} s"
-                raise BlockError(msg)
+                raise BlockError(f"OpenSees stopped at {times[k]:.6g} s")
             contacts.after_step(dt_s)
             rows[k] = _row(contacts)
         ledger = contacts.ledger()[0]
@@ -186,8 +185,7 @@ def _settle(block: Block, contacts: ContactSet) -> None:
     if block.bounces:
         return
     if ops.analyze(1, _SETTLING_S) != 0:
-        msg = "the block does not settle on its surface"
-        raise BlockError(msg)
+        raise BlockError("the block does not settle on its surface")
     contacts.after_step(_SETTLING_S)
     contacts.start_from_rest()
     ops.setTime(0.0)

@@ -120,11 +120,10 @@ def _synthetic(pga_rotd50_g: float, factor: float, wanted: str) -> PaperMotion:
             motion = read_entry(read_index(folder / "index.csv")[0])
             break
     else:
-        msg = (
+        raise InputError(
             f"no record for {wanted} in {FOLDERS_VARIABLE} or motions/, and the package's own "
             "suite motions/index.csv is not in the working folder"
         )
-        raise InputError(msg)
     pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
     return PaperMotion(
         motion=motion.scaled(factor * pga_rotd50_g / pga_g),

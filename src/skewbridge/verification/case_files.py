@@ -72,11 +72,11 @@ class DeckCase(_Case):
     @model_validator(mode="after")
     def _one_excitation(self) -> Self:
         if (self.pulse is None) == (self.motion is None):
-            msg = "give either pulse or motion"
-            raise ValueError(msg)
+            raise ValueError("give either pulse or motion")
         if self.dt_s > self.duration_s:
-            msg = f"dt_s must be at most duration_s = {self.duration_s}, got {self.dt_s}"
-            raise ValueError(msg)
+            raise ValueError(
+                f"dt_s must be at most duration_s = {self.duration_s}, got {self.dt_s}"
+            )
         return self
 
     @property
@@ -94,22 +94,20 @@ def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
     try:
         content = yaml.safe_load(file.read_text(encoding="utf-8"))
     except OSError as error:
-        msg = f"cannot read {file}: {error.strerror}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot read {file}: {error.strerror}") from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
-        msg = f"{file} is not a YAML file: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"{file} is not a YAML file: {error}") from error
     if not isinstance(content, dict):
-        msg = f"{file} must hold keys and values, got {type(content).__name__}"
-        raise InputError(msg)
+        raise InputError(f"{file} must hold keys and values, got {type(content).__name__}")
     try:
         return kind.model_validate(content)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"]) or "case"
         hint = "; write numbers as 2.0e+7" if isinstance(first["input"], str) else ""
-        msg = f"{file}: {field}: {first['msg']}, got {_shown(first['input'])}{hint}"
-        raise InputError(msg, field=field) from error
+        raise InputError(
+            f"{file}: {field}: {first['msg']}, got {_shown(first['input'])}{hint}", field=field
+        ) from error
 
 
 def beside(case_file: Path, name: str) -> Path:
@@ -128,30 +126,32 @@ def read_path(file: Path) -> NDArray[np.float64]:
     try:
         table = pd.read_csv(file, skipinitialspace=True)
     except OSError as error:
-        msg = f"cannot read path {file}: {error.strerror}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot read path {file}: {error.strerror}") from error
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        msg = f"path {file} is not a table: {error}"
-        raise InputError(msg) from error
+        raise InputError(f"path {file} is not a table: {error}") from error
     missing = [column for column in PATH_COLUMNS if column not in table.columns]
     if missing:
-        msg = f"path {file} must have the columns {', '.join(PATH_COLUMNS)}; missing {missing}"
-        raise InputError(msg)
+        raise InputError(
+            f"path {file} must have the columns {', '.join(PATH_COLUMNS)}; missing {missing}"
+        )
     columns = [pd.to_numeric(table[column], errors="coerce") for column in PATH_COLUMNS]
     values = np.column_stack([column.to_numpy(dtype=np.float64) for column in columns])
     if len(values) < 2:
-        msg = f"path {file} needs at least two rows, got {len(values)}"
-        raise InputError(msg)
+        raise InputError(f"path {file} needs at least two rows, got {len(values)}")
     bad = np.argwhere(~np.isfinite(values))
     if len(bad):
         row, column = (int(index) for index in bad[0])
-        msg = f"path {file}, line {row + 2}: {PATH_COLUMNS[column]} is not a finite number"
-        raise InputError(msg, line=row + 2)
+        raise InputError(
+            f"path {file}, line {row + 2}: {PATH_COLUMNS[column]} is not a finite number",
+            line=row + 2,
+        )
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
     if len(back):
         line = int(back[0]) + 3
-        msg = f"path {file}, line {line}: t_s must increase, got {values[back[0] + 1, 0]:g}"
-        raise InputError(msg, line=line)
+        raise InputError(
+            f"path {file}, line {line}: t_s must increase, got {values[back[0] + 1, 0]:g}",
+            line=line,
+        )
     return values
 
 

@@ -70,5 +70,4 @@ def require_writable(out: Path) -> None:
         with out.open("ab"):
             pass
     except OSError as error:
-        msg = f"cannot write {out}: {error.strerror}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot write {out}: {error.strerror}") from error

@@ -72,8 +72,7 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     require_writable(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
-        msg = "the response is not finite: use a smaller dt_s"
-        raise DeckFailedError(msg)
+        raise DeckFailedError("the response is not finite: use a smaller dt_s")
     pq.write_table(_table(history), out)
     return {
         "peaks": history.peaks(),
@@ -89,8 +88,7 @@ def _excitation(case: DeckCase, case_file: Path) -> Excitation:
     first, second = (beside(case_file, name) for name in case.motion)
     for path in (first, second):
         if not path.exists():
-            msg = f"motion {path} does not exist"
-            raise InputError(msg)
+            raise InputError(f"motion {path} does not exist")
     motion = read_motion(first, second)
     return Excitation(
         sample_dt_s=motion.dt_s,

@@ -213,8 +213,7 @@ class Excitation:
 def pulse_of(case: DeckCase) -> Excitation:
     """Return the pulse of a case that has one."""
     if case.pulse is None:
-        msg = "the case has no pulse"
-        raise ValueError(msg)
+        raise ValueError("the case has no pulse")
     return Excitation(amplitude_mps2=case.pulse.amplitude_g * G_MPS2, period_s=case.pulse.period_s)
 
 

@@ -75,8 +75,7 @@ def run_opensees(
         signs = [1.0 if _turned(c.normal) @ np.array(c.tangent) > 0.0 else -1.0 for c in corners]
         for k in range(1, len(times)):
             if not make_step(contacts, case.dt_s, parts_on_change=parts_on_change):
-                msg = f"OpenSees stopped at {times[k]:.6g} s of {times[-1]:.6g} s"
-                raise DeckFailedError(msg)
+                raise DeckFailedError(f"OpenSees stopped at {times[k]:.6g} s of {times[-1]:.6g} s")
             q[k], v[k] = ops.nodeDisp(CENTRE), ops.nodeVel(CENTRE)
             openings[k], normals[k] = contacts.openings_m, contacts.normals_n
             forces = contacts.tangentials_n

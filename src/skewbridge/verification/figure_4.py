@@ -75,8 +75,7 @@ def _rigid_particle(checks: Checklist) -> LcpHistory:
             ratio = float(np.abs(history.tangent_impulses_ns).sum()) / total
             checks.absolute(f"{name} friction over normal impulse", ratio, 0.1, 1e-3, "Coulomb")
     if kept is None:
-        msg = "the table of peaks has no restitution 0.6"
-        raise RuntimeError(msg)
+        raise RuntimeError("the table of peaks has no restitution 0.6")
     return kept
 
 

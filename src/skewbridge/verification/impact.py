@@ -109,8 +109,7 @@ class ImpactSolver:
             if self._fits(state, impulses, after, (u_free, u_before), h):
                 self._last = state
                 return impulses[:count], -impulses[count:]
-        msg = f"no contact state fits the contacts {active}"
-        raise LcpError(msg)
+        raise LcpError(f"no contact state fits the contacts {active}")
 
     def _states(self, active: tuple[int, ...]) -> Generator[ContactState]:
         if self._last is not None and self._last.active == active:

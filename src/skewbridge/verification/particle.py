@@ -116,8 +116,7 @@ def run_particle(
         rows: list[list[float]] = [[0.0] * 7]
         for k in range(1, count + 1):
             if ops.analyze(1, dt_s) != 0:
-                msg = f"OpenSees stopped at {times[k]:.6g} s"
-                raise BlockError(msg)
+                raise BlockError(f"OpenSees stopped at {times[k]:.6g} s")
             contacts.after_step(dt_s)
             if keep(k):
                 (lower, _), (upper, _) = contacts.tangentials_n

@@ -54,13 +54,13 @@ def run_studies(
     """
     unknown = [name for name in names if name not in STUDIES]
     if unknown:
-        msg = f"unknown study {', '.join(unknown)}; the studies are {', '.join(STUDIES)}"
-        raise InputError(msg)
+        raise InputError(
+            f"unknown study {', '.join(unknown)}; the studies are {', '.join(STUDIES)}"
+        )
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        msg = f"cannot make the folder {out}: {error.strerror}"
-        raise InputError(msg) from error
+        raise InputError(f"cannot make the folder {out}: {error.strerror}") from error
     checks: list[Check] = []
     for name in names or STUDIES:
         if tell:

@@ -88,8 +88,7 @@ def run_upright(
         rows[0, 0], rows[0, 3:] = block.angle_rad, contacts.openings_m
         for k in range(1, len(times)):
             if ops.analyze(1, dt_s) != 0:
-                msg = f"OpenSees stopped at {times[k]:.6g} s"
-                raise BlockError(msg)
+                raise BlockError(f"OpenSees stopped at {times[k]:.6g} s")
             contacts.after_step(dt_s)
             feet = [ops.nodeDisp(corner, 1) for corner in _CORNERS]
             angle = block.angle_rad + ops.nodeDisp(_CENTRE, 3)

@@ -163,5 +163,4 @@ def _shares(substeps: int, *, is_first: bool) -> list[float]:
 
 def _analyze_to_next_row(row: int) -> None:
     if ops.analyze(1) != 0:
-        msg = f"OpenSees did not make the step to row {row} of the path"
-        raise DrivenPathError(msg)
+        raise DrivenPathError(f"OpenSees did not make the step to row {row} of the path")

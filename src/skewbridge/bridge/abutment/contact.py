@@ -35,8 +35,7 @@ def build_contact(context: SideContext) -> SideParts:
         bearings=build_pads(context.data.pads, context.end, context.arrays, context.tags)
     )
     if context.contacts is None:
-        msg = "the contact abutment needs a ContactSet"
-        raise TypeError(msg)
+        raise TypeError("the contact abutment needs a ContactSet")
     _build_wall(context, context.contacts, parts)
     for sign in (-1.0, 1.0):
         _build_key(context, context.contacts, parts, sign)

@@ -41,8 +41,7 @@ class DeckData(_Part, frozen=True):
     @model_validator(mode="after")
     def _centroid_inside(self) -> Self:
         if self.centroid_above_soffit_m >= self.depth_m:
-            msg = f"centroid_above_soffit_m must be below depth_m = {self.depth_m:g}"
-            raise ValueError(msg)
+            raise ValueError(f"centroid_above_soffit_m must be below depth_m = {self.depth_m:g}")
         return self
 
 
@@ -107,17 +106,16 @@ class ColumnData(_Part, frozen=True):
     @model_validator(mode="after")
     def _bars_fit(self) -> Self:
         if self.bar_circle_m <= 0.0:
-            msg = "cover_to_hoop_m leaves no room for the bars in diameter_m"
-            raise ValueError(msg)
+            raise ValueError("cover_to_hoop_m leaves no room for the bars in diameter_m")
         pitch_mm = 1e3 * math.pi * self.bar_circle_m / self.bar_count
         needed_mm = self.bar_diameter_mm + 25.0  # source: 1 in clear between bars, ACI 318 25.2.1
         if pitch_mm < needed_mm:
             limit = math.floor(1e3 * math.pi * self.bar_circle_m / needed_mm)
-            msg = f"bar_count {self.bar_count} does not fit: at most {limit} bars on the circle"
-            raise ValueError(msg)
+            raise ValueError(
+                f"bar_count {self.bar_count} does not fit: at most {limit} bars on the circle"
+            )
         if self.hinge_length_m <= 0.0:
-            msg = "hinge_length_m must be positive"
-            raise ValueError(msg)
+            raise ValueError("hinge_length_m must be positive")
         return self
 
 
@@ -159,8 +157,7 @@ class KeyData(_Part, frozen=True):
     def _increasing(self) -> Self:
         first, peak, last = self.displacement_mm
         if not first < peak < last:
-            msg = f"displacement_mm must increase, got {self.displacement_mm}"
-            raise ValueError(msg)
+            raise ValueError(f"displacement_mm must increase, got {self.displacement_mm}")
         return self
 
 
@@ -227,30 +224,27 @@ class BridgeData(_Part, frozen=True):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if len(self.bents) != len(self.spans_m) - 1:
-            msg = f"bents: {len(self.spans_m)} spans need {len(self.spans_m) - 1} bents"
-            raise ValueError(msg)
+            raise ValueError(f"bents: {len(self.spans_m)} spans need {len(self.spans_m) - 1} bents")
         for number, bent in enumerate(self.bents):
             if bent.clear_height_m > self.deck.soffit_height_m:
-                msg = (
+                raise ValueError(
                     f"bents.{number}.clear_height_m {bent.clear_height_m:g} is taller than the "
                     f"deck: soffit_height_m is {self.deck.soffit_height_m:g}"
                 )
-                raise ValueError(msg)
             line_m = (bent.columns - 1) * bent.column_spacing_m + self.column.diameter_m
             if line_m > self.deck.width_m:
-                msg = f"bents.{number}: columns span {line_m:g} m, deck width_m is less"
-                raise ValueError(msg)
+                raise ValueError(f"bents.{number}: columns span {line_m:g} m, deck width_m is less")
             if bent.columns > 1 and bent.column_spacing_m < self.column.diameter_m:
-                msg = f"bents.{number}.column_spacing_m must exceed the column diameter_m"
-                raise ValueError(msg)
+                raise ValueError(
+                    f"bents.{number}.column_spacing_m must exceed the column diameter_m"
+                )
             if self.column.hinge_length_m > bent.clear_height_m / 2:
-                msg = f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
-                raise ValueError(msg)
+                raise ValueError(
+                    f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
+                )
         pads = self.abutment.pads
         if (pads.count - 1) * pads.spacing_m > self.deck.width_m:
-            msg = "abutment.pads reach beyond deck.width_m"
-            raise ValueError(msg)
+            raise ValueError("abutment.pads reach beyond deck.width_m")
         if not all(math.isfinite(span) for span in self.spans_m):
-            msg = "spans_m must be finite"
-            raise ValueError(msg)
+            raise ValueError("spans_m must be finite")
         return self

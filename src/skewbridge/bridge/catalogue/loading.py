@@ -37,8 +37,7 @@ def load_bridge(name: str) -> BridgeData:
     if name.endswith((".yaml", ".yml")):
         return load_bridge_file(Path(name))
     if name not in bridge_names():
-        msg = f"bridge must be one of {', '.join(bridge_names())}, got {name!r}"
-        raise InputError(msg)
+        raise InputError(f"bridge must be one of {', '.join(bridge_names())}, got {name!r}")
     return load_bridge_file(FOLDER / f"{name}.yaml")
 
 
@@ -65,19 +64,16 @@ def _merged(path: Path) -> dict[str, Any]:
     try:
         tree = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, yaml.YAMLError) as error:
-        msg = f"{path.name}: cannot be read as YAML: {error}"
-        raise InputError(msg, file=path.name) from error
+        raise InputError(f"{path.name}: cannot be read as YAML: {error}", file=path.name) from error
     if not isinstance(tree, dict):
-        msg = f"{path.name}: a mapping is needed at the top"
-        raise InputError(msg, file=path.name)
+        raise InputError(f"{path.name}: a mapping is needed at the top", file=path.name)
     parent = tree.pop("extends", None)
     if parent is None:
         return tree
     beside = path.parent / f"{parent}.yaml"
     base = beside if beside.exists() else FOLDER / f"{parent}.yaml"
     if base == path or not base.exists():
-        msg = f"{path.name}: extends: no other bridge {parent!r}"
-        raise InputError(msg, file=path.name)
+        raise InputError(f"{path.name}: extends: no other bridge {parent!r}", file=path.name)
     return _overlay(_merged(base), tree)
 
 
@@ -96,8 +92,10 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
         if "v" in node:
             source = node.get("src", "")
             if set(node) - {"v", "src"} or not _SOURCE.fullmatch(str(source)):
-                msg = f"{path.name}: {where}: src must be '<a|b|c|d|calc>: text', got {source!r}"
-                raise InputError(msg, file=path.name)
+                raise InputError(
+                    f"{path.name}: {where}: src must be '<a|b|c|d|calc>: text', got {source!r}",
+                    file=path.name,
+                )
             sources[where] = str(source)
             return node["v"]
         return {
@@ -107,6 +105,8 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
     if isinstance(node, list):
         return [_strip(item, f"{where}.{i}", sources, path) for i, item in enumerate(node)]
     if isinstance(node, int | float) and not isinstance(node, bool):
-        msg = f"{path.name}: {where}: the number {node:g} has no source ({{v: .., src: ..}})"
-        raise InputError(msg, file=path.name)
+        raise InputError(
+            f"{path.name}: {where}: the number {node:g} has no source ({{v: .., src: ..}})",
+            file=path.name,
+        )
     return node

@@ -68,19 +68,18 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     values = parse_numbers([line for _, line in rows], path, first_line=start + 1)
     if values.size != count * len(rows):
         bad = next((number for number, line in rows if _count(line) != count), rows[-1][0])
-        msg = f"{path.name}, line {bad}: {count} columns expected"
-        raise InputError(msg, file=str(path), line=bad)
+        raise InputError(
+            f"{path.name}, line {bad}: {count} columns expected", file=str(path), line=bad
+        )
     table = values.reshape(-1, count)
     if given.channel is None and count > 2:
-        msg = f"{path.name}: {count - 1} columns beside the time, say which (channel, from 1)"
         raise InputError(
-            msg,
+            f"{path.name}: {count - 1} columns beside the time, say which (channel, from 1)",
             file=str(path),
         )
     channel = given.channel or 1
     if channel >= count:
-        msg = f"{path.name}: channel {channel} of {count - 1}"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: channel {channel} of {count - 1}", file=str(path))
     step_s, warnings = _time_step(table[:, 0], rows, path)
     dt_s, clashes = dt_of(given, step_s, path)
     unit, notes = unit_of(given, _unit(header))
@@ -113,12 +112,9 @@ def _time_step(
     if mean_s <= 0.0 or (steps_s <= 0.0).any() or off_s.max(initial=0.0) > allowed_s:
         worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, off_s)))
         line = rows[worst + 1][0]
-        msg = (
-            f"{path.name}, line {line}: the time column jumps from {time_s[worst]:g} to "
-            f"{time_s[worst + 1]:g} s, steps of {mean_s:g} s expected"
-        )
         raise InputError(
-            msg,
+            f"{path.name}, line {line}: the time column jumps from {time_s[worst]:g} to "
+            f"{time_s[worst + 1]:g} s, steps of {mean_s:g} s expected",
             file=str(path),
             line=line,
         )

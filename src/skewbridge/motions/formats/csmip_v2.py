@@ -60,18 +60,15 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     """
     blocks = [block for row, line in enumerate(lines) if (block := _block(row, line))]
     if not blocks:
-        msg = f"{path.name}: no acceleration block"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: no acceleration block", file=str(path))
     if given.channel is None and len(blocks) > 1:
-        msg = f"{path.name}: {len(blocks)} channels, say which (channel 1 to {len(blocks)})"
         raise InputError(
-            msg,
+            f"{path.name}: {len(blocks)} channels, say which (channel 1 to {len(blocks)})",
             file=str(path),
         )
     channel = given.channel or 1
     if channel > len(blocks):
-        msg = f"{path.name}: channel {channel} of {len(blocks)}"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: channel {channel} of {len(blocks)}", file=str(path))
     block = blocks[channel - 1]
     rows = lines[block.row + 1 : block.row + 1 + -(-block.npts // block.per_line)]
     values = parse_numbers(

@@ -44,8 +44,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
         and 0.0 < range_gal <= MAX_MAGNITUDE
         and 1.0 <= counts_per_range <= MAX_MAGNITUDE
     ):
-        msg = f"{path.name}: sampling and scale must be positive"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: sampling and scale must be positive", file=str(path))
     dt_s, warnings = dt_of(given, 1.0 / frequency_hz, path)
     start = next(
         (number + 1 for number, line in enumerate(lines[:HEADER_LINES]) if line[:5] == "Memo."),
@@ -53,8 +52,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     )
     counts = parse_numbers(lines[start:], path, first_line=start + 1)
     if counts.size == 0:
-        msg = f"{path.name}: no values"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: no values", file=str(path))
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     if peak := re.search(rf"Max\. Acc\. \(gal\)\s+({FLOAT})", head):
         found_gal, said_gal = (
@@ -81,8 +79,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
 def _search(pattern: str, head: str, path: Path) -> re.Match[str]:
     match = re.search(pattern, head)
     if match is None:
-        msg = f"{path.name}: no {pattern.split('\\s')[0]} in the header"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: no {pattern.split('\\s')[0]} in the header", file=str(path))
     return match
 
 

@@ -38,8 +38,7 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> NDAr
     """
     text = "\n".join(lines)
     if "." not in text and _DECIMAL_COMMA.search(text):
-        msg = f"{path.name}: decimal comma in the values"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: decimal comma in the values", file=str(path))
     if _PLAIN.fullmatch(text):
         tokens = text.translate(_SEPARATORS).replace("D", "E").replace("d", "e").split()
         try:
@@ -59,12 +58,14 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> NDAr
 def _split(token: str, path: Path, line: int) -> list[float]:
     """Return the numbers of one blank-free token."""
     if len(token) > MAX_TOKEN or not _RUN.fullmatch(token):
-        msg = f"{path.name}, line {line}: {token[:40]!r} is not a number"
-        raise InputError(msg, file=str(path), line=line)
+        raise InputError(
+            f"{path.name}, line {line}: {token[:40]!r} is not a number", file=str(path), line=line
+        )
     values = [
         float(number.replace("D", "E").replace("d", "e")) for number in _NUMBER.findall(token)
     ]
     if max(map(abs, values)) > MAX_MAGNITUDE:
-        msg = f"{path.name}, line {line}: {token[:40]!r} is too large"
-        raise InputError(msg, file=str(path), line=line)
+        raise InputError(
+            f"{path.name}, line {line}: {token[:40]!r} is too large", file=str(path), line=line
+        )
     return values

@@ -61,24 +61,22 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     found = _sizes(lines)
     if found is None:
         if not any(re.search(r"[A-Za-z]{3}", line[:HEADER_WIDTH]) for line in lines[:HEADER_LINES]):
-            msg = f"{path.name}: no header with NPTS and DT, give dt"
-            raise InputError(msg, file=str(path))
-        msg = f"{path.name}: no NPTS and DT in the header"
-        raise InputError(msg, file=str(path))
+            raise InputError(f"{path.name}: no header with NPTS and DT, give dt", file=str(path))
+        raise InputError(f"{path.name}: no NPTS and DT in the header", file=str(path))
     row, npts, dt_header_s = found
     header = [line[:HEADER_WIDTH] for line in lines[:row]]
     for line in header:
         if _NOT_ACCELERATION.search(line):
-            msg = f"{path.name}: not an acceleration: {line.strip()!r}"
-            raise InputError(msg, file=str(path))
+            raise InputError(f"{path.name}: not an acceleration: {line.strip()!r}", file=str(path))
     unit, notes = unit_of(given, _unit(header))
     dt_s, warnings = dt_of(given, dt_header_s, path)
     data = _without_footer(lines[row + 1 :])
     values = parse_numbers(data, path, first_line=row + 2)
     if values.size > npts:
         if values.size - npts >= len(data[0].split()):
-            msg = f"{path.name}: NPTS = {npts}, but {values.size} values"
-            raise InputError(msg, file=str(path))
+            raise InputError(
+                f"{path.name}: NPTS = {npts}, but {values.size} values", file=str(path)
+            )
         warnings.append(f"NPTS = {npts}, {values.size} values: cut to NPTS")
         values = values[:npts]
     elif values.size < npts:
@@ -128,8 +126,7 @@ def _refuse_cut_number(data: list[str], path: Path) -> None:
     """Refuse a last value without the exponent all others have: `-.31` of `-.3141593E-02`."""
     tokens = " ".join(data[-3:]).split()
     if len(tokens) > 1 and "E" in tokens[0].upper() and "E" not in tokens[-1].upper():
-        msg = f"{path.name}: the file ends inside a number"
-        raise InputError(msg, file=str(path))
+        raise InputError(f"{path.name}: the file ends inside a number", file=str(path))
 
 
 def _title(header: list[str]) -> tuple[str, str, float]:

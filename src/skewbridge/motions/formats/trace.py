@@ -44,14 +44,11 @@ class Given:
             object.__setattr__(self, "unit", _SPELLINGS.get(unit, unit))
         if self.unit is not None and self.unit not in UNIT_FACTORS:
             known = ", ".join(UNIT_FACTORS)
-            msg = f"unit must be one of {known}, got {self.unit!r}"
-            raise InputError(msg)
+            raise InputError(f"unit must be one of {known}, got {self.unit!r}")
         if self.dt_s is not None and not (np.isfinite(self.dt_s) and self.dt_s > 0.0):
-            msg = f"dt_s must be positive, got {self.dt_s}"
-            raise InputError(msg)
+            raise InputError(f"dt_s must be positive, got {self.dt_s}")
         if self.channel is not None and self.channel < 1:
-            msg = f"channel must be 1 or more, got {self.channel}"
-            raise InputError(msg)
+            raise InputError(f"channel must be 1 or more, got {self.channel}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -106,8 +103,10 @@ def dt_of(given: Given, in_file: float | None, path: Path) -> tuple[float, list[
         clash = in_file is not None and abs(in_file / given.dt_s - 1.0) > 1.0e-6
         return given.dt_s, [f"dt {given.dt_s} s as given, the file says {in_file}"] if clash else []
     if in_file is None:
-        msg = f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)"
-        raise DtMissingError(msg, file=str(path))
+        raise DtMissingError(
+            f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)",
+            file=str(path),
+        )
     return in_file, []
 
 

@@ -44,14 +44,11 @@ class SynthesisOptions:
 
     def __post_init__(self) -> None:
         if self.calibrate not in {"bssa14", "none"}:
-            msg = f"calibrate must be bssa14 or none, got {self.calibrate!r}"
-            raise InputError(msg)
+            raise InputError(f"calibrate must be bssa14 or none, got {self.calibrate!r}")
         if self.orientation not in {"random", "principal"}:
-            msg = f"orientation must be random or principal, got {self.orientation!r}"
-            raise InputError(msg)
+            raise InputError(f"orientation must be random or principal, got {self.orientation!r}")
         if not 0.001 <= self.dt_s <= 0.02:
-            msg = f"dt_s must be within 0.001 to 0.02, got {self.dt_s}"
-            raise InputError(msg)
+            raise InputError(f"dt_s must be within 0.001 to 0.02, got {self.dt_s}")
 
 
 def synthesize(
@@ -69,8 +66,7 @@ def synthesize(
         InputError: A negative seed or index.
     """
     if seed < 0 or index < 0:
-        msg = f"seed and index must not be negative, got {seed} and {index}"
-        raise InputError(msg)
+        raise InputError(f"seed and index must not be negative, got {seed} and {index}")
     how = options or SynthesisOptions()
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
     with_pulse = _has_pulse(scenario, rng)

@@ -54,14 +54,11 @@ class Scenario:
         }.items():
             value = getattr(self, name)
             if not low <= value <= high:  # also refuses nan
-                msg = f"{name} must be within {low} to {high}, got {value}"
-                raise InputError(msg)
+                raise InputError(f"{name} must be within {low} to {high}, got {value}")
         if self.mechanism not in {"strike_slip", "reverse"}:
-            msg = f"mechanism must be strike_slip or reverse, got {self.mechanism!r}"
-            raise InputError(msg)
+            raise InputError(f"mechanism must be strike_slip or reverse, got {self.mechanism!r}")
         if self.pulse not in {"none", "all", "probability"}:
-            msg = f"pulse must be none, all or probability, got {self.pulse!r}"
-            raise InputError(msg)
+            raise InputError(f"pulse must be none, all or probability, got {self.pulse!r}")
 
     @property
     def joyner_boore_km(self) -> float:

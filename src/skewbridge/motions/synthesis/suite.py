@@ -42,11 +42,9 @@ def write_synthetic_suite(
         InputError: A count or length outside its limits, an unwritable folder.
     """
     if not 1 <= count <= MAX_COUNT:
-        msg = f"count must be within 1 to {MAX_COUNT}, got {count}"
-        raise InputError(msg)
+        raise InputError(f"count must be within 1 to {MAX_COUNT}, got {count}")
     if not 0.0 <= free_vibration_s <= 600.0:
-        msg = f"free_vibration_s must be within 0 to 600, got {free_vibration_s}"
-        raise InputError(msg)
+        raise InputError(f"free_vibration_s must be within 0 to 600, got {free_vibration_s}")
     rows: list[dict[str, object]] = []
     for index in range(count):
         motion = synthesize(scenario, index=index, seed=seed, options=options)
