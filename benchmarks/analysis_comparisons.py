@@ -19,7 +19,7 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 DEMANDS = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
 FORCES = ("backwall_force_kn", "shear_key_force_kn", "friction_force_kn")

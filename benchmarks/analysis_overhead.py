@@ -22,7 +22,7 @@ from skewbridge.analysis.transient import GroundInput, configure_solver, solver_
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.read import read_motion
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 LOOPS = ("bare", "contacts", "contacts, demands", "contacts, demands, energy")
 

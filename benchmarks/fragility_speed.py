@@ -14,12 +14,16 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from skewbridge.fragility.bootstrap import parametric_counts, record_weights, refit_exceedance
-from skewbridge.fragility.cloud import fit_cloud
-from skewbridge.fragility.ida import fit_capacities
-from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.stripes import fit_stripes
-from skewbridge.fragility.study_fits import fit_study
+from skewbridge.fragility.likelihood.bootstrap import (
+    parametric_counts,
+    record_weights,
+    refit_exceedance,
+)
+from skewbridge.fragility.methods.cloud import fit_cloud
+from skewbridge.fragility.methods.ida import fit_capacities
+from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.limit_states import LimitState
 
 # own data: 8 stripes of 40 runs
 IM = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.3])
@@ -106,7 +110,7 @@ def compare() -> dict[str, float]:
 
 def fit_p(params: np.ndarray) -> np.ndarray:
     """Return the fitted probabilities of the stripes."""
-    from skewbridge.fragility.links import probability
+    from skewbridge.fragility.likelihood.links import probability
 
     return probability(params[0] + params[1] * np.log(IM))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 IM = "im_saavg_rotd50_g"
 # ln demand = ln a + b ln im + scatter of the motion + small scatter of the run

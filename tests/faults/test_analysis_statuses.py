@@ -11,7 +11,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.errors import InputError
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 from strong_motion import strong_motion
 
 VARIANT = Variant(

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 from fragility_tables import IM, synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.errors import InputError
-from skewbridge.fragility.export import openquake_measure
-from skewbridge.fragility.foreign import read_foreign
-from skewbridge.fragility.limit_states import limit_states_of
-from skewbridge.fragility.study_fits import fit_study
+from skewbridge.fragility.exchange.export import openquake_measure
+from skewbridge.fragility.exchange.foreign import read_foreign
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.limit_states import limit_states_of
 
 DRIFT = limit_states_of(
     [

@@ -9,8 +9,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from skewbridge.demands.journal import open_journal, read_journal
 from skewbridge.errors import InputError
+from skewbridge.study.journal import open_journal, read_journal
 
 
 def test_a_line_cut_by_a_kill_costs_only_itself(tmp_path: Path) -> None:
@@ -46,7 +46,7 @@ def test_a_process_ends_with_the_one_it_works_for() -> None:
         [
             sys.executable,
             "-c",
-            "import sys, time; from skewbridge.demands.orphans import end_with;"
+            "import sys, time; from skewbridge.study.orphans import end_with;"
             "end_with(int(sys.argv[1])); print('ready', flush=True); time.sleep(60)",
             str(owner.pid),
         ],

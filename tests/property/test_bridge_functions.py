@@ -9,7 +9,7 @@ from skewbridge.bridge.abutment.backfill import Passive, sdc_backfill, skew_redu
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import section_response, shear_section
 from skewbridge.bridge.dead_load import continuous_reactions_n
-from skewbridge.bridge.plan import deck_end, tributary_shares
+from skewbridge.bridge.deck_plan import deck_end, tributary_shares
 from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
 
 SKEWS = st.floats(-60.0, 60.0)

@@ -5,18 +5,18 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from skewbridge.fragility.bootstrap import refit_exceedance, refit_lines
-from skewbridge.fragility.censored import CensoredKernel
-from skewbridge.fragility.cloud import fit_cloud
-from skewbridge.fragility.designs import separated
-from skewbridge.fragility.effects import verdict_of
-from skewbridge.fragility.existence import batch_exists, binomial_status
-from skewbridge.fragility.ida import fit_brackets, fit_capacities
-from skewbridge.fragility.intervals import curve, curve_band
-from skewbridge.fragility.likelihood import BinomialKernel, maximise
-from skewbridge.fragility.ordered import OrderedKernel
-from skewbridge.fragility.stripes import fit_stripes
-from skewbridge.fragility.tobit import fit_tobit, refit_tobit
+from skewbridge.fragility.likelihood.bootstrap import refit_exceedance, refit_lines
+from skewbridge.fragility.likelihood.censored import CensoredKernel
+from skewbridge.fragility.likelihood.existence import batch_exists, binomial_status
+from skewbridge.fragility.likelihood.intervals import curve, curve_band
+from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.methods.axis_probit import separated
+from skewbridge.fragility.methods.cloud import fit_cloud
+from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
+from skewbridge.fragility.methods.ordered import OrderedKernel
+from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.methods.tobit import fit_tobit, refit_tobit
+from skewbridge.fragility.tables.effects import verdict_of
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
 

@@ -9,11 +9,11 @@ from typer.testing import CliRunner
 
 from skewbridge.analysis.transient import analyse
 from skewbridge.cli import build_app
-from skewbridge.demands.batch import identity_of, outcome_of, run_key
-from skewbridge.demands.parquet import write_demands
 from skewbridge.demands.schema import COLUMNS, DEMAND_COLUMNS
-from skewbridge.demands.setup import StudySetup, prepare_motions
+from skewbridge.demands.tables import write_demands
+from skewbridge.study.batch import identity_of, outcome_of, run_key
 from skewbridge.study.loading import load_config
+from skewbridge.study.setup import StudySetup, prepare_motions
 from skewbridge.units import G_MPS2
 from strong_motion import DT_S, strong_motion
 

@@ -18,13 +18,13 @@ from skewbridge.bridge.abutment.penalty import (
 )
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.deck import lumping_shares
+from skewbridge.bridge.deck_plan import deck_end, tributary_shares
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.bridge.plan import deck_end, tributary_shares
 from skewbridge.errors import InputError
-from skewbridge.study.variant import Variant
 from skewbridge.units import G_MPS2
+from skewbridge.variant.variant import Variant
 
 
 def variant(

@@ -13,7 +13,7 @@ from skewbridge.analysis.model_script import model_script
 from skewbridge.bridge.model import DomainError, build, domain
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.recording import recording
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(
     bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50

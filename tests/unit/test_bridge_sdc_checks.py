@@ -13,7 +13,7 @@ from skewbridge.analysis.sdc import (
     seat_demand_sdc_m,
 )
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(
     bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50

@@ -7,14 +7,14 @@ import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
-from skewbridge.fragility.design_summary import (
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.factors import (
     SUMMARY_COLUMNS,
     factor_summary,
     parameterised_curve,
 )
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.study_fits import fit_study
-from skewbridge.fragility.study_system import system_curves
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.tables.system_curves import system_curves
 
 STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
 

@@ -7,17 +7,17 @@ import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
-from skewbridge.fragility.capacity_effects import paired_capacity_effects
-from skewbridge.fragility.effects import (
+from skewbridge.fragility.tables.effects import (
     EFFECT_COLUMNS,
     EffectSettings,
     paired_effects,
     studentised_interval,
     verdict_of,
 )
-from skewbridge.fragility.im_quality import rank_measures
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.surrogate import (
+from skewbridge.fragility.tables.im_quality import rank_measures
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.tables.median_effects import paired_capacity_effects
+from skewbridge.fragility.tables.surrogate import (
     anova,
     fit_surrogate,
     leave_one_variant_out,

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from fragility_tables import IM, synthetic_demands
-from skewbridge.fragility.effects import paired_effects
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.study_fits import fit_study
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.effects import paired_effects
+from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.fragility_frequency_figure import frequency_figure

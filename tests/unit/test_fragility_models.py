@@ -4,20 +4,23 @@ import numpy as np
 import pytest
 
 from skewbridge.errors import InputError
-from skewbridge.fragility import designs, dispersion, existence, goodness, risk, system
-from skewbridge.fragility.bootstrap import record_weights, refit_exceedance
-from skewbridge.fragility.cloud import fit_cloud
-from skewbridge.fragility.cloud_models import fit_heteroscedastic, fit_modified_cloud
-from skewbridge.fragility.fit import FragilityFit
-from skewbridge.fragility.frequency_content import fourier_ratio, frequency_content
-from skewbridge.fragility.ida import brackets_of_runs, fit_brackets, fit_capacities
-from skewbridge.fragility.intervals import percentile_interval, wald_intervals
-from skewbridge.fragility.likelihood import BinomialKernel, maximise
-from skewbridge.fragility.ordered import crossing, fit_ordered
-from skewbridge.fragility.profile import _bracketed_end, profile_ends
-from skewbridge.fragility.stripes import fit_stripes
-from skewbridge.fragility.tobit import fit_tobit
-from skewbridge.fragility.uncertain_capacity import fit_uncertain_capacity
+from skewbridge.fragility.exchange import risk
+from skewbridge.fragility.likelihood import existence
+from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
+from skewbridge.fragility.likelihood.fit import FragilityFit
+from skewbridge.fragility.likelihood.intervals import percentile_interval, wald_intervals
+from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.likelihood.profile import _bracketed_end, profile_ends
+from skewbridge.fragility.methods import axis_probit as designs
+from skewbridge.fragility.methods import dispersion, goodness, system
+from skewbridge.fragility.methods.cloud import fit_cloud
+from skewbridge.fragility.methods.cloud_models import fit_heteroscedastic, fit_modified_cloud
+from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
+from skewbridge.fragility.methods.ordered import crossing, fit_ordered
+from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.methods.tobit import fit_tobit
+from skewbridge.fragility.tables.frequency_content import fourier_ratio, frequency_content
+from skewbridge.fragility.tables.uncertain_capacity import fit_uncertain_capacity
 
 
 @pytest.mark.parametrize(

@@ -8,15 +8,15 @@ import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
-from skewbridge.fragility.limit_states import (
+from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.limit_states import (
     demand_unit,
     exceedance_probability,
     limit_states_of,
     load_limit_states,
 )
-from skewbridge.fragility.outcomes import outcomes_of
-from skewbridge.fragility.study_fits import fit_study
-from skewbridge.fragility.study_rows import CURVE_COLUMNS
+from skewbridge.fragility.tables.outcomes import outcomes_of
 
 CONFIG = Path(__file__).parents[2] / "config" / "limit_states.yaml"
 STATES = load_limit_states(CONFIG)

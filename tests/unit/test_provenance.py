@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from skewbridge.study import provenance
+from skewbridge.provenance import digests as provenance
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ import pytest
 
 from skewbridge.errors import InputError
 from skewbridge.report.reference_pages import PAGES, ROOT
-from skewbridge.study.grid import expand_grid
 from skewbridge.study.loading import load_config, parse_config, require_writable
+from skewbridge.variant.grid import expand_grid
 
 
 def test_the_default_grid_has_twelve_variants_and_sixteen_motions() -> None:

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skewbridge.errors import InputError
-from skewbridge.study.variant import ABUTMENT_CODES, Variant, parse_slug
+from skewbridge.variant.variant import ABUTMENT_CODES, Variant, parse_slug
 
 variants = st.builds(
     Variant,

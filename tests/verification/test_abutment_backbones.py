@@ -12,7 +12,7 @@ from skewbridge.analysis.pushover import PushCurve, push_abutment
 from skewbridge.bridge.abutment.backfill import sdc_backfill, skew_reduction, wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 PADS_N_PER_M = 5 * 2208e3
 PADS_YIELD_N = 5 * 55.2e3

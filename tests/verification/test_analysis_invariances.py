@@ -6,7 +6,7 @@ import pytest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 from strong_motion import mirrored, strong_motion
 
 FIRST_5_S = slice(0, 1001)

@@ -7,7 +7,7 @@ from skewbridge.analysis.abutment_history import abutment_history
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.errors import InputError
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 from skewbridge.verification import bridge_records
 from skewbridge.verification.bridge_cycles import (
     half_cycles,

@@ -18,7 +18,7 @@ from skewbridge.bridge.dead_load import (
     total_weight_n,
 )
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 ELASTIC = ModelOptions(elastic_columns=True)
 HINGE = ModelOptions()

@@ -14,7 +14,7 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.dead_load import total_weight_n
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.read import read_motion
-from skewbridge.study.variant import ABUTMENT_CODES, Variant
+from skewbridge.variant.variant import ABUTMENT_CODES, Variant
 
 BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
 SKEWS = (0, 20, 40, 60)

@@ -8,7 +8,7 @@ from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 DURATION_S = 5.0
 

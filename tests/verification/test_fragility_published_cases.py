@@ -12,14 +12,16 @@ import pytest
 
 from shared import shared_path
 from skewbridge.errors import InputError
-from skewbridge.fragility import cloud, cloud_models, designs, dispersion, goodness, risk, system
-from skewbridge.fragility.ida import fit_brackets, fit_capacities
-from skewbridge.fragility.likelihood import BinomialKernel, maximise
-from skewbridge.fragility.limit_states import convolved_curve
-from skewbridge.fragility.links import probability
-from skewbridge.fragility.ordered import fit_ordered
-from skewbridge.fragility.stripes import fit_stripes
-from skewbridge.fragility.surrogate import sobol
+from skewbridge.fragility.exchange import risk
+from skewbridge.fragility.likelihood.links import probability
+from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.methods import axis_probit as designs
+from skewbridge.fragility.methods import cloud, cloud_models, dispersion, goodness, system
+from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
+from skewbridge.fragility.methods.ordered import fit_ordered
+from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.tables.limit_states import convolved_curve
+from skewbridge.fragility.tables.surrogate import sobol
 
 MSA = (
     "msa_baker2015_example",

@@ -14,13 +14,13 @@ from statsmodels.miscmodels.ordinal_model import OrderedModel
 from statsmodels.stats.diagnostic import het_breuschpagan
 
 from fragility_tables import synthetic_demands
-from skewbridge.fragility.cloud import fit_cloud, fit_line
-from skewbridge.fragility.designs import fit_design
-from skewbridge.fragility.ida import fit_brackets
-from skewbridge.fragility.ordered import fit_ordered
-from skewbridge.fragility.stripes import fit_stripes
-from skewbridge.fragility.surrogate import anova
-from skewbridge.fragility.system import JointDemand, series_system
+from skewbridge.fragility.methods.axis_probit import fit_design
+from skewbridge.fragility.methods.cloud import fit_cloud, fit_line
+from skewbridge.fragility.methods.ida import fit_brackets
+from skewbridge.fragility.methods.ordered import fit_ordered
+from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.methods.system import JointDemand, series_system
+from skewbridge.fragility.tables.surrogate import anova
 
 LINKS = {
     "probit": sm.families.links.Probit(),

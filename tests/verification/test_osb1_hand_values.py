@@ -11,7 +11,7 @@ from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 
 def variant(abutment: str, skew_deg: int = 0, bridge: str = "osb1") -> Variant:

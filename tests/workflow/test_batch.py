@@ -10,13 +10,13 @@ import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.demands.batch import Task, plan_tasks, run_key, run_tasks
-from skewbridge.demands.journal import open_journal, read_journal
 from skewbridge.demands.schema import TIMING
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import SuiteMotion
-from skewbridge.study.variant import Variant
+from skewbridge.study.batch import Task, plan_tasks, run_key, run_tasks
+from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(
     bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=25, friction_pct=50

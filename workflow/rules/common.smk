@@ -4,8 +4,8 @@ from snakemake.exceptions import WorkflowError
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.study.loading import parse_config, require_writable
-from skewbridge.study.grid import expand_grid
-from skewbridge.study.provenance import ENGINE_ROOMS, digest_of, source_digest
+from skewbridge.variant.grid import expand_grid
+from skewbridge.provenance.digests import ENGINE_ROOMS, digest_of, source_digest
 
 try:
     STUDY = parse_config(config)

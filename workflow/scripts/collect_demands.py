@@ -6,6 +6,6 @@ from skewbridge.cli.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.demands.parquet import collect_demands
+        from skewbridge.demands.tables import collect_demands
 
         collect_demands(map(Path, snakemake.input.demands), Path(snakemake.output.demands))

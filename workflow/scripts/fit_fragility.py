@@ -8,11 +8,11 @@ if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         import pandas as pd
 
-        from skewbridge.demands.parquet import provenance, write_frame
-        from skewbridge.fragility.capacity_effects import paired_capacity_effects
-        from skewbridge.fragility.limit_states import load_limit_states
-        from skewbridge.fragility.study_fits import fit_study
-        from skewbridge.fragility.study_system import system_curves
+        from skewbridge.demands.tables import provenance, write_frame
+        from skewbridge.fragility.tables.curves import fit_study
+        from skewbridge.fragility.tables.limit_states import load_limit_states
+        from skewbridge.fragility.tables.median_effects import paired_capacity_effects
+        from skewbridge.fragility.tables.system_curves import system_curves
         from skewbridge.study.config import FragilityConfig
 
         settings = FragilityConfig(**snakemake.params.fragility)

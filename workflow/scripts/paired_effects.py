@@ -8,9 +8,9 @@ if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         import pandas as pd
 
-        from skewbridge.demands.parquet import provenance, write_frame
-        from skewbridge.fragility.design_summary import factor_summary
-        from skewbridge.fragility.effects import DEFAULT_DEMANDS, paired_effects
+        from skewbridge.demands.tables import provenance, write_frame
+        from skewbridge.fragility.tables.effects import DEFAULT_DEMANDS, paired_effects
+        from skewbridge.fragility.tables.factors import factor_summary
         from skewbridge.study.config import FragilityConfig
 
         settings = FragilityConfig(**snakemake.params.fragility)

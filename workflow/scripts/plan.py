@@ -6,8 +6,8 @@ from skewbridge.cli.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.demands.plan import write_plan
-        from skewbridge.demands.setup import StudySetup
+        from skewbridge.study.runs import write_plan
+        from skewbridge.study.setup import StudySetup
 
         setup = StudySetup.from_sections(snakemake.params.sections, snakemake.input)
         write_plan(setup, snakemake.params.variants, Path(snakemake.output.plan))

@@ -6,8 +6,8 @@ from skewbridge.cli.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.demands.setup import prepare_motions
         from skewbridge.study.config import MotionsConfig
+        from skewbridge.study.setup import prepare_motions
 
         prepare_motions(
             MotionsConfig(**snakemake.params.motions),

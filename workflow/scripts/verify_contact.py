@@ -7,7 +7,7 @@ from skewbridge.cli.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.demands.parquet import provenance, write_frame
+        from skewbridge.demands.tables import provenance, write_frame
         from skewbridge.verification.gate import verify_contact_gate
 
         checks = verify_contact_gate()

@@ -17,7 +17,7 @@ from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
 from skewbridge.contact.ledger import UnitLedger
 from skewbridge.motions.record import GroundMotion
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 type Series = NDArray[np.float64]
 

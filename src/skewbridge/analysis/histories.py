@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.contact_plan import contact_column
+from skewbridge.analysis.contact_layout import contact_column
 from skewbridge.analysis.peaks import (
     backfill_force_n,
     column_drift,

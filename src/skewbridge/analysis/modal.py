@@ -10,8 +10,8 @@ from skewbridge.analysis.gravity import apply_gravity, column_axial_forces_n, su
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.study.variant import Variant
 from skewbridge.units import KN
+from skewbridge.variant.variant import Variant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

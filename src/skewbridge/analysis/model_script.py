@@ -6,7 +6,7 @@ from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.recording import recording
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 
 def model_script(variant: Variant, options: ModelOptions) -> str:

@@ -17,7 +17,7 @@ from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.errors import InputError
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 type FloatArray = NDArray[np.float64]
 

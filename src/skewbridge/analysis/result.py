@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.contact_plan import ContactPlan
+from skewbridge.analysis.contact_layout import ContactPlan
 
 type Status = Literal["ok", "collapse", "numerical_failure", "timeout", "crash"]
 

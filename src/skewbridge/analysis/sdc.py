@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.column import section_response
 from skewbridge.bridge.dead_load import column_axial_n
-from skewbridge.study.variant import Variant
 from skewbridge.units import FOOT, INCH
+from skewbridge.variant.variant import Variant
 
 P_DELTA_LIMIT = 0.20  # source: Caltrans SDC 1.7 section 4.2
 MINIMUM_SEAT_M = 30 * INCH  # source: Caltrans SDC 1.7 section 7.8.3

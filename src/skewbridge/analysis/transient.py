@@ -13,7 +13,7 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.contact_plan import contact_plan
+from skewbridge.analysis.contact_layout import contact_plan
 from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.energy import EnergyBalance, energy_residual_ratio
 from skewbridge.analysis.gravity import apply_gravity
@@ -31,7 +31,7 @@ from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactError
 from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 type Progress = Callable[[float, float], None]
 

@@ -12,7 +12,7 @@ from skewbridge.bridge.options import ModelOptions, ShearModel
 from skewbridge.bridge.shear_capacity import ShearSection
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 type PlanVector = tuple[float, float]
 

@@ -16,13 +16,13 @@ from skewbridge.bridge.abutment.supports import pad_stations
 from skewbridge.bridge.bent import Bents, build_bents
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.deck import Deck, build_spine
+from skewbridge.bridge.deck_plan import DeckEnd, Side, deck_end
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.bridge.plan import DeckEnd, Side, deck_end
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
-from skewbridge.study.variant import Variant
 from skewbridge.units import MM
+from skewbridge.variant.variant import Variant
 
 LADDER: Final[dict[str, Callable[[SideContext], SideParts]]] = {
     "roller": build_roller,

@@ -13,8 +13,8 @@ from skewbridge.bridge.model import build_contact_set, build_side, require_fresh
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
-from skewbridge.study.variant import Variant
 from skewbridge.units import G_MPS2
+from skewbridge.variant.variant import Variant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

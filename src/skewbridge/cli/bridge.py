@@ -25,12 +25,12 @@ from skewbridge.cli.variant_options import (
     variant_of,
 )
 from skewbridge.errors import InputError
-from skewbridge.study.variant import ABUTMENT_CODES
+from skewbridge.variant.variant import ABUTMENT_CODES
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
     from skewbridge.bridge.options import ModelOptions
-    from skewbridge.study.variant import Variant
+    from skewbridge.variant.variant import Variant
 
 LADDER_ANGLES_DEG = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
 

@@ -94,7 +94,7 @@ def sdc(
             f"{source}: neither a demands.parquet nor a folder of a run: {error}"
         ) from error
     from skewbridge.analysis.sdc import corner_moves_m, sdc_rows, summary_row
-    from skewbridge.study.variant import parse_slug
+    from skewbridge.variant.variant import parse_slug
 
     if histories is None:
         wanted = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]

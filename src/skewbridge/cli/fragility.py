@@ -38,7 +38,7 @@ def fit(
     as_json: JsonOption = False,
 ) -> None:
     """Fit a fragility curve: theta, beta, intervals and a status that says what they are worth."""
-    from skewbridge.fragility.command import FitOptions, fit_file
+    from skewbridge.fragility.exchange.fit_file import FitOptions, fit_file
 
     try:
         result = fit_file(
@@ -88,7 +88,7 @@ def export(
     as_json: JsonOption = False,
 ) -> None:
     """Write fragility curves for other tools."""
-    from skewbridge.fragility.export import export_curves
+    from skewbridge.fragility.exchange.export import export_curves
 
     report = export_curves(curves, form, out, method=method, hazard=hazard)
     if as_json:

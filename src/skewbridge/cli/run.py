@@ -26,8 +26,8 @@ from skewbridge.errors import InputError
 
 if TYPE_CHECKING:
     from skewbridge.analysis.result import AnalysisResult
-    from skewbridge.demands.batch import Task
-    from skewbridge.study.variant import Variant
+    from skewbridge.study.batch import Task
+    from skewbridge.variant.variant import Variant
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 MotionOption = Annotated[
@@ -137,10 +137,10 @@ def _task(
     from skewbridge.analysis.settings import AnalysisSettings
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.bridge.options import ModelOptions
-    from skewbridge.demands.batch import Task
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
     from skewbridge.motions.suite import SuiteMotion
+    from skewbridge.study.batch import Task
 
     checked_settings, checked_options = AnalysisSettings(**settings), ModelOptions(**options)
     t1_s = load_bridge(variant.bridge).t1_s
@@ -162,7 +162,7 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
     from rich.progress import Progress
 
     from skewbridge.analysis.transient import analyse
-    from skewbridge.demands.batch import identity_of, outcome_of, run_key
+    from skewbridge.study.batch import identity_of, outcome_of, run_key
 
     identity = identity_of(task, run_key(task))
     wall_s, cpu_s = time.perf_counter(), time.process_time()
@@ -189,7 +189,7 @@ def _write(
     """Write the row, the histories and the figures of an analysis."""
     import pandas as pd
 
-    from skewbridge.demands.parquet import provenance, write_demands, write_frame
+    from skewbridge.demands.tables import provenance, write_demands, write_frame
 
     digests = provenance(motion_sha256=task.motion.motion.sha256, run_key=row["run_key"])
     write_demands([row], out / "demands.parquet", digests)

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from skewbridge.analysis.exit_message import hush_exit_message
-from skewbridge.demands.orphans import end_with, workflow_pid
 from skewbridge.errors import InputError
+from skewbridge.study.orphans import end_with, workflow_pid
 
 logger = logging.getLogger("skewbridge")
 

@@ -89,7 +89,7 @@ def _show(forecast: dict[str, Any]) -> None:
 
 
 def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
-    from skewbridge.demands.forecast import forecast_study
+    from skewbridge.study.forecast import forecast_study
     from skewbridge.study.loading import load_config
 
     forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))

@@ -7,7 +7,7 @@ from skewbridge.cli.output import messages
 from skewbridge.errors import InputError
 
 if TYPE_CHECKING:
-    from skewbridge.demands.batch import Task
+    from skewbridge.study.batch import Task
 
 DEFAULT_CONFIG: Final = Path("config/config.yaml")
 RESULTS: Final = Path("results")
@@ -25,9 +25,9 @@ def task_of_row(key: str, config: Path) -> "Task":
     """
     import pyarrow.parquet as pq
 
-    from skewbridge.demands.batch import run_key
-    from skewbridge.demands.setup import StudySetup
+    from skewbridge.study.batch import run_key
     from skewbridge.study.loading import load_config
+    from skewbridge.study.setup import StudySetup
 
     table = RESULTS / "demands.parquet"
     if not table.is_file():

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from skewbridge.errors import InputError
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 BridgeOption = Annotated[str, typer.Option("--bridge", help="Name in the catalogue, e.g. osb1.")]
 AbutmentOption = Annotated[

@@ -7,7 +7,7 @@ from typing import Any, Final, Literal
 import pandas as pd
 import pyarrow as pa
 
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 
 type Kind = Literal["text", "integer", "number"]
 

@@ -10,13 +10,13 @@ from typing import Final
 import numpy as np
 from scipy import special
 
-from skewbridge.fragility.bootstrap import record_weights, refit_exceedance
-from skewbridge.fragility.cloud import fit_cloud
-from skewbridge.fragility.fit import OK, FragilityFit
-from skewbridge.fragility.ida import brackets_of_runs, fit_brackets, fit_capacities
-from skewbridge.fragility.intervals import wald_intervals
-from skewbridge.fragility.stripes import fit_stripes
-from skewbridge.fragility.tobit import fit_tobit
+from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
+from skewbridge.fragility.likelihood.fit import OK, FragilityFit
+from skewbridge.fragility.likelihood.intervals import wald_intervals
+from skewbridge.fragility.methods.cloud import fit_cloud
+from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
+from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.methods.tobit import fit_tobit
 
 TRUTH: Final = (1.0, 0.4)
 _BOOTSTRAP: Final = 399

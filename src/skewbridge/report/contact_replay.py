@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from skewbridge.analysis.contact_plan import ContactPlan, PlanContact
+from skewbridge.analysis.contact_layout import ContactPlan, PlanContact
 from skewbridge.units import KN
 
 type Points = NDArray[np.float64]

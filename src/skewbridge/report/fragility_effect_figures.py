@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
-from skewbridge.fragility.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
+from skewbridge.fragility.tables.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.report.fragility_style import STYLE, label, note
 
 _VERDICT_COLOURS: Final = {
@@ -36,7 +36,7 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
     """Draw for every demand and variant whether the axis matters, with the paired ratio.
 
     Args:
-        effects: Table of `skewbridge.fragility.effects.paired_effects`.
+        effects: Table of `skewbridge.fragility.tables.effects.paired_effects`.
         axis: ``friction`` (default), ``gap_mm`` or ``skew_deg``.
     """
     table = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
@@ -73,7 +73,7 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
     """Draw the paired ratios of every demand with their intervals against the margin.
 
     Args:
-        effects: Table of `skewbridge.fragility.effects.paired_effects`.
+        effects: Table of `skewbridge.fragility.tables.effects.paired_effects`.
         axis: ``friction``, ``gap_mm`` or ``skew_deg``.
     """
     table = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")].dropna(

@@ -9,9 +9,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from skewbridge.fragility.intervals import curve, curve_band
-from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS
-from skewbridge.fragility.links import FloatArray
+from skewbridge.fragility.likelihood.intervals import curve, curve_band
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS
 from skewbridge.report.fragility_style import (
     STYLE,
     handles_of,
@@ -39,7 +39,7 @@ def fragility_curves(
     to motion.
 
     Args:
-        curves: Table of `skewbridge.fragility.study_fits.fit_study`.
+        curves: Table of `skewbridge.fragility.tables.curves.fit_study`.
         demands: The demands it was fitted to.
         component: Component to draw.
         method: ``cloud``, ``exceedance`` or ``ida_interval``.

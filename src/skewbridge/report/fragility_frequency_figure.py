@@ -9,7 +9,7 @@ import pandas as pd
 import seaborn as sns
 from matplotlib.figure import Figure
 
-from skewbridge.fragility.frequency_content import (
+from skewbridge.fragility.tables.frequency_content import (
     DEFAULT_BAND_HZ,
     fourier_amplitude,
     fourier_ratio,

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import pandas as pd
 
 from skewbridge.analysis.transient import analyse
-from skewbridge.demands.setup import StudySetup
-from skewbridge.study.variant import Variant, parse_slug
+from skewbridge.study.setup import StudySetup
+from skewbridge.variant.variant import Variant, parse_slug
 
 TYPICAL_QUANTILE = 0.75
 

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.demands.schema import COLUMNS
-from skewbridge.fragility.design_summary import SUMMARY_COLUMNS
-from skewbridge.fragility.effects import EFFECT_COLUMNS
-from skewbridge.fragility.study_rows import CURVE_COLUMNS
+from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
+from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
+from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS
 from skewbridge.study.loading import key_table
 
 ROOT: Final = Path(__file__).parents[3]

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.demands.setup import StudySetup
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
@@ -20,8 +19,9 @@ from skewbridge.report.fragility_style import label
 from skewbridge.report.friction_pair import friction_pair, pair_histories, typical_motion
 from skewbridge.report.motion_figures import suite_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
-from skewbridge.study.variant import ABUTMENT_CODES
+from skewbridge.study.setup import StudySetup
 from skewbridge.units import G_MPS2
+from skewbridge.variant.variant import ABUTMENT_CODES
 
 CAPTIONS: Final = "captions.json"
 CURVE_COMPONENTS: Final = ("column_drift", "deck_displacement", "unseating", "column_shear")

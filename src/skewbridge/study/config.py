@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from skewbridge.study.variant import ABUTMENT_CODES, MAX_FRICTION_PCT, MAX_GAP_MM, MAX_SKEW_DEG
+from skewbridge.variant.variant import ABUTMENT_CODES, MAX_FRICTION_PCT, MAX_GAP_MM, MAX_SKEW_DEG
 
 
 def _whole_hundredths(value: float) -> float:

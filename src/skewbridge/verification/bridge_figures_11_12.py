@@ -12,7 +12,7 @@ from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings, Scheme
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.study.variant import Variant
+from skewbridge.variant.variant import Variant
 from skewbridge.verification.bridge_cycles import (
     HalfCycle,
     half_cycles,

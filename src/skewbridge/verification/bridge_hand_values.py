@@ -21,8 +21,8 @@ from skewbridge.bridge.dead_load import column_axial_n, total_weight_n
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
-from skewbridge.study.variant import Variant
 from skewbridge.units import KN
+from skewbridge.variant.variant import Variant
 from skewbridge.verification.checks import Checklist, StudyResult
 
 STATES: Final = {

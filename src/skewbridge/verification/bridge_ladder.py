@@ -13,8 +13,8 @@ from skewbridge.analysis.result import RAN, AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.study.variant import ABUTMENT_CODES, Variant
 from skewbridge.units import MM
+from skewbridge.variant.variant import ABUTMENT_CODES, Variant
 from skewbridge.verification.bridge_figures_11_12 import DURATION_S, FRICTION_PCT, GAP_MM
 from skewbridge.verification.bridge_history_figures import histories_of
 from skewbridge.verification.bridge_records import PaperMotion, waho

@@ -24,7 +24,7 @@ from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import read_entry
-from skewbridge.study.provenance import PACKAGE
+from skewbridge.provenance.digests import PACKAGE
 from skewbridge.units import G_MPS2
 
 FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"

@@ -11,8 +11,8 @@ from typing import Literal
 
 import openseespy.opensees as ops
 
+from skewbridge.bridge.deck_plan import DeckEnd
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.bridge.plan import DeckEnd
 from skewbridge.bridge.tags import TagAllocator
 
 type Line = Literal["inner", "bearing", "outer"]

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from skewbridge.bridge.abutment.arrays import Arrays
 from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
 from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
+from skewbridge.bridge.deck_plan import DeckEnd, PlanVector, tributary_shares
 from skewbridge.bridge.handles import AbutmentHandle, BearingHandle, CornerHandle, SpringHandle
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.bridge.plan import DeckEnd, PlanVector, tributary_shares
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import TONNE

@@ -8,7 +8,7 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.backfill import Passive
 from skewbridge.bridge.catalogue.data import KeyData
-from skewbridge.bridge.plan import PlanVector
+from skewbridge.bridge.deck_plan import PlanVector
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import KN, MM
 

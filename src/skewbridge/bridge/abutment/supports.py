@@ -4,8 +4,8 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.arrays import Arrays
 from skewbridge.bridge.catalogue.data import PadData
+from skewbridge.bridge.deck_plan import DeckEnd
 from skewbridge.bridge.handles import BearingHandle
-from skewbridge.bridge.plan import DeckEnd
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import KN
 

@@ -1,0 +1,252 @@
+"""Fragility curves for other tools: OpenQuake NRML, pelicun CSV, plain CSV.
+
+References:
+    OpenQuake engine manual, fragility models (NRML 0.5, format ``continuous``, shape ``logncdf``;
+    its mean and stddev are those of the lognormal variable, not of its logarithm).
+    Pelicun fragility database format (``LS1-Family``, ``LS1-Theta_0``, ``LS1-Theta_1``).
+"""
+
+import re
+from pathlib import Path
+from typing import Any, Final
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.exchange.risk import annual_frequency
+
+FORMATS: Final = ("nrml", "pelicun", "csv")
+_NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
+_CMPS_PER_MPS: Final = 100.0  # OpenQuake takes PGV in cm/s
+_CSV_COLUMNS: Final = (
+    "variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "component", "limit_state",
+    "method", "im", "theta", "beta", "beta_total", "theta_low", "theta_high", "beta_low",
+    "beta_high", "ci_method", "level", "status", "warnings", "n_runs", "n_records", "n_unknown",
+)  # fmt: skip
+
+
+def export_curves(
+    source: Path, form: str, out: Path, *, method: str = "cloud", hazard: Path | None = None
+) -> dict[str, Any]:
+    """Write the curves of a study for another tool.
+
+    Curves without an estimate are left out (a number would have to be invented); they are counted
+    in the answer. The dispersion written is the total one, with the capacity's, where it exists.
+
+    Args:
+        source: results/fragility/curves.parquet, or the same as CSV.
+        form: nrml, pelicun or csv.
+        out: File to write.
+        method: cloud, exceedance or ida_interval.
+        hazard: CSV with columns im and rate (per year) in the measure of the curves: the csv
+            format then has the mean annual frequency of every limit state.
+
+    Returns:
+        ``file``, ``format``, ``curves`` (written) and ``left_out``.
+
+    Raises:
+        InputError: The format is unknown, the table unreadable or empty, or an intensity measure
+            has no name in the other tool.
+    """
+    if form not in FORMATS:
+        raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}")
+    table = _read(source)
+    chosen = table[table["method"] == method]
+    if chosen.empty:
+        known = ", ".join(sorted(table["method"].unique()))
+        raise InputError(f"no curves of method {method!r} (known: {known})")
+    usable = chosen[chosen["status"] == "ok"]
+    total = usable["beta_total"].where(usable["beta_total"].notna(), usable["beta"])
+    usable = usable.assign(beta_written=total)
+    try:
+        if form == "csv":
+            plain = chosen[[c for c in _CSV_COLUMNS if c in chosen]]
+            if hazard is not None:
+                plain = plain.assign(**_frequencies(usable, hazard))
+            plain.to_csv(out, index=False)
+            written = len(chosen)
+        elif form == "pelicun":
+            written = _write_pelicun(usable, out)
+        else:
+            written = _write_nrml(usable, out, method)
+    except OSError as error:
+        raise InputError(f"cannot write {out}: {error}") from error
+    return {
+        "file": str(out),
+        "format": form,
+        "curves": written,
+        "left_out": len(chosen) - written,
+    }
+
+
+def openquake_measure(column: str) -> tuple[str, float]:
+    """Return the OpenQuake name of an intensity column and the factor to its unit.
+
+    Raises:
+        InputError: OpenQuake has no such measure.
+    """
+    if column.startswith("im_pga"):
+        return "PGA", 1.0
+    if column.startswith("im_pgv"):
+        return "PGV", _CMPS_PER_MPS
+    if column.startswith("im_saavg"):
+        return "AvgSA", 1.0
+    match = re.match(r"im_sa_(\d+)p(\d+)_", column)
+    if match:
+        return f"SA({float(f'{match[1]}.{match[2]}'):g})", 1.0
+    raise InputError(
+        f"{column} has no name in OpenQuake: fit with im_sa_1p000_rotd50_g or another Sa(T)",
+        column=column,
+    )
+
+
+def _read(source: Path) -> pd.DataFrame:
+    try:
+        table = pd.read_parquet(source) if source.suffix == ".parquet" else pd.read_csv(source)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {source}: {error}") from error
+    for column in ("variant", "component", "limit_state", "method", "status", "theta", "beta"):
+        if column not in table.columns:
+            raise InputError(
+                f"{source.name} has no column {column!r}: expected the curves of a study",
+                column=column,
+            )
+    return table
+
+
+def _frequencies(usable: pd.DataFrame, hazard: Path) -> dict[str, pd.Series]:
+    """Return annual frequency and probability in 50 years of the curves that have an estimate."""
+    try:
+        table = pd.read_csv(hazard)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {hazard}: {error}") from error
+    for column in ("im", "rate"):
+        if column not in table.columns:
+            raise InputError(
+                f"{hazard.name} has no column {column!r}: a hazard table has im and rate",
+                column=column,
+            )
+    measures = usable["im"].unique()
+    if len(measures) > 1:
+        raise InputError(f"one hazard table cannot serve the measures {', '.join(measures)}")
+    found = [
+        annual_frequency(theta, beta, table["im"].to_numpy(), table["rate"].to_numpy())
+        for theta, beta in zip(usable["theta"], usable["beta_written"], strict=True)
+    ]
+    return {
+        "annual_frequency": pd.Series([item.frequency for item in found], index=usable.index),
+        "probability_50y": pd.Series([item.probability_50y for item in found], index=usable.index),
+    }
+
+
+def _write_nrml(table: pd.DataFrame, out: Path, method: str) -> int:
+    """Write one function per variant and component; its states must be those of the model.
+
+    NRML has one list of limit states per model, so the states are named component.state, and a
+    function that lacks one of its component's states cannot be written: components are
+    separate models when their states differ.
+    """
+    states = {name: list(dict.fromkeys(part["limit_state"])) for name, part in
+              table.groupby("component", sort=False)}  # fmt: skip
+    lists = {tuple(value) for value in states.values()}
+    files = {out: list(states)} if len(lists) <= 1 else {
+        out.with_name(f"{out.stem}_{name}{out.suffix}"): [name] for name in states
+    }  # fmt: skip
+    written = 0
+    for path, components in files.items():
+        part = table[table["component"].isin(components)]
+        wanted = states[components[0]] if components else []
+        written += _write_nrml_file(part, wanted, path, method)
+    return written
+
+
+def _write_nrml_file(table: pd.DataFrame, states: list[str], path: Path, method: str) -> int:
+    ElementTree.register_namespace("", _NRML)
+    root = ElementTree.Element(f"{{{_NRML}}}nrml")
+    model = ElementTree.SubElement(
+        root,
+        f"{{{_NRML}}}fragilityModel",
+        {"id": "skewbridge", "assetCategory": "bridges", "lossCategory": "structural"},
+    )
+    text = f"skewbridge, {method} fits, lognormal; dispersion with that of the capacity"
+    ElementTree.SubElement(model, f"{{{_NRML}}}description").text = text
+    ElementTree.SubElement(model, f"{{{_NRML}}}limitStates").text = " ".join(states)
+    written = 0
+    for (variant, component), part in table.groupby(["variant", "component"], sort=True):
+        rows = {str(item["limit_state"]): item for item in part.to_dict("records")}
+        if set(rows) != set(states):
+            continue
+        measure, factor = openquake_measure(str(part["im"].iloc[0]))
+        function = ElementTree.SubElement(
+            model,
+            f"{{{_NRML}}}fragilityFunction",
+            {"id": f"{variant}.{component}", "format": "continuous", "shape": "logncdf"},
+        )
+        middle = part["theta"].to_numpy(dtype=np.float64) * factor
+        reach = np.exp(4.0 * part["beta_written"].max())
+        ElementTree.SubElement(
+            function,
+            f"{{{_NRML}}}imls",
+            {
+                "imt": measure,
+                "noDamageLimit": f"{middle.min() / reach:.6g}",
+                "minIML": f"{middle.min() / reach:.6g}",
+                "maxIML": f"{middle.max() * reach:.6g}",
+            },
+        )
+        for state in states:
+            theta, beta = float(rows[state]["theta"]) * factor, float(rows[state]["beta_written"])
+            mean = theta * np.exp(0.5 * beta**2)
+            deviation = mean * np.sqrt(np.expm1(beta**2))
+            ElementTree.SubElement(
+                function,
+                f"{{{_NRML}}}params",
+                {"ls": state, "mean": f"{mean:.10g}", "stddev": f"{deviation:.10g}"},
+            )
+            written += 1
+    tree = ElementTree.ElementTree(root)
+    ElementTree.indent(tree)
+    tree.write(path, encoding="utf-8", xml_declaration=True)
+    return written
+
+
+def _write_pelicun(table: pd.DataFrame, out: Path) -> int:
+    rows: list[dict[str, Any]] = []
+    deepest = 0
+    for (variant, component), part in table.groupby(["variant", "component"], sort=True):
+        ordered = part.sort_values("threshold")
+        deepest = max(deepest, len(ordered))
+        demand, unit = _pelicun_demand(str(part["im"].iloc[0]))
+        row: dict[str, Any] = {
+            "ID": f"{variant}.{component}",
+            "Incomplete": 0,
+            "Demand-Type": demand,
+            "Demand-Unit": unit,
+            "Demand-Offset": 0,
+            "Demand-Directional": 0,
+        }
+        for number, item in enumerate(ordered.to_dict("records"), start=1):
+            row |= {
+                f"LS{number}-Family": "lognormal",
+                f"LS{number}-Theta_0": item["theta"],
+                f"LS{number}-Theta_1": item["beta_written"],
+                f"LS{number}-DamageStateWeights": "",
+            }
+        rows.append(row)
+    pd.DataFrame(rows).to_csv(out, index=False)
+    return len(table)
+
+
+def _pelicun_demand(column: str) -> tuple[str, str]:
+    if column.startswith("im_pga"):
+        return "Peak Ground Acceleration", "g"
+    if column.startswith("im_pgv"):
+        return "Peak Ground Velocity", "mps"
+    match = re.match(r"im_sa_(\d+)p(\d+)_", column)
+    if match:
+        return f"Spectral Acceleration|{float(f'{match[1]}.{match[2]}'):g}", "g"
+    if column.startswith(("im_sa_t1", "im_saavg")):
+        return f"Spectral Acceleration|{'T1' if 't1' in column else 'Avg'}", "g"
+    raise InputError(f"{column} has no demand type in pelicun", column=column)

@@ -1,0 +1,105 @@
+"""Demands tables made elsewhere: columns renamed, units converted, missing keys filled, checked."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.tables.outcomes import COLLAPSE, FAILED, KEY_COLUMNS, OK, VARIANT_COLUMNS
+
+_DEFAULTS: Final[dict[str, Any]] = {
+    "bridge": "foreign",
+    "abutment": "foreign",
+    "skew_deg": 0,
+    "gap_mm": 0,
+    "friction": 0.0,
+    "scale": 1.0,
+    "incidence_deg": 0.0,
+    "status": OK,
+}
+
+
+def read_foreign(
+    path: Path,
+    columns: Mapping[str, str],
+    *,
+    factors: Mapping[str, float] | None = None,
+    constants: Mapping[str, Any] | None = None,
+) -> pd.DataFrame:
+    """Read runs of somebody else's model as a demands table.
+
+    Args:
+        path: CSV or parquet with one row per run.
+        columns: Our column name to the column of the file, for example
+            ``{"motion_id": "record", "im_pga_rotd50_g": "PGA", "column_drift_ratio": "drift"}``.
+            At least ``motion_id``, one ``im_`` column and one demand.
+        factors: Factor to our unit per column of ours, for example ``{"deck_disp_m": 0.0254}``.
+        constants: Values of columns that the file lacks; bridge, abutment, skew_deg, gap_mm,
+            friction, scale, incidence_deg and status have neutral ones.
+
+    Returns:
+        A table for `fit_study`, `paired_effects` and the rest; ``variant`` is made of the design
+        columns unless it is given.
+
+    Raises:
+        InputError: A column is missing, a number unreadable, an intensity not positive, a status
+            unknown; names row and column.
+    """
+    try:
+        source = pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {path}: {error}") from error
+    out = pd.DataFrame(index=source.index)
+    for ours, theirs in columns.items():
+        if theirs not in source.columns:
+            raise InputError(
+                f"{path.name} has no column {theirs!r} (wanted as {ours})", column=theirs
+            )
+        out[ours] = source[theirs]
+    if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
+        raise InputError("the column map needs motion_id and at least one im_ column")
+    for name, value in (dict(_DEFAULTS) | dict(constants or {})).items():
+        if name not in out:
+            out[name] = value
+    texts = {"variant", "bridge", "abutment", "motion_id", "status", "collapse_criterion"}
+    for name in out.columns.difference(sorted(texts)):
+        out[name] = _numbers(out[name], columns.get(name, name)) * (factors or {}).get(name, 1.0)
+    if "variant" not in out:
+        parts = [out[name].map(str).tolist() for name in VARIANT_COLUMNS[1:]]
+        out["variant"] = ["_".join(texts) for texts in zip(*parts, strict=True)]
+    for name in texts & set(out.columns):
+        out[name] = out[name].astype(str)
+    known = out["status"].isin((OK, COLLAPSE, *FAILED))
+    if not known.all():
+        row = int(np.flatnonzero(~known.to_numpy())[0])
+        raise InputError(
+            f"status {out['status'].iloc[row]!r} is not known (row {row})", row=row, column="status"
+        )
+    for name in [c for c in out if str(c).startswith("im_")]:
+        bad = np.flatnonzero(~(out[name].to_numpy(dtype=np.float64) > 0.0))
+        if bad.size:
+            raise InputError(
+                f"{name} must be > 0 and finite (row {bad[0]})", row=int(bad[0]), column=str(name)
+            )
+    doubled = out.duplicated(["variant", "motion_id", "scale", "incidence_deg"])
+    if doubled.any():
+        row = int(np.flatnonzero(doubled.to_numpy())[0])
+        raise InputError(
+            f"row {row} repeats variant, motion_id, scale and incidence_deg of another row", row=row
+        )
+    rest = [name for name in out if name not in KEY_COLUMNS]
+    return out[[*KEY_COLUMNS, *rest]].reset_index(drop=True)
+
+
+def _numbers(values: pd.Series, name: str) -> pd.Series:
+    numbers = pd.to_numeric(values, errors="coerce")
+    bad = np.flatnonzero((numbers.isna() & values.notna()).to_numpy())
+    if bad.size:
+        row = int(bad[0])
+        raise InputError(
+            f"{name} must be a number, got {values.iloc[row]!r} (row {row})", row=row, column=name
+        )
+    return numbers.astype(np.float64)

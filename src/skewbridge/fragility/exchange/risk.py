@@ -1,0 +1,71 @@
+"""Mean annual frequency of a limit state from its fragility curve and a hazard table.
+
+lambda = int P(LS | x) |dH(x)|. Between the points of the table the hazard is a power law (a line
+in log-log), for which the integral has a closed form; nothing is discretised.
+
+References:
+    Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import special
+
+from skewbridge.fragility.likelihood.validate import positive, require, same_length
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnnualFrequency:
+    """Mean annual frequency with what lies outside the hazard table.
+
+    Attributes:
+        frequency: Per year, from the range of the table.
+        above: What intensities above the table can add at most, H(last).
+        below: What intensities below the table can add at most: P(first) times the rate
+            between zero and the first point is unknown, so this is P(LS | first).
+        probability_50y: 1 - exp(-50 lambda).
+    """
+
+    frequency: float
+    above: float
+    below: float
+    probability_50y: float
+
+
+def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) -> AnnualFrequency:
+    """Integrate a lognormal curve over a hazard table.
+
+    Args:
+        theta: Median.
+        beta: Dispersion (total, if it is to count).
+        im: Intensities of the hazard table, increasing, in the unit of theta.
+        rate: Mean annual frequency of exceeding each, decreasing.
+
+    Raises:
+        InputError: A value is not positive, or the table is not monotone; names the row.
+    """
+    x, h = positive(im, "im"), positive(rate, "rate")
+    same_length(im=x, rate=h)
+    require(np.append(True, np.diff(x) > 0.0), "im", "must increase", x)
+    require(np.append(True, np.diff(h) <= 0.0), "rate", "must not increase", h)
+    u = (np.log(x) - np.log(theta)) / beta
+    curve = special.ndtr(u)
+    k = -np.diff(np.log(h)) / np.diff(np.log(x))
+    # int P |dH| = -[P H] + int H dP, with H = H1 (x/x1)^-k on each segment
+    scale = np.exp(np.log(h[:-1]) + k * beta * u[:-1] + 0.5 * (k * beta) ** 2)
+    weight = special.ndtr(u[1:] + k * beta) - special.ndtr(u[:-1] + k * beta)
+    segments = curve[:-1] * h[:-1] - curve[1:] * h[1:] + scale * weight
+    total = float(np.sum(segments))
+    return AnnualFrequency(
+        frequency=total,
+        above=float(h[-1]),
+        below=float(curve[0]),
+        probability_50y=float(-np.expm1(-50.0 * total)),
+    )
+
+
+def power_law_frequency(theta: float, beta: float, k0: float, k: float) -> float:
+    """Return lambda = k0 theta^-k exp(k^2 beta^2/2) for the hazard k0 x^-k."""
+    return float(k0 * theta**-k * np.exp(0.5 * (k * beta) ** 2))

@@ -1,0 +1,1 @@
+"""Log-likelihoods, their maxima, intervals and the result of a fit."""

@@ -1,0 +1,129 @@
+"""Bootstrap by motion: all runs of a motion are drawn together, because their errors are one draw.
+
+Where the same motions run on every stripe or every variant, the runs are not independent, and an
+interval from the binomial likelihood covers about 72 % instead of 95 % (docs/theory).
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.fragility.likelihood import existence
+from skewbridge.fragility.likelihood.intervals import percentile_interval
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+
+DEFAULT_REPLICATES: Final = 999
+# Replicates times runs treated at once: arrays that stay in the cache are four times faster.
+_CHUNK_ELEMENTS: Final = 50_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replicates:
+    """Medians and dispersions of bootstrap replicates.
+
+    Attributes:
+        theta: Shape (R,); 0 or infinity where every or no run of a replicate exceeds.
+        beta: Shape (R,); 0 where a replicate is separated.
+        separated: Share of replicates without an estimate, kept and not dropped.
+    """
+
+    theta: FloatArray
+    beta: FloatArray
+    separated: float
+
+    def intervals(self, level: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return percentile intervals of theta and beta."""
+        return percentile_interval(self.theta, level), percentile_interval(self.beta, level)
+
+
+def record_weights(
+    codes: NDArray[np.intp], replicates: int, rng: np.random.Generator
+) -> FloatArray:
+    """Return how often each run enters each replicate, shape (R, n).
+
+    Args:
+        codes: Number of the motion of each run, 0 .. m - 1, shape (n,).
+        replicates: R.
+        rng: Source of randomness.
+    """
+    m = int(np.max(codes)) + 1
+    counts = rng.multinomial(m, np.full(m, 1.0 / m), size=replicates)
+    return counts[:, codes].astype(np.float64)
+
+
+def refit_exceedance(
+    ln_im: FloatArray, n: FloatArray, k: FloatArray, start: FloatArray | None = None
+) -> Replicates:
+    """Fit probit curves to R replicates at once.
+
+    Args:
+        ln_im: Logarithms of the intensities, shape (J,).
+        n: Weights or runs, shape (R, J).
+        k: Exceedances, shape (R, J).
+        start: (a0, a1) to start from, usually the fit of the data.
+    """
+    total, size = k.shape
+    theta, beta = np.empty(total), np.empty(total)
+    exists = np.empty(total, dtype=np.bool_)
+    begin = np.zeros(2) if start is None else start
+    rows = max(_CHUNK_ELEMENTS // max(size, 1), 1)
+    design = np.column_stack([np.ones(size), ln_im])
+    for first in range(0, total, rows):
+        part = slice(first, min(first + rows, total))
+        good = existence.batch_exists(ln_im, n[part], k[part])
+        theta[part], beta[part] = _separated(ln_im, n[part], k[part])
+        if np.any(good):
+            kernel = BinomialKernel(design, n[part][good], k[part][good])
+            best = maximise(kernel, np.tile(begin, (int(np.sum(good)), 1)), covariance=False)
+            a0, a1 = best.params[:, 0], best.params[:, 1]
+            with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+                rising = a1 > 0.0
+                # a falling replicate says that the data do not bound the dispersion
+                fitted = np.where(rising, np.exp(-a0 / a1), np.where(a0 < 0.0, np.inf, 0.0))
+            theta[np.flatnonzero(good) + first] = fitted
+            beta[np.flatnonzero(good) + first] = np.where(rising, 1.0 / a1, np.inf)
+        exists[part] = good
+    return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(exists)))
+
+
+def refit_lines(
+    x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float, capacity_dispersion: float
+) -> Replicates:
+    """Fit the log-log line to R weighted replicates at once; weights of shape (R, n).
+
+    Replicates with slope <= 0 or a single intensity have no median: they count as separated, with
+    theta infinite and beta infinite.
+    """
+    total = np.sum(weights, axis=1)
+    mean_x, mean_y = weights @ x / total, weights @ y / total
+    sxx = weights @ (x * x) - total * mean_x**2
+    sxy = weights @ (x * y) - total * mean_x * mean_y
+    syy = weights @ (y * y) - total * mean_y**2
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        b = sxy / sxx
+        s2 = np.maximum(syy - b * sxy, 0.0) / np.maximum(total - 2.0, 1.0)
+        ln_theta = mean_x + (ln_c - mean_y) / b
+        good = (b > 0.0) & (sxx > 1e-9)
+        theta = np.where(good, np.exp(ln_theta), np.inf)
+        beta = np.where(good, np.sqrt(s2 + capacity_dispersion**2) / b, np.inf)
+    return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
+
+
+def parametric_counts(
+    p: FloatArray, n: FloatArray, replicates: int, rng: np.random.Generator
+) -> FloatArray:
+    """Return counts drawn from a fitted curve, shape (R, J)."""
+    return rng.binomial(n.astype(np.int64), p, size=(replicates, p.size)).astype(np.float64)
+
+
+def _separated(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the limit of each replicate if it has no estimate: the jump, with beta = 0."""
+    hi0 = np.max(np.where(n - k > 0.0, ln_im, -np.inf), axis=1)
+    lo1 = np.min(np.where(k > 0.0, ln_im, np.inf), axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        middle = np.exp(0.5 * (hi0 + lo1))
+    theta = np.where(np.isinf(lo1), np.inf, np.where(np.isinf(hi0), 0.0, middle))
+    return theta, np.zeros(theta.size)

@@ -1,0 +1,152 @@
+"""Normal log-likelihood of observed, right-, left- and interval-censored values (one kernel).
+
+The parameterisation is that of Olsen (1978), Econometrica 46(5): standardised residuals are
+linear in the parameters, z = h y - X delta with h = 1/sigma, so that every term is concave.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.newton import Derivatives
+
+_HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    """Rows of one kind: their design at the upper end (or the value) and at the lower end."""
+
+    upper: FloatArray
+    lower: FloatArray
+    columns: NDArray[np.intp]
+
+
+class CensoredKernel:
+    """Sum over rows of ln f(y) if observed, else of ln P(lower < Y <= upper).
+
+    Args:
+        covariates: X, shape (J, q); the mean of Y is X delta sigma.
+        lower: Lower ends in the space of Y, shape (J,); minus infinity where left-censored.
+        upper: Upper ends; equal to ``lower`` where observed, infinity where right-censored.
+        weights: Shape (J,) or (R, J): record weights of a bootstrap.
+
+    The parameters are (delta_1..delta_q, h); the log-likelihood is minus infinity for h <= 0.
+    The Jacobian ln h per observed row is part of it: without it there is no maximum in h.
+    """
+
+    def __init__(
+        self,
+        covariates: FloatArray,
+        lower: FloatArray,
+        upper: FloatArray,
+        weights: FloatArray | None = None,
+    ) -> None:
+        self.weights = np.ones(lower.size) if weights is None else weights
+        observed = lower == upper
+        both = ~observed & np.isfinite(lower) & np.isfinite(upper)
+        right = ~observed & np.isfinite(lower) & ~np.isfinite(upper)
+        left = ~observed & ~np.isfinite(lower) & np.isfinite(upper)
+
+        def block(mask: NDArray[np.bool_]) -> _Block:
+            rows = np.flatnonzero(mask)
+            ends = [
+                np.column_stack([-covariates[rows], np.where(np.isfinite(y), y, 0.0)[rows]])
+                for y in (upper, lower)
+            ]
+            return _Block(ends[0], ends[1], rows)
+
+        self._observed, self._both = block(observed), block(both)
+        self._right, self._left = block(right), block(left)
+
+    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+        """Evaluate the batch; see `skewbridge.fragility.likelihood.newton.Kernel`."""
+        weights = self.weights
+        if weights.ndim == 2 and rows is not None:
+            weights = weights[rows]
+        size = params.shape[1]
+        loglik = np.zeros(params.shape[0])
+        score = np.zeros(params.shape)
+        hessian = np.zeros((params.shape[0], size, size))
+        h = params[:, -1]
+        inside = h > 0.0
+        safe_h = np.where(inside, h, 1.0)
+
+        if self._observed.columns.size:
+            w = weights[..., self._observed.columns]
+            z = params @ self._observed.upper.T
+            count = np.sum(np.broadcast_to(w, z.shape), axis=1)
+            loglik += np.sum(w * (-0.5 * z * z - _HALF_LOG_2PI), axis=1) + count * np.log(safe_h)
+            add_terms(score, hessian, self._observed.upper, -w * z, np.broadcast_to(-w, z.shape))
+            score[:, -1] += count / safe_h
+            hessian[:, -1, -1] -= count / safe_h**2
+        for block, design, sign in (
+            (self._right, self._right.lower, -1.0),
+            (self._left, self._left.upper, 1.0),
+        ):
+            if block.columns.size:
+                w = weights[..., block.columns]
+                u = sign * (params @ design.T)
+                ratio = np.sqrt(2.0 / np.pi) / special.erfcx(-u / np.sqrt(2.0))
+                loglik += np.sum(w * special.log_ndtr(u), axis=1)
+                add_terms(score, hessian, design, sign * w * ratio, -w * ratio * (u + ratio))
+        if self._both.columns.size:
+            self._add_intervals(params, weights, loglik, score, hessian)
+        return Derivatives(np.where(inside, loglik, -np.inf), score, hessian)
+
+    def _add_intervals(
+        self,
+        params: FloatArray,
+        weights: FloatArray,
+        loglik: FloatArray,
+        score: FloatArray,
+        hessian: FloatArray,
+    ) -> None:
+        upper, lower = self._both.upper, self._both.lower
+        w = weights[..., self._both.columns]
+        zu, zl = params @ upper.T, params @ lower.T
+        log_difference = log_normal_interval(zl, zu)
+        pu, pl = normal_density(zu, log_difference), normal_density(zl, log_difference)
+        loglik += np.sum(w * log_difference, axis=1)
+        add_terms(score, hessian, upper, w * pu, -w * pu * (zu + pu))
+        add_terms(score, hessian, lower, -w * pl, w * pl * (zl - pl))
+        cross = np.einsum("rj,jp,jq->rpq", w * pu * pl, upper, lower)
+        hessian += cross + np.swapaxes(cross, 1, 2)
+
+
+def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """Return ln[Phi(upper) - Phi(lower)], as a difference of logarithms in the lower tail.
+
+    Minus infinity where ``upper <= lower``.
+    """
+    flip = lower > 0.0
+    a = np.where(flip, -upper, lower)
+    b = np.where(flip, -lower, upper)
+    log_a, log_b = special.log_ndtr(a), special.log_ndtr(b)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        out = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
+    return np.where(upper > lower, out, -np.inf)
+
+
+def normal_density(z: FloatArray, log_probability: FloatArray) -> FloatArray:
+    """Return phi(z)/P; 0 where P is 0.
+
+    Where a bracket has no probability the log-likelihood is minus infinity and a Newton step to
+    there is refused: the derivatives only have to be finite.
+    """
+    scale = np.where(np.isfinite(log_probability), -log_probability, -np.inf)
+    return np.exp(-0.5 * z * z - _HALF_LOG_2PI + scale)
+
+
+def add_terms(
+    score: FloatArray, hessian: FloatArray, design: FloatArray, d1: FloatArray, d2: FloatArray
+) -> None:
+    """Add sum d1 x and sum d2 x x' over the rows x of a design to score and Hessian, in place."""
+    size = design.shape[1]
+    products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
+    score += d1 @ design
+    hessian += (d2 @ products).reshape(-1, size, size)

@@ -1,0 +1,138 @@
+"""Does the maximum-likelihood estimate exist? Asked before any optimiser, and what is known if not.
+
+References:
+    Albert and Anderson (1984), Biometrika 71(1):1-10: separation in binary regression.
+    Clopper and Pearson (1934), Biometrika 26(4):404-413: exact binomial limits.
+    Firth (1993), Biometrika 80(1):27-38: penalised likelihood that always has a maximum.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from skewbridge.fragility.likelihood.fit import OK
+from skewbridge.fragility.likelihood.links import FloatArray, link_terms, predictor
+from skewbridge.fragility.likelihood.newton import BinomialKernel
+
+NO_EXCEEDANCE: Final = "no_exceedance"
+ALL_EXCEED: Final = "all_exceed"
+SINGLE_LEVEL: Final = "single_level"
+COMPLETE_SEPARATION: Final = "complete_separation"
+QUASI_SEPARATION: Final = "quasi_separation"
+NON_INCREASING: Final = "non_increasing"
+
+
+def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
+    """Name the kind of binomial data, by the table of separations.
+
+    With hi0 the largest level having a non-exceedance and lo1 the smallest having an exceedance:
+    hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation (both of the increasing kind); the
+    mirror image is ``non_increasing``. Otherwise the estimate exists and is unique, though its
+    slope can still be negative, which the fit reports as ``non_increasing`` too.
+
+    Args:
+        ln_im: Logarithm of the intensity of each stripe, shape (J,), stripes with n > 0 only.
+        n: Runs, shape (J,).
+        k: Exceedances, shape (J,); fractions allowed.
+    """
+    if np.sum(k) <= 0.0:
+        return NO_EXCEEDANCE
+    if np.sum(n - k) <= 0.0:
+        return ALL_EXCEED
+    if np.ptp(ln_im) == 0.0:
+        return SINGLE_LEVEL
+    with_none, with_some = ln_im[n - k > 0.0], ln_im[k > 0.0]
+    if np.max(with_none) < np.min(with_some):
+        return COMPLETE_SEPARATION
+    if np.max(with_none) == np.min(with_some):
+        return QUASI_SEPARATION
+    if np.max(with_some) <= np.min(with_none):
+        return NON_INCREASING
+    return OK
+
+
+def batch_exists(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> NDArray[np.bool_]:
+    """Return for each replicate (rows of ``n`` and ``k``) whether an estimate exists."""
+    hi0 = np.max(np.where(n - k > 0.0, ln_im, -np.inf), axis=1)
+    lo0 = np.min(np.where(n - k > 0.0, ln_im, np.inf), axis=1)
+    lo1 = np.min(np.where(k > 0.0, ln_im, np.inf), axis=1)
+    hi1 = np.max(np.where(k > 0.0, ln_im, -np.inf), axis=1)
+    return (hi0 > lo1) & (hi1 > lo0)
+
+
+def clopper_pearson(k: FloatArray, n: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
+    """Return the exact limits of a proportion; one-sided where none or all exceed.
+
+    0 of 20 gives an upper limit of 0.1391 at 95 %.
+    """
+    tail = np.where((k <= 0.0) | (k >= n), 1.0 - level, (1.0 - level) / 2.0)
+    low = np.where(k <= 0.0, 0.0, special.betaincinv(np.maximum(k, 1e-9), n - k + 1.0, tail))
+    high = np.where(k >= n, 1.0, special.betaincinv(k + 1.0, np.maximum(n - k, 1e-9), 1.0 - tail))
+    return low, high
+
+
+def median_bound(
+    ln_im: FloatArray, n: FloatArray, *, beta: float, level: float, exceed: bool
+) -> float:
+    """Return the one-sided bound of the median when no run (or every run) exceeds.
+
+    The bound theta solves P(data | theta, beta) = 1 - level: a lower bound when nothing
+    exceeds, an upper bound when everything does.
+
+    Args:
+        ln_im: Logarithm of the intensities, shape (J,).
+        n: Runs per level, shape (J,).
+        beta: The dispersion that is assumed.
+        level: Confidence, for example 0.95.
+        exceed: True for the upper bound of data in which every run exceeds.
+    """
+    sign = 1.0 if exceed else -1.0
+
+    def excess(ln_theta: float) -> float:
+        eta = sign * (ln_im - ln_theta) / beta
+        return float(np.sum(n * special.log_ndtr(eta)) - np.log(1.0 - level))
+
+    middle, reach = float(np.mean(ln_im)), float(np.ptp(ln_im)) + 40.0 * beta
+    root = optimize.brentq(excess, middle - reach, middle + reach, xtol=1e-13)
+    return float(np.exp(root))
+
+
+def single_level_median(ln_im: float, n: float, k: float, beta: float, link: str) -> float:
+    """Return the median that one level implies for an assumed dispersion."""
+    return float(np.exp(ln_im - beta * (predictor(k / n, link) - predictor(0.5, link))))
+
+
+def firth(
+    ln_im: FloatArray, n: FloatArray, k: FloatArray, link: str = "probit"
+) -> tuple[float, float]:
+    """Return (a0, a1) that maximise l + 0.5 ln|I|, with I the expected information.
+
+    An estimate for separated data, to be labelled as such. It does not rescue data in which
+    nothing or everything exceeds.
+    """
+    centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
+    design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
+    kernel = BinomialKernel(design, n, k, link)
+    terms_of = link_terms(link)
+
+    def negative(a: FloatArray) -> float:
+        terms = terms_of(design @ a)
+        p, q = np.exp(terms.log_p), np.exp(terms.log_q)
+        density = p * terms.d_log_p  # dF/d eta
+        weight = n * density**2 / np.maximum(p * q, 1e-300)
+        information = design.T @ (design * weight[:, None])
+        determinant = float(np.linalg.det(information))
+        if determinant <= 0.0:
+            return np.inf
+        return -float(kernel.derivatives(a[None, :]).loglik[0]) - 0.5 * float(np.log(determinant))
+
+    found = optimize.minimize(
+        negative,
+        np.array([0.0, 1.0]),
+        method="Nelder-Mead",
+        options={"xatol": 1e-10, "fatol": 1e-13, "maxiter": 2000},
+    )
+    a0, a1 = found.x
+    return float(a0 - a1 * centre / scale), float(a1 / scale)

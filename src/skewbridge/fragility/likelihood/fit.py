@@ -1,0 +1,139 @@
+"""The result of a fit: parameters, covariance, intervals, status and warnings."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+
+from skewbridge.fragility.likelihood.links import FloatArray
+
+OK: Final = "ok"
+DEFAULT_LEVEL: Final = 0.95
+WIDE_CI_RATIO: Final = 3.0
+FEW_RECORDS: Final = 10
+FEW_MIXED_STRIPES: Final = 3
+# A curve with beta above 50 does not rise over any range of intensities.
+FLATTEST_SLOPE: Final = 0.02
+_MAX_LOG: Final = 700.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FragilityFit:
+    """A lognormal fragility curve P = Phi(ln(x/theta)/beta), or the reason why there is none.
+
+    Attributes:
+        method: How it was fitted, for example ``stripes`` or ``cloud_ols``.
+        status: ``ok``, or a status of `..likelihood.existence`; unless ``ok`` the
+            parameters are NaN (a limit that is known, such as zero dispersion, excepted).
+        theta: Median, in the unit of the intensity measure.
+        beta: Dispersion of the logarithm.
+        var_ln_theta: Variance of ln theta.
+        cov_ln_theta_beta: Covariance of ln theta and beta.
+        var_beta: Variance of beta.
+        ci_theta: Ends of the interval of theta; 0 and infinity are unbounded ends.
+        ci_beta: Ends of the interval of beta.
+        ci_method: ``profile``, ``fieller``, ``record_bootstrap`` ...; empty without interval.
+        level: Confidence level of the intervals.
+        loglik: Log-likelihood at the maximum (with binomial coefficients).
+        n_runs: Runs that entered the fit.
+        warnings: Names of what a reader must know.
+        details: Further results by name (deviance, slope, one-sided bounds ...).
+    """
+
+    method: str
+    status: str
+    theta: float = nan
+    beta: float = nan
+    var_ln_theta: float = nan
+    cov_ln_theta_beta: float = nan
+    var_beta: float = nan
+    ci_theta: tuple[float, float] = (nan, nan)
+    ci_beta: tuple[float, float] = (nan, nan)
+    ci_method: str = ""
+    level: float = DEFAULT_LEVEL
+    loglik: float = nan
+    n_runs: int = 0
+    warnings: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    @property
+    def se_ln_theta(self) -> float:
+        """Standard error of ln theta."""
+        return float(np.sqrt(self.var_ln_theta))
+
+    @property
+    def se_beta(self) -> float:
+        """Standard error of beta."""
+        return float(np.sqrt(self.var_beta))
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of (ln theta, beta), shape (2, 2)."""
+        off = self.cov_ln_theta_beta
+        return np.array([[self.var_ln_theta, off], [off, self.var_beta]])
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `skewbridge fit --json` prints."""
+        return {
+            "status": self.status,
+            "theta": self.theta,
+            "beta": self.beta,
+            "se_ln_theta": self.se_ln_theta,
+            "se_beta": self.se_beta,
+            "cov_ln_theta_beta": self.cov_ln_theta_beta,
+            "ci_theta": list(self.ci_theta),
+            "ci_beta": list(self.ci_beta),
+            "ci_method": self.ci_method,
+            "level": self.level,
+            "loglik": self.loglik,
+            "n_runs": self.n_runs,
+            "method": self.method,
+            "warnings": list(self.warnings),
+            **self.details,
+        }
+
+
+def exp_end(value: float) -> float:
+    """Return the exponential of the end of an interval, infinite where a double is too small."""
+    return float(np.exp(value)) if value < _MAX_LOG else float("inf")
+
+
+def lognormal_covariance(
+    params: FloatArray, covariance: FloatArray, spread: float = 1.0
+) -> tuple[float, float, float]:
+    """Carry the covariance of (a0, a1) over to (ln theta, beta) by the delta method.
+
+    Args:
+        params: (a0, a1) with ln theta = -a0/a1 and beta = spread/a1.
+        covariance: Covariance of (a0, a1), shape (2, 2).
+        spread: 1 for the probit link.
+
+    Returns:
+        Variance of ln theta, covariance of ln theta and beta, variance of beta.
+    """
+    a0, a1 = params
+    jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -spread / a1**2]])
+    out = jacobian @ covariance @ jacobian.T
+    return float(out[0, 0]), float(out[0, 1]), float(out[1, 1])
+
+
+def common_warnings(
+    theta: float, ci_theta: tuple[float, float], im: FloatArray, n_records: int
+) -> list[str]:
+    """Return the warnings that every method shares.
+
+    ``median_extrapolated``: theta outside the range of the intensities;
+    ``wide_ci``: the ends of the interval differ by more than a factor of 3;
+    ``fewer_than_10_records``.
+    """
+    found: list[str] = []
+    if theta > np.max(im) or theta < np.min(im):
+        found.append("median_extrapolated")
+    low, high = ci_theta
+    if not np.isnan(low) and not (low > 0.0 and high / low <= WIDE_CI_RATIO):
+        found.append("wide_ci")
+    if n_records < FEW_RECORDS:
+        found.append("fewer_than_10_records")
+    return found

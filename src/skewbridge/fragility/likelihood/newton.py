@@ -1,0 +1,198 @@
+"""The one likelihood engine: concave log-likelihoods and a batched Newton method.
+
+Every model of this room is a sum of log-concave terms in linear predictors of its parameters, so
+the maximum is unique where it exists and Newton with the observed information finds it. A batch
+of R parameter vectors is treated at once: bootstrap replicates, ends of profile intervals.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.fragility.likelihood.links import FloatArray, LinkTerms, link_terms
+
+_DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step squares it
+_MAX_HALVINGS: Final = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Derivatives:
+    """Log-likelihood of R parameter vectors with its derivatives.
+
+    Attributes:
+        loglik: Shape (R,); minus infinity outside the parameter space.
+        score: First derivatives, shape (R, p).
+        hessian: Second derivatives, shape (R, p, p), negative definite at a maximum.
+    """
+
+    loglik: FloatArray
+    score: FloatArray
+    hessian: FloatArray
+
+
+class Kernel(Protocol):
+    """A log-likelihood of p parameters that can be evaluated in batches."""
+
+    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+        """Evaluate at ``params`` (R, p); ``rows`` names their replicates in the batch."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Maximum:
+    """Maxima of a batch.
+
+    Attributes:
+        params: Shape (R, p).
+        loglik: Shape (R,).
+        covariance: Inverse observed information, shape (R, p, p); NaN where singular.
+        converged: Shape (R,).
+    """
+
+    params: FloatArray
+    loglik: FloatArray
+    covariance: FloatArray
+    converged: NDArray[np.bool_]
+
+
+class BinomialKernel:
+    """Binomial counts over a linear predictor: sum k ln F(eta) + (n - k) ln(1 - F(eta)).
+
+    Args:
+        design: Shape (J, p).
+        n: Trials, shape (J,) or (R, J); need not be whole (record weights).
+        k: Exceedances, same shape, 0 <= k <= n; fractions allowed.
+        link: Name of the link.
+        offset: Added to the predictor, shape (J,).
+
+    References:
+        Baker (2015), Earthquake Spectra 31(1):579-599, Eq. 11 (without the binomial coefficient).
+    """
+
+    def __init__(
+        self,
+        design: FloatArray,
+        n: FloatArray,
+        k: FloatArray,
+        link: str = "probit",
+        offset: FloatArray | None = None,
+    ) -> None:
+        self.design = design
+        self.exceed = k
+        self.remain = n - k
+        self.offset = offset
+        self._terms: Callable[[FloatArray], LinkTerms] = link_terms(link)
+        size = design.shape[1]
+        self._products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
+
+    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+        """Evaluate the batch; see `Kernel`."""
+        k, m = self.exceed, self.remain
+        if k.ndim == 2 and rows is not None:
+            k, m = k[rows], m[rows]
+        eta = params @ self.design.T
+        if self.offset is not None:
+            eta = eta + self.offset
+        terms = self._terms(eta)
+        size = params.shape[1]
+        return Derivatives(
+            np.sum(k * terms.log_p + m * terms.log_q, axis=1),
+            (k * terms.d_log_p + m * terms.d_log_q) @ self.design,
+            ((k * terms.d2_log_p + m * terms.d2_log_q) @ self._products).reshape(-1, size, size),
+        )
+
+
+def maximise(
+    kernel: Kernel, start: FloatArray, *, max_iterations: int = 80, covariance: bool = True
+) -> Maximum:
+    """Maximise a batch of concave log-likelihoods by Newton steps with halving.
+
+    Args:
+        kernel: The log-likelihood.
+        start: Starting parameters, shape (R, p), inside the parameter space.
+        max_iterations: Newton iterations.
+        covariance: Also invert the observed information at the maximum.
+
+    Returns:
+        The maxima; ``converged`` is False where no maximum was reached.
+    """
+    params = np.array(start, dtype=np.float64)
+    total = params.shape[0]
+    active = np.arange(total)
+    converged = np.zeros(total, dtype=np.bool_)
+    loglik = np.full(total, -np.inf)
+    hessian = np.zeros((total, params.shape[1], params.shape[1]))
+    now = kernel.derivatives(params, active)
+    for _ in range(max_iterations):
+        step = _newton_step(now)
+        decrement = np.sum(step * now.score, axis=1)
+        trial, accepted = _step_uphill(kernel, params, active, step, now)
+        done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
+        loglik[active] = trial.loglik
+        hessian[active] = trial.hessian
+        converged[active] = done
+        stay = ~done & accepted
+        active = active[stay]
+        if active.size == 0:
+            break
+        now = Derivatives(trial.loglik[stay], trial.score[stay], trial.hessian[stay])
+    inverse = _inverse(-hessian) if covariance else np.empty((0, 0, 0))
+    return Maximum(params, loglik, inverse, converged)
+
+
+def _newton_step(now: Derivatives) -> FloatArray:
+    hessian, score = now.hessian, now.score
+    if score.shape[1] == 2:  # closed form: by far the most frequent case
+        a, b, d = hessian[:, 0, 0], hessian[:, 0, 1], hessian[:, 1, 1]
+        det = a * d - b * b
+        det = np.where(det > 0.0, det, np.inf)
+        first = (d * score[:, 0] - b * score[:, 1]) / -det
+        second = (a * score[:, 1] - b * score[:, 0]) / -det
+        return np.stack([first, second], axis=1)
+    step = np.zeros_like(score)
+    good = np.all(np.isfinite(hessian), axis=(1, 2)) & (np.abs(np.linalg.det(hessian)) > 0.0)
+    step[good] = np.linalg.solve(-hessian[good], score[good][..., None])[..., 0]
+    return step
+
+
+def _step_uphill(
+    kernel: Kernel,
+    params: FloatArray,
+    active: NDArray[np.intp],
+    step: FloatArray,
+    now: Derivatives,
+) -> tuple[Derivatives, NDArray[np.bool_]]:
+    """Move ``params[active]`` along the step, halved until the log-likelihood does not fall."""
+    origin = params[active]
+    params[active] = origin + step
+    trial = kernel.derivatives(params[active], active)
+    slack = 1e-12 * (1.0 + np.abs(now.loglik))
+    failed = np.flatnonzero(~(trial.loglik >= now.loglik - slack))
+    factor = 1.0
+    for _ in range(_MAX_HALVINGS):
+        if failed.size == 0:
+            break
+        factor *= 0.5
+        params[active[failed]] = origin[failed] + factor * step[failed]
+        again = kernel.derivatives(params[active[failed]], active[failed])
+        trial.loglik[failed] = again.loglik
+        trial.score[failed] = again.score
+        trial.hessian[failed] = again.hessian
+        failed = failed[~(again.loglik >= now.loglik[failed] - slack[failed])]
+    accepted = np.ones(active.size, dtype=np.bool_)
+    accepted[failed] = False
+    params[active[failed]] = origin[failed]
+    return trial, accepted
+
+
+def _inverse(information: FloatArray) -> FloatArray:
+    """Return the inverses; NaN where the information is singular."""
+    out = np.full_like(information, np.nan)
+    with np.errstate(all="ignore"):
+        good = np.all(np.isfinite(information), axis=(1, 2))
+        good[good] = np.linalg.det(information[good]) > 0.0
+    out[good] = np.linalg.inv(information[good])
+    return out

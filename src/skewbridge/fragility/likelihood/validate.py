@@ -1,0 +1,78 @@
+"""Checks of columns of numbers: an error names the row and the column."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.links import FloatArray
+
+
+def as_column(values: ArrayLike, name: str) -> FloatArray:
+    """Return the values as a column of numbers; None and text that is no number become errors.
+
+    Raises:
+        InputError: A value is no number; names the row and the column.
+    """
+    if isinstance(values, np.ndarray) and values.dtype.kind in "fiub":
+        return values.astype(np.float64)
+    items: Sequence[object] = list(values)  # type: ignore[arg-type]
+    out = np.empty(len(items))
+    for row, item in enumerate(items):
+        try:
+            out[row] = np.nan if item is None else float(item)  # type: ignore[arg-type]
+        except (TypeError, ValueError) as error:
+            raise row_error(name, row, f"must be a number, got {item!r}") from error
+    return out
+
+
+def require(good: NDArray[np.bool_], name: str, rule: str, values: FloatArray) -> None:
+    """Raise an error that names every row in which ``good`` is False.
+
+    Raises:
+        InputError: Some row is not good.
+    """
+    bad = np.flatnonzero(~good)
+    if bad.size == 0:
+        return
+    shown = ", ".join(str(row) for row in bad[:10]) + (" ..." if bad.size > 10 else "")
+    plural = "rows" if bad.size > 1 else "row"
+    raise InputError(
+        f"{name} {rule} ({plural} {shown}); got {values[bad[0]]:g}",
+        row=int(bad[0]),
+        rows=[int(row) for row in bad],
+        column=name,
+    )
+
+
+def row_error(name: str, row: int, text: str) -> InputError:
+    """Return an error about one row of one column."""
+    return InputError(f"{name} {text} (row {row})", row=row, rows=[row], column=name)
+
+
+def positive(values: ArrayLike, name: str) -> FloatArray:
+    """Return a column whose values are all positive and finite.
+
+    Raises:
+        InputError: Some value is not; names the rows.
+    """
+    column = as_column(values, name)
+    require(np.isfinite(column) & (column > 0.0), name, "must be > 0 and finite", column)
+    return column
+
+
+def same_length(**columns: FloatArray) -> int:
+    """Return the common length of the columns.
+
+    Raises:
+        InputError: They differ, or there are no rows.
+    """
+    lengths = {name: column.size for name, column in columns.items()}
+    if len(set(lengths.values())) != 1:
+        text = ", ".join(f"{name} has {size}" for name, size in lengths.items())
+        raise InputError(f"columns differ in length: {text}", row=min(lengths.values()))
+    size = next(iter(lengths.values()))
+    if size == 0:
+        raise InputError(f"no rows in {', '.join(lengths)}", row=0)
+    return size

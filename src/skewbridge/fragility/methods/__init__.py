@@ -1,0 +1,1 @@
+"""Fits of one data set: stripes, IDA, cloud, ordered states, systems."""

@@ -1,0 +1,245 @@
+"""Parameterised fragility: one curve over intensity, skew, gap and friction.
+
+eta = c0 + c1 ln x + sum c_j z_j + sum d_j z_j ln x (and products of two z); at a design z
+theta = exp(-(c0 + c z)/(c1 + d z)), beta = 1/(c1 + d z).
+
+References:
+    Ghosh, Padgett and Duenas-Osorio (2013), Probabilistic Engineering Mechanics 34:189-199, for
+    parameterised curves.
+    Liang and Zeger (1986), Biometrika 73(1):13-22, for errors robust to clusters.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.links import FloatArray, link_terms, predictor
+from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+
+LN_IM: Final = "ln_im"
+REFERENCE_SKEW_DEG: Final = 60.0
+REFERENCE_GAP_MM: Final = 50.8  # 2 in
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignFit:
+    """A fitted parameterised curve.
+
+    Attributes:
+        status: ``ok``, ``separation`` (no estimate) or ``slope_not_positive`` (in the box).
+        terms: Names of the terms: ``1``, ``ln_im``, ``skew``, ``skew:ln_im``, ``skew:gap`` ...
+        coefficients: Shape (p,).
+        se: Standard errors from the expected information.
+        se_cluster: Standard errors robust to clusters; NaN without clusters.
+        covariance: Cluster-robust where there are clusters, else model-based.
+        loglik: Log-likelihood.
+        link: Link.
+    """
+
+    status: str
+    terms: tuple[str, ...]
+    coefficients: FloatArray
+    se: FloatArray
+    se_cluster: FloatArray
+    covariance: FloatArray
+    loglik: float
+    link: str
+
+    def curve_at(self, design: Mapping[str, float]) -> tuple[float, float]:
+        """Return theta and beta at scaled design values, for example ``{"skew": 0.5}``."""
+        level, slope = _level_and_slope(self.terms, self.coefficients, design)
+        spread = 0.5 * (
+            predictor(float(special.ndtr(1.0)), self.link)
+            - predictor(float(special.ndtr(-1.0)), self.link)
+        )
+        return float(np.exp((predictor(0.5, self.link) - level) / slope)), spread / slope
+
+
+def scaled_design(
+    skew_deg: FloatArray, gap_mm: FloatArray, friction: FloatArray
+) -> dict[str, FloatArray]:
+    """Return the scaled variables: skew/60, ln(gap/50.8 mm), friction.
+
+    Raises:
+        InputError: A gap is not positive.
+    """
+    if np.any(gap_mm <= 0.0):
+        row = int(np.flatnonzero(gap_mm <= 0.0)[0])
+        raise InputError(
+            f"gap_mm must be > 0 for its logarithm (row {row}), got {gap_mm[row]:g}",
+            row=row,
+            column="gap_mm",
+        )
+    return {
+        "skew": skew_deg / REFERENCE_SKEW_DEG,
+        "gap": np.log(gap_mm / REFERENCE_GAP_MM),
+        "friction": friction,
+    }
+
+
+def fit_design(
+    ln_im: FloatArray,
+    design: Mapping[str, FloatArray],
+    exceed: FloatArray,
+    *,
+    interactions: Sequence[str] = (),
+    link: str = "probit",
+    clusters: NDArray[np.intp] | None = None,
+) -> DesignFit:
+    """Fit the parameterised curve to single runs.
+
+    Args:
+        ln_im: Logarithms of the intensities, shape (n,).
+        design: Scaled variables by name, shape (n,) each.
+        exceed: 0 or 1, shape (n,).
+        interactions: Products, for example ``("skew:ln_im", "skew:friction")``.
+        link: probit, logit or cloglog.
+        clusters: Number of the motion of each run, for robust errors.
+
+    Returns:
+        The fit. Existence is tested first by linear programming; a slope that is not positive
+        everywhere in the box of the data gives status ``slope_not_positive``.
+    """
+    terms = ("1", LN_IM, *design, *interactions)
+    matrix = _matrix(terms, ln_im, design)
+    blank = np.full(len(terms), np.nan)
+    square = np.full((len(terms), len(terms)), np.nan)
+
+    def refused(status: str, coefficients: FloatArray, loglik: float) -> DesignFit:
+        return DesignFit(
+            status=status,
+            terms=terms,
+            coefficients=coefficients,
+            se=blank,
+            se_cluster=blank,
+            covariance=square,
+            loglik=loglik,
+            link=link,
+        )
+
+    if separated(matrix, exceed):
+        return refused("separation", blank, np.nan)
+    kernel = BinomialKernel(matrix, np.ones(ln_im.size), exceed, link)
+    best = maximise(kernel, np.zeros((1, len(terms))))
+    coefficients = best.params[0]
+    loglik = float(best.loglik[0])
+    if not bool(best.converged[0]):
+        return refused("not_converged", blank, np.nan)
+    if not _slope_positive(terms, coefficients, design):
+        return refused("slope_not_positive", coefficients, loglik)
+    values = link_terms(link)(matrix @ coefficients)
+    p = np.exp(values.log_p)
+    weight = (p * values.d_log_p) ** 2 / np.maximum(p * np.exp(values.log_q), 1e-300)
+    expected = np.linalg.inv(matrix.T @ (matrix * weight[:, None]))
+    covariance, robust = expected, blank
+    if clusters is not None:
+        per_run = matrix * (exceed * values.d_log_p + (1.0 - exceed) * values.d_log_q)[:, None]
+        covariance = cluster_covariance(best.covariance[0], per_run, clusters)
+        robust = np.sqrt(np.diag(covariance))
+    return DesignFit(
+        status="ok",
+        terms=terms,
+        coefficients=coefficients,
+        se=np.sqrt(np.diag(expected)),
+        se_cluster=robust,
+        covariance=covariance,
+        loglik=loglik,
+        link=link,
+    )
+
+
+def cluster_covariance(
+    bread: FloatArray, scores: FloatArray, clusters: NDArray[np.intp]
+) -> FloatArray:
+    """Return bread (sum of outer products of the clusters' scores) bread, times G/(G - 1).
+
+    Args:
+        bread: Inverse observed information, shape (p, p).
+        scores: Score of each run, shape (n, p).
+        clusters: Cluster of each run, shape (n,).
+    """
+    count = int(np.max(clusters)) + 1
+    sums = np.zeros((count, scores.shape[1]))
+    np.add.at(sums, clusters, scores)
+    return bread @ (sums.T @ sums) @ bread * count / (count - 1)
+
+
+def likelihood_ratio(full: DesignFit, reduced: DesignFit) -> tuple[float, int, float]:
+    """Return statistic, degrees of freedom and p-value of the terms that ``reduced`` lacks.
+
+    With motions that repeat over the designs the p-value is too small: then compare a coefficient
+    with its cluster-robust error.
+    """
+    if not set(reduced.terms) < set(full.terms):
+        raise InputError("likelihood ratio needs nested models")
+    statistic = 2.0 * (full.loglik - reduced.loglik)
+    dof = len(full.terms) - len(reduced.terms)
+    return statistic, dof, float(special.chdtrc(dof, max(statistic, 0.0)))
+
+
+def separated(matrix: FloatArray, exceed: FloatArray) -> bool:
+    """Return whether some linear predictor separates the outcomes, by linear programming.
+
+    The estimate exists iff no c has s_i x_i c >= 0 for all i, with > 0 for some, s = +-1.
+
+    References:
+        Albert and Anderson (1984); Konis (2007), for the linear programme.
+    """
+    signed = matrix * np.where(exceed > 0.0, 1.0, -1.0)[:, None]
+    found = optimize.linprog(
+        -np.sum(signed, axis=0),
+        A_ub=-signed,
+        b_ub=np.zeros(signed.shape[0]),
+        bounds=(-1.0, 1.0),
+        method="highs",
+    )
+    return found.fun is None or -float(found.fun) > 1e-8 * signed.shape[0]
+
+
+def _matrix(
+    terms: Sequence[str], ln_im: FloatArray, design: Mapping[str, FloatArray]
+) -> FloatArray:
+    columns = {"1": np.ones_like(ln_im), LN_IM: ln_im, **design}
+    out: list[FloatArray] = []
+    for term in terms:
+        value = np.ones_like(ln_im)
+        for name in term.split(":"):
+            if name not in columns:
+                raise InputError(
+                    f"term {term!r}: unknown variable {name!r} (known: {', '.join(columns)})"
+                )
+            value = value * columns[name]
+        out.append(value)
+    return np.column_stack(out)
+
+
+def _level_and_slope(
+    terms: Sequence[str], coefficients: FloatArray, design: Mapping[str, float]
+) -> tuple[float, float]:
+    level = slope = 0.0
+    for term, coefficient in zip(terms, coefficients, strict=True):
+        names = [name for name in term.split(":") if name not in ("1", LN_IM)]
+        value = float(coefficient) * float(np.prod([design[name] for name in names]))
+        if LN_IM in term.split(":"):
+            slope += value
+        else:
+            level += value
+    return level, slope
+
+
+def _slope_positive(
+    terms: Sequence[str], coefficients: FloatArray, design: Mapping[str, FloatArray]
+) -> bool:
+    """Check the corners of the box: the slope is multilinear, so they hold its extremes."""
+    ends = [(float(np.min(values)), float(np.max(values))) for values in design.values()]
+    for corner in product(*ends):
+        at = dict(zip(design, corner, strict=True))
+        if _level_and_slope(terms, coefficients, at)[1] <= 0.0:
+            return False
+    return True

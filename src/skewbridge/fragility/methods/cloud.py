@@ -1,0 +1,260 @@
+"""Fragility from a cloud of demands: log-log regression, its tests and Fieller's interval.
+
+ln D = ln a + b ln x + e, s^2 = SSE/(n - 2); theta = exp((ln c - ln a)/b) and beta = s/b.
+
+References:
+    Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533.
+    Fieller (1954), JRSS B 16(2):175-185, for the interval of a ratio.
+    Koenker (1981), J. Econometrics 17(1):107-112, for the studentised Breusch-Pagan test.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import special
+
+from skewbridge.fragility.likelihood import existence
+from skewbridge.fragility.likelihood.fit import (
+    DEFAULT_LEVEL,
+    OK,
+    FragilityFit,
+    common_warnings,
+    exp_end,
+)
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
+
+TEST_LEVEL = 0.05  # of the tests of curvature and of constant scatter
+SATURATING = "saturating"
+CURVED = "curved"
+SLOPE_NOT_SIGNIFICANT = "slope_not_significant"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogLogLine:
+    """Least-squares line of ln demand on ln intensity, with the tests of its assumptions.
+
+    Attributes:
+        ln_a: Intercept.
+        b: Slope.
+        s: Residual standard deviation, n - 2 in the denominator.
+        n: Runs.
+        mean_x: Mean of ln x.
+        sxx: Sum of squares of ln x about its mean.
+        r2: Coefficient of determination.
+        curvature: Coefficient of (ln x - mean)^2 when it is added.
+        curvature_p: p-value of its F test (exact, one degree of freedom).
+        scatter_p: p-value of the studentised Breusch-Pagan test of constant scatter.
+        cook_max: Largest Cook's distance.
+    """
+
+    ln_a: float
+    b: float
+    s: float
+    n: int
+    mean_x: float
+    sxx: float
+    r2: float
+    curvature: float
+    curvature_p: float
+    scatter_p: float
+    cook_max: float
+
+
+def fit_line(x: FloatArray, y: FloatArray) -> LogLogLine:
+    """Fit the line to x = ln intensity (not constant) and y = ln demand, both of shape (n,)."""
+    n = x.size
+    u, v = x - np.mean(x), y - np.mean(y)
+    sxx = float(u @ u)
+    b = float(u @ v) / sxx
+    residual = v - b * u
+    sse = float(residual @ residual)
+    s2 = sse / (n - 2) if n > 2 else float("nan")
+    syy = float(v @ v)
+    leverage = 1.0 / n + u**2 / sxx
+    scale = s2 if s2 > 0.0 else 1.0
+    cook = residual**2 / (2.0 * scale) * leverage / np.maximum((1.0 - leverage) ** 2, 1e-12)
+    curvature, curvature_p = _curvature(u, residual, sse)
+    return LogLogLine(
+        ln_a=float(np.mean(y)) - b * float(np.mean(x)),
+        b=b,
+        s=float(np.sqrt(s2)),
+        n=n,
+        mean_x=float(np.mean(x)),
+        sxx=sxx,
+        r2=1.0 - sse / syy if syy > 0.0 else float("nan"),
+        curvature=curvature,
+        curvature_p=curvature_p,
+        scatter_p=_breusch_pagan(u, residual),
+        cook_max=float(np.max(cook)),
+    )
+
+
+def fit_cloud(
+    im: ArrayLike,
+    edp: ArrayLike,
+    threshold: float,
+    *,
+    capacity_dispersion: float = 0.0,
+    level: float = DEFAULT_LEVEL,
+    n_records: int | None = None,
+) -> FragilityFit:
+    """Fit a fragility curve to a cloud of runs that all completed.
+
+    Args:
+        im: Intensities, shape (n,), positive.
+        edp: Demands in the unit of ``threshold``, shape (n,), positive.
+        threshold: Median capacity c.
+        capacity_dispersion: Dispersion of the capacity; beta = sqrt(s^2 + dispersion^2)/b.
+        level: Confidence level.
+        n_records: Motions behind the runs, if fewer than runs.
+
+    Returns:
+        The fit; theta with Fieller's interval, beta with a delta-method interval of its logarithm.
+        Statuses: ``single_level`` (constant intensity), ``non_increasing`` (b <= 0),
+        ``slope_not_significant`` (Fieller's set is unbounded), ``zero_dispersion``. Warnings name
+        ``saturating`` or ``curved`` (curvature test), ``heteroscedastic`` (Breusch-Pagan).
+
+    Raises:
+        InputError: A value is missing or not positive; names the rows.
+    """
+    x, y, ln_c = cloud_columns(im, edp, threshold)
+    n = int(x.size)
+    if n < 3 or np.ptp(x) == 0.0:
+        reason = existence.SINGLE_LEVEL if n >= 3 else "too_few_runs"
+        return FragilityFit(method="cloud_ols", status=reason, n_runs=n, level=level)
+    line = fit_line(x, y)
+    details: dict[str, Any] = line_details(line)
+    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * level))
+    status = OK
+    if line.b <= 0.0:
+        status = existence.NON_INCREASING
+    elif line.s <= 1e-12:
+        status = "zero_dispersion"
+    elif line.b**2 <= t**2 * line.s**2 / line.sxx:
+        status = SLOPE_NOT_SIGNIFICANT
+    if status != OK:
+        return FragilityFit(
+            method="cloud_ols", status=status, n_runs=n, level=level, details=details
+        )
+    beta = float(np.hypot(line.s, capacity_dispersion)) / line.b
+    ln_theta = (ln_c - line.ln_a) / line.b
+    ends = fieller(line, ln_c, t)
+    variance = _delta_covariance(line, ln_theta, beta)
+    reach = t * np.sqrt(variance[2]) / beta
+    theta = exp_end(ln_theta)
+    ci_theta = (exp_end(ends[0]), exp_end(ends[1]))
+    records = n if n_records is None else n_records
+    warnings = common_warnings(theta, ci_theta, np.exp(x), records) + line_warnings(line)
+    if np.max(y) <= ln_c:
+        warnings.append("no_exceedance_observed")
+    sigma = line.s * np.sqrt((n - 2) / n)  # maximum-likelihood value, for the log-likelihood
+    return FragilityFit(
+        method="cloud_ols",
+        status=OK,
+        theta=theta,
+        beta=beta,
+        var_ln_theta=variance[0],
+        cov_ln_theta_beta=variance[1],
+        var_beta=variance[2],
+        ci_theta=ci_theta,
+        ci_beta=(float(beta * np.exp(-reach)), float(beta * np.exp(reach))),
+        ci_method="fieller",
+        level=level,
+        loglik=-n * (0.5 * np.log(2.0 * np.pi) + np.log(sigma) + 0.5),
+        n_runs=n,
+        warnings=tuple(warnings),
+        details=details,
+    )
+
+
+def cloud_columns(
+    im: ArrayLike, edp: ArrayLike, threshold: float, collapse: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return ln im, ln edp and ln threshold after checking them.
+
+    Raises:
+        InputError: Names the rows that are missing or not positive; the demand of a run flagged
+            as collapse may be anything and becomes NaN if it is unusable.
+    """
+    x, d = positive(im, "im"), as_column(edp, "edp")
+    same_length(im=x, edp=d)
+    usable = np.isfinite(d) & (d > 0.0)
+    flagged = np.zeros(d.size, dtype=np.bool_) if collapse is None else collapse > 0.0
+    rule = "must be > 0 and finite for records not flagged as collapse"
+    require(usable | flagged, "edp", rule, d)
+    limit = as_column([threshold], "threshold")
+    require(np.isfinite(limit) & (limit > 0.0), "threshold", "must be > 0 and finite", limit)
+    return np.log(x), np.log(np.where(usable, d, np.nan)), float(np.log(limit[0]))
+
+
+def fieller(line: LogLogLine, ln_c: float, t: float) -> tuple[float, float]:
+    """Return Fieller's interval of ln theta; needs b^2 > t^2 s^2 / Sxx."""
+    rise = ln_c - (line.ln_a + line.b * line.mean_x)
+    a = line.b**2 - t**2 * line.s**2 / line.sxx
+    half = line.b * rise
+    constant = rise**2 - t**2 * line.s**2 / line.n
+    root = float(np.sqrt(max(half**2 - a * constant, 0.0)))
+    return line.mean_x + (half - root) / a, line.mean_x + (half + root) / a
+
+
+def line_details(line: LogLogLine) -> dict[str, Any]:
+    """Return the numbers of the line under the names used in tables."""
+    return {
+        "ln_a": line.ln_a,
+        "b": line.b,
+        "sigma": line.s,
+        "r2": line.r2,
+        "curvature": line.curvature,
+        "curvature_p": line.curvature_p,
+        "scatter_p": line.scatter_p,
+        "cook_max": line.cook_max,
+    }
+
+
+def line_warnings(line: LogLogLine) -> list[str]:
+    """Return the warnings of the tests of a straight line and of constant scatter."""
+    found: list[str] = []
+    if line.curvature_p < TEST_LEVEL:
+        found.append(SATURATING if line.curvature < 0.0 else CURVED)
+    if line.scatter_p < TEST_LEVEL:
+        found.append("heteroscedastic")
+    return found
+
+
+def _delta_covariance(line: LogLogLine, ln_theta: float, beta: float) -> tuple[float, float, float]:
+    """Return var ln theta, cov(ln theta, beta), var beta of the regression estimates."""
+    away = ln_theta - line.mean_x
+    var_b = line.s**2 / line.sxx
+    relative = var_b / line.b**2
+    var_ln_theta = line.s**2 / line.b**2 / line.n + relative * away**2
+    # beta = sqrt(s^2 + c^2)/b: its derivative by s is s/(beta b^2), by b it is -beta/b
+    var_s = line.s**2 / (2.0 * (line.n - 2))
+    var_beta = (line.s / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
+    return float(var_ln_theta), float(beta * relative * away), float(var_beta)
+
+
+def _curvature(u: FloatArray, residual: FloatArray, sse: float) -> tuple[float, float]:
+    """Return the coefficient of u^2 added to the line and the p-value of its F test."""
+    n = u.size
+    extra = u**2 - np.mean(u**2)
+    extra = extra - (float(extra @ u) / float(u @ u)) * u
+    size = float(extra @ extra)
+    if n < 4 or size <= 1e-12 * float(u @ u) ** 2 or sse <= 0.0:
+        return float("nan"), float("nan")
+    coefficient = float(extra @ residual) / size
+    explained = coefficient**2 * size
+    left = max(sse - explained, 1e-300)
+    return coefficient, float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
+
+
+def _breusch_pagan(u: FloatArray, residual: FloatArray) -> float:
+    squared = residual**2
+    centred = squared - np.mean(squared)
+    total = float(centred @ centred)
+    if total <= 0.0:
+        return float("nan")
+    r2 = float(u @ centred) ** 2 / (float(u @ u) * total)
+    return float(special.chdtrc(1, u.size * r2))

@@ -1,0 +1,229 @@
+"""Two extensions of the cloud whose curves are not lognormal: collapse, and scatter that varies.
+
+Both report theta = x50 and beta = (ln x84 - ln x16)/2 of their curve (16 and 84 % exactly, for a
+lognormal curve 0.9945 of its beta), and the curve itself.
+
+References:
+    Jalayer, Ebrahimian, Miano, Manfredi and Sezen (2017), EESD 46(15):2639-2663: modified cloud.
+    Harvey (1976), Econometrica 44(3):461-465: multiplicative heteroscedasticity.
+"""
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import special
+
+from skewbridge.fragility.likelihood import existence
+from skewbridge.fragility.likelihood.fit import DEFAULT_LEVEL, OK, FragilityFit
+from skewbridge.fragility.likelihood.links import FloatArray, probability
+from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.likelihood.validate import as_column, require, same_length
+from skewbridge.fragility.methods.cloud import cloud_columns, fit_line, line_details, line_warnings
+from skewbridge.fragility.methods.curve_reading import SEARCH, read_curve
+
+_HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
+_MIN_RUNS: Final = 10  # below, scatter that vanishes at one end makes the likelihood unbounded
+_MAX_SPREAD: Final = 8.0  # of ln sigma over the runs; beyond, it does vanish
+
+
+def fit_modified_cloud(
+    im: ArrayLike,
+    edp: ArrayLike,
+    threshold: float,
+    collapse: ArrayLike,
+    *,
+    level: float = DEFAULT_LEVEL,
+    collapse_link: str = "logit",
+) -> FragilityFit:
+    """Fit demand and collapse apart and join them: P = P(D > c | NC)(1 - Pc) + Pc.
+
+    P(D > c | NC) = Phi[(ln a + b ln x - ln c)/s] by least squares on the runs without collapse, Pc
+    a logistic (or probit) curve in ln x: five parameters.
+
+    Args:
+        im: Intensities, shape (n,).
+        edp: Demands; anything where collapsed.
+        threshold: Median capacity.
+        collapse: 1 where the run collapsed.
+        level: Confidence level of the delta-method intervals.
+        collapse_link: logit (as published) or probit.
+
+    Returns:
+        The fit. The existence of the collapse curve is tested first: its status is returned where
+        it does not exist (few collapses are usually separated).
+
+    Raises:
+        InputError: A value is missing or not positive; names the rows.
+    """
+    flags = as_column(collapse, "collapse")
+    require((flags == 0.0) | (flags == 1.0), "collapse", "must be 0 or 1", flags)
+    same_length(im=np.asarray(im, dtype=object), collapse=flags)
+    x, y, ln_c = cloud_columns(im, edp, threshold, flags)
+    calm = flags == 0.0
+    n = int(x.size)
+
+    def refused(status: str, **details: Any) -> FragilityFit:
+        return FragilityFit(
+            method="cloud_modified", status=status, n_runs=n, level=level, details=details
+        )
+
+    if np.sum(calm) < 3 or np.ptp(x[calm]) == 0.0:
+        return refused(existence.SINGLE_LEVEL if np.ptp(x) == 0.0 else "too_few_runs")
+    line = fit_line(x[calm], y[calm])
+    status = existence.binomial_status(x, np.ones(n), flags)
+    if status != OK or line.b <= 0.0:
+        reason = existence.NON_INCREASING if line.b <= 0.0 else status
+        return refused(reason, part="collapse" if line.b > 0.0 else "demand", **line_details(line))
+    design = np.column_stack([np.ones(n), x])
+    best = maximise(BinomialKernel(design, np.ones(n), flags, collapse_link), np.zeros((1, 2)))
+    alpha = best.params[0]
+    if alpha[1] <= 0.0:
+        return refused(existence.NON_INCREASING, part="collapse")
+
+    def curve(p: FloatArray, ln_x: FloatArray) -> FloatArray:
+        demand = special.ndtr((p[0] + p[1] * ln_x - ln_c) / p[2])
+        falls = probability(p[3] + p[4] * ln_x, collapse_link)
+        return demand * (1.0 - falls) + falls
+
+    params = np.array([line.ln_a, line.b, line.s, alpha[0], alpha[1]])
+    covariance = np.zeros((5, 5))
+    covariance[:3, :3] = _line_covariance(line.n, line.mean_x, line.sxx, line.s)
+    covariance[3:, 3:] = best.covariance[0]
+    sigma = line.s * np.sqrt((line.n - 2) / line.n)
+    demand_loglik = -line.n * (_HALF_LOG_2PI + np.log(sigma) + 0.5)
+    details = line_details(line) | {
+        "n_collapse": int(np.sum(flags)),
+        "collapse_a0": float(alpha[0]),
+        "collapse_a1": float(alpha[1]),
+        "collapse_link": collapse_link,
+    }
+    return read_curve(
+        "cloud_modified",
+        curve,
+        params,
+        covariance,
+        x,
+        level,
+        demand_loglik + float(best.loglik[0]),
+        [*line_warnings(line), "curve_not_lognormal"],
+        details,
+    )
+
+
+def fit_heteroscedastic(
+    im: ArrayLike, edp: ArrayLike, threshold: float, *, level: float = DEFAULT_LEVEL
+) -> FragilityFit:
+    """Fit ln D ~ N(ln a + b ln x, sigma(x)^2) with ln sigma(x) = g0 + g1 ln x by likelihood.
+
+    The likelihood-ratio statistic of g1 = 0 and its p-value stand in the details (``lr``,
+    ``lr_p``); where g1 is not zero the curve Phi[(ln a + b ln x - ln c)/sigma(x)] is not
+    lognormal.
+
+    Raises:
+        InputError: A value is missing or not positive; names the rows.
+    """
+    x, y, ln_c = cloud_columns(im, edp, threshold)
+    n = int(x.size)
+    if n < _MIN_RUNS or np.ptp(x) == 0.0:
+        status = existence.SINGLE_LEVEL if n >= _MIN_RUNS else "too_few_runs"
+        return FragilityFit(method="cloud_heteroscedastic", status=status, n_runs=n, level=level)
+    found = _harvey(x, y)
+    if found is None:
+        return FragilityFit(
+            method="cloud_heteroscedastic", status="unbounded_likelihood", n_runs=n, level=level
+        )
+    params, covariance, loglik, plain = found
+    ratio = 2.0 * (loglik - plain)
+    details: dict[str, Any] = {
+        "ln_a": float(params[0]),
+        "b": float(params[1]),
+        "g0": float(params[2]),
+        "g1": float(params[3]),
+        "loglik_homoscedastic": plain,
+        "lr": ratio,
+        "lr_p": float(special.chdtrc(1, max(ratio, 0.0))),
+    }
+    if params[1] <= 0.0:
+        return FragilityFit(
+            method="cloud_heteroscedastic",
+            status=existence.NON_INCREASING,
+            n_runs=n,
+            level=level,
+            details=details,
+        )
+
+    def curve(p: FloatArray, ln_x: FloatArray) -> FloatArray:
+        return np.asarray(special.ndtr((p[0] + p[1] * ln_x - ln_c) / np.exp(p[2] + p[3] * ln_x)))
+
+    def rising(p: FloatArray) -> tuple[float, float]:
+        # the scatter overtakes the mean where ln a + b ln x - ln c = b/g1
+        turn = (p[1] / p[3] - p[0] + ln_c) / p[1] if p[3] != 0.0 else np.inf
+        middle = float((ln_c - p[0]) / p[1])
+        low = max(middle - SEARCH, float(turn)) if p[3] < 0.0 else middle - SEARCH
+        high = min(middle + SEARCH, float(turn)) if p[3] > 0.0 else middle + SEARCH
+        return low, high
+
+    return read_curve(
+        "cloud_heteroscedastic",
+        curve,
+        params,
+        covariance,
+        x,
+        level,
+        loglik,
+        ["curve_not_lognormal"],
+        details,
+        rising,
+    )
+
+
+def _harvey(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, float, float] | None:
+    """Return (ln a, b, g0, g1), their covariance, the log-likelihood and that with g1 = 0.
+
+    None where the scatter vanishes at one end, so that the likelihood has no maximum.
+    """
+    design = np.column_stack([np.ones_like(x), x])
+    line, *_ = np.linalg.lstsq(design, y, rcond=None)
+    residual = y - design @ line
+    g = np.array([0.5 * np.log(np.mean(residual**2)), 0.0])
+    plain = _loglik(residual, design @ g)
+    gram = np.linalg.inv(design.T @ design)
+    loglik = plain
+    for _ in range(500):  # Fisher scoring; block-diagonal information
+        if np.ptp(design @ g) > _MAX_SPREAD:
+            return None
+        weight = np.exp(-2.0 * (design @ g))
+        line = np.linalg.solve((design.T * weight) @ design, (design.T * weight) @ y)
+        residual = y - design @ line
+        step = 0.5 * gram @ (design.T @ (residual**2 * weight - 1.0))
+        factor = 1.0
+        while _loglik(residual, design @ (g + factor * step)) < _loglik(residual, design @ g):
+            factor *= 0.5
+            if factor < 1e-6:
+                break
+        g = g + factor * step
+        loglik = _loglik(residual, design @ g)
+        if np.max(np.abs(step)) < 1e-13:
+            break
+    covariance = np.zeros((4, 4))
+    covariance[:2, :2] = np.linalg.inv((design.T * np.exp(-2.0 * (design @ g))) @ design)
+    covariance[2:, 2:] = 0.5 * gram
+    return np.concatenate([line, g]), covariance, loglik, plain
+
+
+def _loglik(residual: FloatArray, ln_sigma: FloatArray) -> float:
+    scaled = residual * np.exp(-ln_sigma)
+    return float(-np.sum(0.5 * scaled**2 + ln_sigma + _HALF_LOG_2PI))
+
+
+def _line_covariance(n: int, mean_x: float, sxx: float, s: float) -> FloatArray:
+    """Return the covariance of (ln a, b, s) of a least-squares line."""
+    var_b = s**2 / sxx
+    return np.array(
+        [
+            [s**2 / n + mean_x**2 * var_b, -mean_x * var_b, 0.0],
+            [-mean_x * var_b, var_b, 0.0],
+            [0.0, 0.0, s**2 / (2.0 * (n - 2))],
+        ]
+    )

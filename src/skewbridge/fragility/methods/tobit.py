@@ -1,0 +1,209 @@
+"""Cloud regression in which some demands are known only to exceed a value (Tobit).
+
+References:
+    Tobin (1958), Econometrica 26(1):24-36; Martins and Silva (2021), Bulletin of
+    Earthquake Engineering 19, for its use with a cloud of demands.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood import existence
+from skewbridge.fragility.likelihood.bootstrap import Replicates
+from skewbridge.fragility.likelihood.censored import CensoredKernel
+from skewbridge.fragility.likelihood.fit import (
+    DEFAULT_LEVEL,
+    FLATTEST_SLOPE,
+    OK,
+    FragilityFit,
+    common_warnings,
+    exp_end,
+    lognormal_covariance,
+)
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, maximise
+from skewbridge.fragility.likelihood.profile import profile_ends
+from skewbridge.fragility.methods.cloud import cloud_columns
+
+
+class ProfiledKernel:
+    """A kernel of (a0, a1, h) with h maximised out: a concave kernel of (a0, a1)."""
+
+    def __init__(self, kernel: Kernel, start: float) -> None:
+        self._kernel, self._start = kernel, start
+
+    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+        """Evaluate at the best h; the Hessian is the Schur complement of its entry."""
+        inner = _LastOnly(self._kernel, params)
+        start = np.full((params.shape[0], 1), self._start)
+        best = maximise(inner, start, covariance=False)
+        full = self._kernel.derivatives(np.hstack([params, best.params]))
+        cross = full.hessian[:, :2, 2]
+        schur = cross[:, :, None] * cross[:, None, :] / full.hessian[:, 2, 2][:, None, None]
+        return Derivatives(full.loglik, full.score[:, :2], full.hessian[:, :2, :2] - schur)
+
+
+class _LastOnly:
+    """The kernel as a function of its last parameter, the others fixed per row."""
+
+    def __init__(self, kernel: Kernel, fixed: FloatArray) -> None:
+        self._kernel, self._fixed = kernel, fixed
+
+    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+        fixed = self._fixed if rows is None else self._fixed[rows]
+        full = self._kernel.derivatives(np.hstack([fixed, params]))
+        return Derivatives(full.loglik, full.score[:, 2:], full.hessian[:, 2:, 2:])
+
+
+def fit_tobit(
+    im: ArrayLike,
+    edp: ArrayLike,
+    threshold: float,
+    *,
+    censored: ArrayLike | None = None,
+    upper: ArrayLike | None = None,
+    censor_above: float | None = None,
+    discard_below: float | None = None,
+    capacity_dispersion: float = 0.0,
+    level: float = DEFAULT_LEVEL,
+    interval: bool = True,
+) -> FragilityFit:
+    """Fit the log-log line by maximum likelihood with demands censored on the right.
+
+    l = sum over observed [ln phi(z) - ln sigma] + sum over censored ln Phi(-z),
+    z = (ln D - ln a - b ln x)/sigma. The parameters are a0 = (ln a - ln c)/sigma,
+    a1 = b/sigma and h = 1/sigma, so that theta = exp(-a0/a1) and beta = 1/a1.
+
+    Args:
+        im: Intensities, shape (n,).
+        edp: Demands; of censored runs the value they are known to exceed.
+        threshold: Median capacity c, in the unit of ``edp``.
+        censored: True where the demand is known only to exceed ``edp``.
+        upper: Upper ends of censored demands, infinity by default.
+        censor_above: Also censor demands at or above this value, at this value.
+        discard_below: Drop runs with a demand below this value. Off by default: it selects on the
+            response, and biases the slope.
+        capacity_dispersion: Dispersion of the capacity; beta = sqrt(sigma^2 + dispersion^2)/b.
+        level: Confidence level of the profile intervals.
+        interval: False leaves out the profile intervals.
+
+    Raises:
+        InputError: A value is missing or not positive; names the rows.
+    """
+    x, y, ln_c = cloud_columns(im, edp, threshold)
+    flags = np.zeros(x.size, dtype=np.bool_) if censored is None else np.asarray(censored) > 0
+    top = np.full(x.size, np.inf) if upper is None else np.log(np.asarray(upper, dtype=np.float64))
+    if flags.size != x.size or top.size != x.size:
+        raise InputError(
+            f"censored and upper need {x.size} rows, got {flags.size} and {top.size}",
+            row=min(flags.size, top.size, x.size),
+        )
+    if discard_below is not None:
+        kept = y >= np.log(discard_below)
+        x, y, flags, top = x[kept], y[kept], flags[kept], top[kept]
+    if censor_above is not None:
+        above = y >= np.log(censor_above)
+        y = np.where(above, np.log(censor_above), y)
+        flags, top = flags | above, np.where(above, np.inf, top)
+    n, seen = int(x.size), ~flags
+
+    def refused(status: str, **details: float) -> FragilityFit:
+        return FragilityFit(
+            method="cloud_tobit", status=status, n_runs=n, level=level, details=details
+        )
+
+    if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
+        single = n >= 3 and np.ptp(x) == 0.0
+        return refused(existence.SINGLE_LEVEL if single else "too_few_runs")
+    kernel = CensoredKernel(
+        np.column_stack([np.ones(n), x]), y - ln_c, np.where(flags, top, y) - ln_c
+    )
+    best = maximise(kernel, _start(x, y, seen, ln_c))
+    a0, a1, h = (float(value) for value in best.params[0])
+    if not bool(best.converged[0]):
+        return refused("not_converged")
+    details = {"ln_a": a0 / h + ln_c, "b": a1 / h, "sigma": 1.0 / h, "n_censored": int(sum(flags))}
+    if a1 <= FLATTEST_SLOPE:
+        return refused(existence.NON_INCREASING, **details)
+    widen = float(np.sqrt(1.0 + (h * capacity_dispersion) ** 2))
+    covariance = best.covariance[0][:2, :2]
+    variance = lognormal_covariance(best.params[0][:2], covariance)
+    ci_theta = ci_beta = (float("nan"), float("nan"))
+    if interval:
+        reduced = maximise(ProfiledKernel(kernel, h), best.params[:, :2])
+        zero = ProfiledKernel(kernel, h)
+        flat = maximise(_FirstOnly(zero), np.array([[0.0]]), covariance=False).params[0, 0]
+        ends = profile_ends(ProfiledKernel(kernel, h), reduced, level, float(flat))
+        ci_theta = (exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1]))
+        low = ends.slope[0]
+        ci_beta = (widen / ends.slope[1], widen / low if low > 0.0 else np.inf)
+    theta = exp_end(-a0 / a1)
+    return FragilityFit(
+        method="cloud_tobit",
+        status=OK,
+        theta=theta,
+        beta=widen / a1,
+        var_ln_theta=variance[0],
+        cov_ln_theta_beta=variance[1] * widen,
+        var_beta=variance[2] * widen**2,
+        ci_theta=ci_theta,
+        ci_beta=ci_beta,
+        ci_method="profile" if interval else "",
+        level=level,
+        loglik=float(best.loglik[0]),
+        n_runs=n,
+        warnings=tuple(common_warnings(theta, ci_theta, np.exp(x), n)),
+        details=details,
+    )
+
+
+def refit_tobit(
+    im: FloatArray,
+    edp: FloatArray,
+    threshold: float,
+    censored: NDArray[np.bool_],
+    weights: FloatArray,
+    *,
+    upper: FloatArray | None = None,
+) -> Replicates:
+    """Fit R weighted replicates at once.
+
+    Args:
+        im: Intensities, shape (n,).
+        edp: Demands, or the values that censored ones exceed, shape (n,).
+        threshold: Median capacity.
+        censored: Shape (n,).
+        weights: How often each run enters each replicate, shape (R, n).
+        upper: Upper ends of censored demands.
+    """
+    x, y, ln_c = np.log(im), np.log(edp), float(np.log(threshold))
+    top = np.full(x.size, np.inf) if upper is None else np.log(upper)
+    design = np.column_stack([np.ones(x.size), x])
+    kernel = CensoredKernel(design, y - ln_c, np.where(censored, top, y) - ln_c, weights)
+    start = np.tile(_start(x, y, ~censored, ln_c), (weights.shape[0], 1))
+    best = maximise(kernel, start, covariance=False)
+    a0, a1 = best.params[:, 0], best.params[:, 1]
+    good = best.converged & (a1 > FLATTEST_SLOPE)
+    with np.errstate(all="ignore"):
+        theta = np.where(good, np.exp(-a0 / a1), np.inf)
+        beta = np.where(good, 1.0 / a1, np.inf)
+    return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
+
+
+class _FirstOnly:
+    """A kernel of (a0, a1) at zero slope."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._kernel = kernel
+
+    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+        full = self._kernel.derivatives(np.hstack([params, np.zeros_like(params)]))
+        return Derivatives(full.loglik, full.score[:, :1], full.hessian[:, :1, :1])
+
+
+def _start(x: FloatArray, y: FloatArray, seen: NDArray[np.bool_], ln_c: float) -> FloatArray:
+    """Return (a0, a1, h) of the line through the observed runs."""
+    slope, intercept = np.polyfit(x[seen], y[seen], 1)
+    h = 1.0 / max(float(np.std(y[seen] - intercept - slope * x[seen])), 1e-3)
+    return np.array([[h * (intercept - ln_c), h * slope, h]])

@@ -1,0 +1,1 @@
+"""The tables of a study: curves, effects, factors, systems, from its demands."""

@@ -1,0 +1,140 @@
+"""The columns of results/fragility/curves.parquet and how a fit becomes a row of it."""
+
+from collections.abc import Mapping
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+
+from skewbridge.fragility.likelihood.fit import FragilityFit
+from skewbridge.fragility.tables.limit_states import LimitState
+
+CURVE_COLUMNS: Final[dict[str, str]] = {
+    "variant": "name of the variant",
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
+    "skew_deg": "skew, degrees",
+    "gap_mm": "longitudinal gap, mm",
+    "friction": "Coulomb coefficient",
+    "component": "component of the limit state",
+    "limit_state": "degree of damage",
+    "method": "cloud | exceedance | ida_interval",
+    "model": "estimator behind the method (cloud_ols, cloud_tobit, stripes, ida_interval)",
+    "status": "ok, or why there is no estimate",
+    "theta": "median of the intensity measure at which the median capacity is reached",
+    "beta": "dispersion from motion to motion",
+    "beta_total": "dispersion with that of the capacity, sqrt(beta^2 + (dispersion/b)^2)",
+    "var_ln_theta": "variance of ln theta",
+    "cov_ln_theta_beta": "covariance of ln theta and beta",
+    "var_beta": "variance of beta",
+    "theta_low": "lower end of the interval of theta; 0 is unbounded",
+    "theta_high": "upper end of the interval of theta; infinity is unbounded",
+    "beta_low": "lower end of the interval of beta",
+    "beta_high": "upper end of the interval of beta",
+    "ci_method": "fieller | profile | record_bootstrap",
+    "level": "confidence level of the intervals",
+    "loglik": "log-likelihood at the maximum",
+    "warnings": "names separated by semicolons",
+    "n_runs": "runs of the variant",
+    "n_records": "motions behind them",
+    "n_exceed": "runs known to exceed",
+    "n_unknown": "failed runs whose outcome is unknown",
+    "n_collapse": "collapsed runs",
+    "theta_exclude": "median with unknown outcomes left out",
+    "beta_exclude": "dispersion with unknown outcomes left out",
+    "theta_all_exceed": "median if all unknown outcomes exceed",
+    "beta_all_exceed": "dispersion if all unknown outcomes exceed",
+    "theta_none_exceed": "median if no unknown outcome exceeds",
+    "beta_none_exceed": "dispersion if no unknown outcome exceeds",
+    "theta_bound": "one-sided bound of theta where nothing (lower) or everything (upper) exceeds",
+    "theta_bound_beta": "dispersion assumed for that bound",
+    "theta_firth": "penalised (Firth) median of separated data, not the maximum likelihood",
+    "beta_firth": "penalised (Firth) dispersion of separated data",
+    "ln_a": "intercept of ln demand on ln intensity",
+    "b": "slope of ln demand on ln intensity",
+    "sigma": "scatter of ln demand about that line",
+    "curvature_p": "p-value of the curvature test",
+    "scatter_p": "p-value of the test of constant scatter",
+    "im": "intensity measure",
+    "demand": "demand column",
+    "threshold": "median capacity, in the unit of the demand column",
+    "capacity_dispersion": "dispersion of the capacity",
+    "collapse_rule": "exceeds | peak: whether a collapsed run exceeds by definition",
+    "citation": "source of the capacity",
+}
+
+
+def curve_row(
+    fit: FragilityFit,
+    state: LimitState,
+    im_column: str,
+    counts: Mapping[str, int],
+    bounds: Mapping[str, float],
+    *,
+    slope: float = nan,
+) -> dict[str, Any]:
+    """Return the row of one fit (without the columns that name the variant).
+
+    Args:
+        fit: The fit.
+        state: Its limit state.
+        im_column: Intensity measure.
+        counts: n_runs, n_records, n_exceed, n_unknown, n_collapse.
+        bounds: Medians and dispersions of the three treatments of unknown outcomes.
+        slope: b of the log-log line, which carries the dispersion of the capacity over to the
+            intensity measure.
+    """
+    details = fit.details
+    model = {
+        "exceedance": "stripes",
+        "cloud": "cloud_tobit" if "n_censored" in details else "cloud_ols",
+    }
+    firth = details.get("firth", {})
+    bound_beta = details.get("assumed_beta", nan)
+    bound = nan
+    for name, value in details.items():
+        if name.startswith("theta_") and name.endswith("_given_beta") and bound_beta == bound_beta:
+            bound = value.get(f"{bound_beta:g}", nan)
+    total = nan
+    if slope > 0.0:
+        # ASSUME capacity independent of demand; b carries its dispersion over to the intensity
+        total = float(np.hypot(fit.beta, state.dispersion / slope))
+    row: dict[str, Any] = {
+        "component": state.component,
+        "limit_state": state.name,
+        "method": fit.method,
+        "model": model.get(fit.method, fit.method),
+        "status": fit.status,
+        "theta": fit.theta,
+        "beta": fit.beta,
+        "beta_total": total,
+        "var_ln_theta": fit.var_ln_theta,
+        "cov_ln_theta_beta": fit.cov_ln_theta_beta,
+        "var_beta": fit.var_beta,
+        "theta_low": fit.ci_theta[0],
+        "theta_high": fit.ci_theta[1],
+        "beta_low": fit.ci_beta[0],
+        "beta_high": fit.ci_beta[1],
+        "ci_method": fit.ci_method,
+        "level": fit.level,
+        "loglik": fit.loglik,
+        "warnings": ";".join(dict.fromkeys((*fit.warnings, *state.warnings))),
+        **counts,
+        "theta_bound": bound,
+        "theta_bound_beta": bound_beta if bound == bound else nan,
+        "theta_firth": firth.get("theta", nan),
+        "beta_firth": firth.get("beta", nan),
+        "im": im_column,
+        "demand": state.demand,
+        "threshold": state.threshold,
+        "capacity_dispersion": state.dispersion,
+        "collapse_rule": state.collapse,
+        "citation": state.citation,
+    }
+    for name in ("exclude", "all_exceed", "none_exceed"):
+        for parameter in ("theta", "beta"):
+            key = f"{parameter}_{name}"
+            row[key] = bounds.get(key, nan)
+    for name in ("ln_a", "b", "sigma", "curvature_p", "scatter_p"):
+        row[name] = details.get(name, nan)
+    return {name: row[name] for name in CURVE_COLUMNS if name in row}

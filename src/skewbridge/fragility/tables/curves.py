@@ -1,0 +1,143 @@
+"""Fits of a whole study: every variant and limit state of a demands table, by every method."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.bootstrap import DEFAULT_REPLICATES
+from skewbridge.fragility.likelihood.fit import DEFAULT_LEVEL, OK, FragilityFit
+from skewbridge.fragility.methods.ordered import crossing
+from skewbridge.fragility.tables.curve_rows import curve_row
+from skewbridge.fragility.tables.limit_states import LimitState
+from skewbridge.fragility.tables.outcomes import (
+    COLLAPSE,
+    VARIANT_COLUMNS,
+    check_demands,
+    outcomes_of,
+)
+from skewbridge.fragility.tables.runs import DEFAULT_SEED, FitSettings, Runs
+from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
+from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
+
+NOT_APPLICABLE: Final = "not_applicable"
+
+
+def fit_study(
+    demands: pd.DataFrame,
+    limit_states: Sequence[LimitState],
+    im_column: str,
+    *,
+    level: float = DEFAULT_LEVEL,
+    bootstrap: int = DEFAULT_REPLICATES,
+    seed: int = DEFAULT_SEED,
+    accept_bounds: bool = False,
+    assumed_beta: float = 0.4,
+) -> pd.DataFrame:
+    """Fit every variant and limit state of a demands table.
+
+    Methods: ``cloud`` (log-log regression; Tobit where runs collapsed or failed) and
+    ``exceedance`` (probit on exceeded or not); where motions repeat at several levels also
+    ``ida_interval``. Intervals are Fieller's (cloud) and profile (others), but by record
+    bootstrap where motions repeat, since runs are not independent then.
+
+    Args:
+        demands: Table in the contract of results/demands.parquet.
+        limit_states: What to fit.
+        im_column: Intensity measure, a column of the table, at the level of the run.
+        level: Confidence level.
+        bootstrap: Replicates of the record bootstrap, used where motions repeat in a variant.
+        seed: Of the record bootstrap.
+        accept_bounds: Give a headline number though unknown outcomes move it by over 15 %.
+        assumed_beta: Dispersion for one-sided bounds where no run (or every run) exceeds.
+
+    Returns:
+        One row per (variant, component, limit state, method); columns in
+        `skewbridge.fragility.tables.curve_rows.CURVE_COLUMNS`. Unless ``status`` is ``ok``, theta
+        and beta are NaN: nothing is extrapolated from data in which nothing exceeds.
+
+    Raises:
+        InputError: A column is missing or a value is unusable; names row and column.
+    """
+    options = FitSettings(
+        level=level,
+        seed=seed,
+        replicates=bootstrap,
+        accept_bounds=accept_bounds,
+        assumed_beta=assumed_beta,
+    )
+    if not limit_states:
+        raise InputError("no limit states to fit")
+    columns = list(dict.fromkeys(state.demand for state in limit_states))
+    check_demands(demands, im_column, columns)
+    rows: list[dict[str, Any]] = []
+    for _, part in demands.reset_index(drop=True).groupby("variant", sort=True):
+        runs = Runs(
+            im=part[im_column].to_numpy(dtype=np.float64),
+            status=part["status"].to_numpy(dtype=str),
+            records=np.unique(part["motion_id"].to_numpy(dtype=str), return_inverse=True)[1],
+        )
+        variant = {name: part[name].iloc[0] for name in VARIANT_COLUMNS}
+        for state in limit_states:
+            rows += [variant | row for row in _variant_rows(runs, part, state, im_column, options)]
+    return _flag_crossings(pd.DataFrame(rows), demands[im_column])
+
+
+def _flag_crossings(curves: pd.DataFrame, im: pd.Series) -> pd.DataFrame:
+    """Add ``curves_cross`` where curves of a component, fitted apart, cross inside the range."""
+    low, high = float(im.min()), float(im.max())
+    drawn = curves[curves["status"] == OK].sort_values("threshold")
+    for _, part in drawn.groupby(["variant", "component", "method"], sort=False):
+        theta, beta = part["theta"].to_numpy(), part["beta"].to_numpy()
+        for first, second, _ in crossing(theta, beta, low, high):
+            for index in (part.index[first], part.index[second]):
+                known = str(curves.loc[index, "warnings"]).split(";")
+                flags = dict.fromkeys([*(name for name in known if name), "curves_cross"])
+                curves.loc[index, "warnings"] = ";".join(flags)
+    return curves
+
+
+def _variant_rows(
+    runs: Runs, part: pd.DataFrame, state: LimitState, im_column: str, options: FitSettings
+) -> list[dict[str, Any]]:
+    demand = part[state.demand].to_numpy(dtype=np.float64)
+    outcomes = outcomes_of(demand, runs.status, state)
+    missing = np.isnan(demand) & outcomes.complete
+    counts = {
+        "n_runs": int(runs.im.size),
+        "n_records": int(np.max(runs.records)) + 1,
+        "n_exceed": int(np.sum(outcomes.exceed)),
+        "n_unknown": int(np.sum(outcomes.unknown)),
+        "n_collapse": int(np.sum(runs.status == COLLAPSE)),
+    }
+    if np.any(missing):
+        if not np.all(np.isnan(demand[outcomes.complete])):
+            motion = part["motion_id"].iloc[int(np.flatnonzero(missing)[0])]
+            row = int(part.index.to_numpy()[np.flatnonzero(missing)[0]])
+            raise InputError(
+                f"{state.demand} is missing for {part['variant'].iloc[0]} under {motion}",
+                row=row,
+                column=state.demand,
+            )
+        absent = FragilityFit(method="cloud", status=NOT_APPLICABLE, level=options.level)
+        return [
+            curve_row(replace(absent, method=name), state, im_column, counts, {})
+            for name in ("cloud", "exceedance")
+        ]
+    fits = [
+        fit_variant_cloud(runs, outcomes, state, options),
+        fit_exceedance(runs, outcomes, options),
+    ]
+    if runs.repeated and _several_levels(runs):
+        fits.append(fit_record_brackets(runs, outcomes, options))
+    slope = float(fits[0][0].details.get("b", nan))
+    return [curve_row(fit, state, im_column, counts, bounds, slope=slope) for fit, bounds in fits]
+
+
+def _several_levels(runs: Runs) -> bool:
+    spread = pd.Series(runs.im).groupby(runs.records).nunique()
+    return bool((spread > 1).any())

@@ -1,0 +1,265 @@
+"""Paired effects of skew, gap and friction: ratios of demand under the same motions.
+
+The motion-to-motion scatter cancels in the ratio of one motion's demands, so a few per cent are
+seen with 16 motions where an unpaired comparison would need hundreds.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import special
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.tables.outcomes import COLLAPSE, KEY_COLUMNS, OK
+
+AXES: Final = ("skew_deg", "gap_mm", "friction")
+NEGLIGIBLE: Final = "negligible"
+MATTERS: Final = "matters"
+UNDECIDED: Final = "undecided"
+EFFECT_LEVEL: Final = 0.90  # two one-sided tests at 5 % are a 90 % interval inside the margin
+MARGIN: Final = 0.05  # ASSUME 5 % of demand is below what a designer would act on
+MAX_DISCORDANT: Final = 0.05
+_MIN_MOTIONS: Final = 3
+MIN_BOOTSTRAP: Final = 8  # motions; below, Student's t instead of the bootstrap
+DEFAULT_DEMANDS: Final = (
+    "column_shear_kn",
+    "column_shear_dcr",
+    "column_drift_ratio",
+    "column_curvature_ductility",
+    "column_residual_drift_ratio",
+    "deck_disp_m",
+    "deck_disp_x_m",
+    "deck_disp_y_m",
+    "deck_rotation_rad",
+    "unseating_m",
+    "bearing_disp_m",
+    "abutment_passive_m",
+    "abutment_active_m",
+    "abutment_transverse_m",
+    "backwall_force_kn",
+    "shear_key_force_kn",
+)
+EFFECT_COLUMNS: Final[dict[str, str]] = {
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
+    "demand": "demand column, or component/limit_state for a median capacity",
+    "quantity": "demand | median_capacity",
+    "axis": "skew_deg | gap_mm | friction",
+    "from_value": "value of the axis in the denominator",
+    "to_value": "value of the axis in the numerator",
+    "skew_deg": "skew of both variants; NaN where it is the axis or pooled over",
+    "gap_mm": "gap of both variants; NaN where it is the axis or pooled over",
+    "friction": "friction of both variants; NaN where it is the axis or pooled over",
+    "scope": "variant (one pair of variants) | pooled (all pairs, motion by motion)",
+    "ratio": "geometric mean over the motions of the paired ratio",
+    "from_mean": "geometric mean of the demand at from_value, in its unit: how large it is at all",
+    "ci_low": "lower end of its interval (bootstrap-t over motions; Student's t below 8 motions)",
+    "ci_high": "upper end",
+    "level": "confidence level",
+    "n_motions": "motions with a usable pair",
+    "n_left_out": "pairs left out: a run collapsed or failed, or a demand is zero",
+    "n_discordant": "of these, pairs in which one side alone collapsed, failed or is zero",
+    "n_collapse_from": "collapsed runs at from_value",
+    "n_collapse_to": "collapsed runs at to_value",
+    "verdict": "negligible (interval inside the margin) | matters (outside it) | undecided",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectSettings:
+    """How paired effects are judged.
+
+    Attributes:
+        level: Confidence level; 0.90 makes ``negligible`` two one-sided tests at 5 %.
+        margin: Relative change that counts as negligible.
+        replicates: Of the record bootstrap.
+        seed: Of the record bootstrap.
+    """
+
+    level: float
+    margin: float
+    replicates: int
+    seed: int
+
+
+def verdict_of(ci_low: float, ci_high: float, margin: float = MARGIN) -> str:
+    """Judge an interval of a ratio against 1 - margin .. 1 + margin.
+
+    ``negligible``: inside; ``matters``: wholly outside; ``undecided``: neither, or no interval.
+
+    References:
+        Schuirmann (1987), J. Pharmacokin. Biopharm. 15(6):657-680: two one-sided tests.
+    """
+    if np.isnan(ci_low) or np.isnan(ci_high):
+        return UNDECIDED
+    if ci_low >= 1.0 - margin and ci_high <= 1.0 + margin:
+        return NEGLIGIBLE
+    return MATTERS if ci_low > 1.0 + margin or ci_high < 1.0 - margin else UNDECIDED
+
+
+def paired_effects(
+    demands: pd.DataFrame,
+    columns: Sequence[str] | None = None,
+    *,
+    level: float = EFFECT_LEVEL,
+    margin: float = MARGIN,
+    bootstrap: int = 1999,
+    seed: int = 20240501,
+) -> pd.DataFrame:
+    """Return the paired ratios of demand along skew, gap and friction.
+
+    Two variants that differ in one axis only are paired run by run (same motion, scale and
+    incidence). The ratio is the geometric mean over motions (a motion counts once, however often
+    it ran); the smallest value of the axis is the reference. Pairs in which a run collapsed or
+    failed, or a demand is zero, have no ratio: they are left out and counted.
+
+    Args:
+        demands: Table in the contract of results/demands.parquet.
+        columns: Demand columns; by default those of `DEFAULT_DEMANDS` that the table has.
+        level: Confidence level; 0.90 makes ``negligible`` two one-sided tests at 5 %.
+        margin: Relative change that counts as negligible.
+        bootstrap: Replicates of the record bootstrap.
+        seed: Of the record bootstrap.
+
+    Returns:
+        Rows with the columns `EFFECT_COLUMNS`, per pair of variants and pooled over them.
+
+    Raises:
+        InputError: A column is missing, or a run occurs twice.
+    """
+    options = EffectSettings(level=level, margin=margin, replicates=bootstrap, seed=seed)
+    names = [c for c in DEFAULT_DEMANDS if c in demands] if columns is None else list(columns)
+    for column in (*KEY_COLUMNS, *names):
+        if column not in demands.columns:
+            raise InputError(f"the demands table has no column {column!r}", column=column)
+    rows: list[dict[str, Any]] = []
+    for axis in AXES:
+        pairs = run_pairs(demands, axis, names)
+        if pairs.empty:
+            continue
+        others = [name for name in AXES if name != axis]
+        base = ["bridge", "abutment", "from_value", "to_value"]
+        for scope, keys in (("variant", [*base, *others]), ("pooled", base)):
+            for key, part in pairs.groupby(keys, sort=True):
+                fixed = dict(zip(keys, key, strict=True))
+                for name in names:
+                    effect = _effect(part, name, options)
+                    rows.append({"axis": axis, "scope": scope, "demand": name} | fixed | effect)
+    table = pd.DataFrame(rows, columns=[name for name in EFFECT_COLUMNS if name != "quantity"])
+    table.insert(3, "quantity", "demand")
+    return table
+
+
+def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
+    """Pair the runs of variants that differ in ``axis`` only.
+
+    Returns:
+        One row per pair: bridge, abutment, the other axes, motion_id, from_value, to_value,
+        status_from, status_to and per demand ``<name>_from`` and ``<name>_to``.
+
+    Raises:
+        InputError: A run occurs twice.
+    """
+    others = [name for name in AXES if name != axis]
+    group = ["bridge", "abutment", *others]
+    key = [*group, "motion_id", "scale", "incidence_deg"]
+    table = demands[[*key, axis, "status", *columns]]
+    doubled = table.duplicated([*key, axis])
+    if doubled.any():
+        row = int(np.flatnonzero(doubled.to_numpy())[0])
+        raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
+    lowest = table.groupby(group)[axis].transform("min")
+    reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
+    others_rows = table[table[axis] > lowest].rename(columns={axis: "to_value"})
+    return others_rows.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
+
+
+def _effect(part: pd.DataFrame, name: str, options: EffectSettings) -> dict[str, Any]:
+    top, bottom = (part[f"{name}_{end}"].to_numpy(dtype=np.float64) for end in ("to", "from"))
+    finished = ((part["status_to"] == OK) & (part["status_from"] == OK)).to_numpy()
+    usable = finished & (top > 0.0) & (bottom > 0.0) & np.isfinite(top) & np.isfinite(bottom)
+    discordant = _discordant(part, top, bottom)
+    logs = pd.Series(np.log(top[usable] / bottom[usable]))
+    motions = part["motion_id"].to_numpy()[usable]
+    # sorted by motion, so that the result does not depend on the order of the rows
+    per_motion = logs.groupby(motions).mean().sort_index().to_numpy()
+    mean, low, high = studentised_interval(per_motion, options)
+    return {
+        "ratio": float(np.exp(mean)),
+        "from_mean": float(np.exp(np.mean(np.log(bottom[usable])))) if np.any(usable) else nan,
+        "ci_low": float(np.exp(low)),
+        "ci_high": float(np.exp(high)),
+        "level": options.level,
+        "n_motions": int(per_motion.size),
+        "n_left_out": int(np.sum(~usable)),
+        "n_discordant": int(np.sum(discordant)),
+        "n_collapse_from": int((part["status_from"] == COLLAPSE).sum()),
+        "n_collapse_to": int((part["status_to"] == COLLAPSE).sum()),
+        "verdict": paired_verdict(low, high, float(np.mean(discordant)), options.margin),
+    }
+
+
+def paired_verdict(ln_low: float, ln_high: float, discordant: float, margin: float) -> str:
+    """Judge an interval of ln ratio; never ``negligible`` where many pairs have no ratio.
+
+    Args:
+        ln_low: Lower end.
+        ln_high: Upper end.
+        discordant: Share of the pairs in which one side alone collapsed, failed or is zero.
+        margin: Relative change that counts as negligible.
+    """
+    found = verdict_of(float(np.exp(ln_low)), float(np.exp(ln_high)), margin)
+    # ASSUME ratios of the other pairs say nothing about those in which one side has none
+    return UNDECIDED if found == NEGLIGIBLE and discordant > MAX_DISCORDANT else found
+
+
+def _discordant(part: pd.DataFrame, top: FloatArray, bottom: FloatArray) -> NDArray[np.bool_]:
+    same = (part["status_to"] == part["status_from"]).to_numpy()
+    return ~same | ((top > 0.0) != (bottom > 0.0))
+
+
+@lru_cache(maxsize=8)
+def _draws(n: int, replicates: int, seed: int) -> FloatArray:
+    """Return how often each of n motions enters each replicate (the same draws for every pair)."""
+    rng = np.random.default_rng(seed)
+    return rng.multinomial(n, np.full(n, 1.0 / n), size=replicates).astype(np.float64)
+
+
+def studentised_interval(values: FloatArray, options: EffectSettings) -> tuple[float, float, float]:
+    """Return mean and bootstrap-t interval of the mean of values, one per motion.
+
+    The motion is the unit that is drawn; below 8 motions Student's interval is given. The plain
+    percentile interval is too narrow with 16 motions; the studentised one is second-order
+    correct.
+
+    References:
+        Efron and Tibshirani (1993), An Introduction to the Bootstrap, section 12.5.
+    """
+    n = values.size
+    if n == 0:
+        return nan, nan, nan
+    mean = float(np.mean(values))
+    if n < _MIN_MOTIONS:
+        return mean, nan, nan
+    error = float(np.std(values, ddof=1)) / np.sqrt(n)
+    if error < 1e-14:  # the axis has no effect at all on this demand
+        return mean, mean, mean
+    tail = 0.5 * (1.0 - options.level)
+    if n < MIN_BOOTSTRAP:  # too few distinct draws
+        reach = float(special.stdtrit(n - 1, 1.0 - tail)) * error
+        return mean, mean - reach, mean + reach
+    counts = _draws(n, options.replicates, options.seed)
+    means = counts @ values / n
+    variances = np.maximum(counts @ values**2 / n - means**2, 0.0) * n / (n - 1)
+    errors = np.sqrt(variances / n)
+    good = errors > 1e-3 * error  # replicates of (nearly) one motion have no scale
+    t = (means[good] - mean) / errors[good]
+    t_low, t_high = np.quantile(t, [tail, 1.0 - tail])
+    return mean, mean - float(t_high) * error, mean - float(t_low) * error

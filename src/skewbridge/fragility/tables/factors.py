@@ -1,0 +1,134 @@
+"""What skew, gap and friction do, in one table: variance explained, Sobol indices, prediction."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.methods.axis_probit import (
+    DesignFit,
+    fit_design,
+    likelihood_ratio,
+    scaled_design,
+)
+from skewbridge.fragility.tables.limit_states import LimitState
+from skewbridge.fragility.tables.outcomes import OK, check_demands, outcomes_of
+from skewbridge.fragility.tables.surrogate import (
+    FACTORS,
+    anova,
+    fit_surrogate,
+    leave_one_variant_out,
+    surrogate_sobol,
+)
+
+INTERACTION_LEVEL: Final = 0.05
+SUMMARY_COLUMNS: Final[dict[str, str]] = {
+    "demand": "demand column",
+    "factor": "skew_deg | gap_mm | friction",
+    "partial_eta2": "share of ln demand within motions that the factor explains, type II",
+    "p_value": "F test of the factor with the motion as block",
+    "first_order": "Sobol index of the surrogate over the box of the study",
+    "total_order": "total Sobol index",
+    "scatter": "scatter of ln demand about the surrogate, within motions",
+    "worst_prediction": "largest error of the surrogate for a variant it has not seen",
+}
+
+
+def factor_summary(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+    """Return variance explained, Sobol indices and prediction error per demand and factor.
+
+    Demands that are zero in some completed run are left out: they have no logarithm.
+
+    Args:
+        demands: Table in the contract of results/demands.parquet, two variants or more.
+        columns: Demand columns.
+    """
+    rows: list[dict[str, Any]] = []
+    factors = [name for name in FACTORS if demands[name].nunique() > 1]
+    for column in columns:
+        done = demands.loc[demands["status"] == OK, column]
+        if not factors or done.empty or not bool((done > 0.0).all()):
+            continue
+        explained = anova(demands, column).set_index("term")
+        surrogate = fit_surrogate(demands, column)
+        indices = surrogate_sobol(surrogate, demands).set_index("factor")
+        unseen = leave_one_variant_out(demands, column)
+        worst = float(unseen["error"].abs().max()) if len(unseen) else np.nan
+        rows += [
+            {
+                "demand": column,
+                "factor": name,
+                "partial_eta2": explained.loc[name, "partial_eta2"],
+                "p_value": explained.loc[name, "p_value"],
+                "first_order": indices.loc[name, "first_order"],
+                "total_order": indices.loc[name, "total_order"],
+                "scatter": surrogate.scatter,
+                "worst_prediction": worst,
+            }
+            for name in factors
+        ]
+    return pd.DataFrame(rows, columns=list(SUMMARY_COLUMNS))
+
+
+def parameterised_curve(
+    demands: pd.DataFrame, state: LimitState, im_column: str, *, link: str = "probit"
+) -> DesignFit:
+    """Fit one exceedance curve over the designs of a study, with the interactions it needs.
+
+    Main effects first; an interaction (with another axis or with ln x) is added if its
+    likelihood ratio has p < 5 % and its coefficient exceeds 1.96 cluster-robust errors: with
+    motions that repeat over the designs the ratio alone finds too many.
+
+    Args:
+        demands: Table in the contract of results/demands.parquet.
+        state: Limit state.
+        im_column: Intensity measure.
+        link: Link.
+
+    Raises:
+        InputError: A column is missing, a value unusable, or no axis varies.
+    """
+    check_demands(demands, im_column, [state.demand])
+    judged = outcomes_of(
+        demands[state.demand].to_numpy(dtype=np.float64),
+        demands["status"].to_numpy(dtype=str),
+        state,
+    )
+    known = ~judged.unknown
+    table = demands[known]
+    skew, gap, friction = (table[name].to_numpy(dtype=np.float64) for name in FACTORS)
+    varying = {
+        name: values
+        for name, values in scaled_design(skew, gap, friction).items()
+        if np.ptp(values) > 0.0
+    }
+    if not varying:
+        raise InputError(
+            "a parameterised curve needs variants that differ in skew, gap or friction"
+        )
+    ln_im = np.log(table[im_column].to_numpy(dtype=np.float64))
+    exceed = judged.exceed[known].astype(np.float64)
+    motions = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+
+    def fit(interactions: Sequence[str]) -> DesignFit:
+        return fit_design(
+            ln_im, varying, exceed, interactions=interactions, link=link, clusters=motions
+        )
+
+    chosen: list[str] = []
+    best = fit(chosen)
+    if best.status != OK:
+        return best
+    pairs = [f"{a}:{b}" for a, b in combinations(varying, 2)]
+    for term in [*pairs, *(f"{name}:ln_im" for name in varying)]:
+        trial = fit([*chosen, term])
+        if trial.status != OK:
+            continue
+        _, _, p_value = likelihood_ratio(trial, best)
+        size = abs(float(trial.coefficients[-1])) / float(trial.se_cluster[-1])
+        if p_value < INTERACTION_LEVEL and size > 1.96:
+            chosen, best = [*chosen, term], trial
+    return best

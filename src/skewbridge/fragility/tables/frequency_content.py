@@ -1,0 +1,121 @@
+"""Does friction change the frequency content: effective periods and Fourier ratios of histories.
+
+References:
+    Rathje, Abrahamson and Bray (1998), J. Geotech. Geoenviron. Eng. 124(2):150-159: mean period.
+    Konno and Ohmachi (1998), BSSA 88(1):228-241: smoothing on a logarithmic frequency axis.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.links import FloatArray
+
+DEFAULT_BAND_HZ: Final = (0.1, 10.0)
+_BANDWIDTH: Final = 40.0  # source: Konno and Ohmachi (1998), their b for engineering use
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrequencyContent:
+    """Frequency content of one history.
+
+    Attributes:
+        mean_period_s: sum(A^2/f)/sum(A^2) over the band.
+        peak_period_s: Period of the largest smoothed amplitude.
+        crossing_period_s: Twice the mean time between zero crossings, about the mean value.
+    """
+
+    mean_period_s: float
+    peak_period_s: float
+    crossing_period_s: float
+
+
+def frequency_content(
+    values: FloatArray, dt_s: float, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
+) -> FrequencyContent:
+    """Return the effective periods of a history, for example of the deck displacement.
+
+    Args:
+        values: Shape (n,), equally spaced; the mean is taken off.
+        dt_s: Time step.
+        band_hz: Frequencies that count.
+
+    Raises:
+        InputError: The history is constant, too short or not finite.
+    """
+    centred = _checked(values, dt_s)
+    frequency, amplitude = fourier_amplitude(values, dt_s, band_hz)
+    power = amplitude**2
+    smooth = konno_ohmachi(frequency, amplitude)
+    signs = np.signbit(centred)
+    crossings = np.flatnonzero(signs[1:] != signs[:-1])
+    gap = float(np.mean(np.diff(crossings))) * dt_s if crossings.size > 1 else np.nan
+    return FrequencyContent(
+        mean_period_s=float(np.sum(power / frequency) / np.sum(power)),
+        peak_period_s=float(1.0 / frequency[np.argmax(smooth)]),
+        crossing_period_s=2.0 * gap,
+    )
+
+
+def fourier_amplitude(
+    values: FloatArray, dt_s: float, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
+) -> tuple[FloatArray, FloatArray]:
+    """Return frequencies in the band and Fourier amplitudes (unit of the history times s)."""
+    centred = _checked(values, dt_s)
+    # padded to a power of two above twice the length, so that the band is finely sampled
+    size = 1 << (2 * centred.size - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(centred, size)) * dt_s
+    frequency = np.fft.rfftfreq(size, dt_s)
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    if np.sum(inside) < 8:
+        raise InputError(
+            f"band {band_hz} Hz holds {int(np.sum(inside))} frequencies of the history, need 8"
+        )
+    return frequency[inside], spectrum[inside]
+
+
+def fourier_ratio(
+    with_friction: FloatArray,
+    without: FloatArray,
+    dt_s: float,
+    grid_hz: FloatArray,
+    band_hz: tuple[float, float] = DEFAULT_BAND_HZ,
+) -> FloatArray:
+    """Return the ratio of smoothed Fourier amplitudes of two histories at given frequencies.
+
+    Args:
+        with_friction: Numerator history, shape (n,).
+        without: Denominator history of the same motion, shape (n,).
+        dt_s: Time step of both.
+        grid_hz: Frequencies of the answer, inside the band.
+        band_hz: Frequencies used.
+    """
+    f_top, top = fourier_amplitude(with_friction, dt_s, band_hz)
+    f_bottom, bottom = fourier_amplitude(without, dt_s, band_hz)
+    return konno_ohmachi(f_top, top, grid_hz) / konno_ohmachi(f_bottom, bottom, grid_hz)
+
+
+def konno_ohmachi(
+    frequency: FloatArray, amplitude: FloatArray, grid: FloatArray | None = None
+) -> FloatArray:
+    """Return the smoothed amplitude: window [sin(b log10 f/fc)/(b log10 f/fc)]^4, b = 40."""
+    centres = np.geomspace(frequency[0], frequency[-1], 200) if grid is None else grid
+    argument = _BANDWIDTH * np.log10(frequency / centres[:, None])
+    window = np.sinc(argument / np.pi) ** 4
+    smooth = window @ amplitude / np.sum(window, axis=1)
+    if grid is not None:
+        return smooth
+    return np.interp(np.log(frequency), np.log(centres), smooth)
+
+
+def _checked(values: FloatArray, dt_s: float) -> FloatArray:
+    if values.ndim != 1 or values.size < 16 or not np.all(np.isfinite(values)):
+        raise InputError(f"a history needs 16 or more finite values, got shape {values.shape}")
+    if not dt_s > 0.0:
+        raise InputError(f"dt_s must be > 0, got {dt_s:g}")
+    centred = values - np.mean(values)
+    if np.ptp(centred) == 0.0:
+        raise InputError("a constant history has no frequency content")
+    return centred

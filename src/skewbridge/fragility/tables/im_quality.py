@@ -1,0 +1,172 @@
+"""How good is an intensity measure: efficiency, practicality, proficiency, sufficiency, ranking.
+
+References:
+    Luco and Cornell (2007), Earthquake Spectra 23(2):357-392: efficiency and sufficiency.
+    Padgett, Nielson and DesRoches (2008), EESD 37(5):711-725: practicality and proficiency.
+    Jalayer, Beck and Zareian (2012), J. Eng. Mech. 138(3):307-316: relative sufficiency.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from scipy import special
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.bootstrap import record_weights
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.methods.cloud import LogLogLine, fit_line
+from skewbridge.fragility.tables.outcomes import OK
+
+# Measures for which ground-motion models and hazard curves are in common use.
+HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
+NON_POSITIVE: Final = "non_positive_im"
+
+
+def rank_measures(
+    demands: pd.DataFrame,
+    column: str,
+    measures: Sequence[str] | None = None,
+    motions: pd.DataFrame | None = None,
+    *,
+    bootstrap: int = 999,
+    seed: int = 20240501,
+) -> pd.DataFrame:
+    """Rank intensity measures for one demand.
+
+    Efficiency is the scatter s of ln D about its line on ln IM, practicality the slope b,
+    proficiency zeta = s/b. ``p_best_efficiency`` and ``p_best_proficiency`` are the shares of
+    record-bootstrap replicates in which the measure is the best: a rank by point value hides ties.
+
+    Args:
+        demands: Demands table of one or more variants; completed runs are used.
+        column: Demand, positive.
+        measures: Columns; by default all ``im_`` columns.
+        motions: Table motion_id, magnitude, distance_km for sufficiency; None leaves it out.
+        bootstrap: Replicates.
+        seed: Of the bootstrap.
+
+    Returns:
+        One row per measure, best proficiency first; unusable measures last with a status.
+
+    Raises:
+        InputError: A column is missing or the demand is not positive.
+    """
+    names = [c for c in demands if str(c).startswith("im_")] if measures is None else measures
+    names = [str(name) for name in names]
+    for name in (column, "motion_id", "status", *names):
+        if name not in demands.columns:
+            raise InputError(f"the demands table has no column {name!r}", column=name)
+    table = demands[demands["status"] == OK].reset_index(drop=True)
+    demand = table[column].to_numpy(dtype=np.float64)
+    if not np.all(demand > 0.0):
+        row = int(np.flatnonzero(~(demand > 0.0))[0])
+        raise InputError(
+            f"{column} must be > 0 in completed runs (row {row}), got {demand[row]:g}",
+            row=row,
+            column=column,
+        )
+    y = np.log(demand)
+    codes = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+    weights = record_weights(codes, bootstrap, np.random.default_rng(seed))
+    rows: list[dict[str, Any]] = []
+    scatter: dict[str, FloatArray] = {}
+    residuals: dict[str, tuple[FloatArray, float]] = {}
+    for name in names:
+        im = table[name].to_numpy(dtype=np.float64)
+        bad = int(np.sum(~(im > 0.0)))
+        if bad or np.ptp(im) == 0.0:
+            rows.append({"im": name, "status": NON_POSITIVE if bad else "single_level"})
+            continue
+        x = np.log(im)
+        line = fit_line(x, y)
+        residual = y - line.ln_a - line.b * x
+        residuals[name] = (residual, line.s)
+        scatter[name] = _replicate_scatter(x, y, weights)
+        rows.append(_row(name, line) | _sufficiency(residual, table, motions))
+    _add_probabilities(rows, scatter)
+    _add_relative_sufficiency(rows, residuals)
+    out = pd.DataFrame(rows)
+    return out.sort_values("proficiency", na_position="last").reset_index(drop=True)
+
+
+def _row(name: str, line: LogLogLine) -> dict[str, Any]:
+    return {
+        "im": name,
+        "status": OK if line.b > 0.0 else "non_increasing",
+        "ln_a": line.ln_a,
+        "practicality": line.b,
+        "efficiency": line.s,
+        "proficiency": line.s / line.b if line.b > 0.0 else np.nan,
+        "r2": line.r2,
+        "hazard_computable": name.startswith(HAZARD_KNOWN),
+    }
+
+
+def _sufficiency(
+    residual: FloatArray, table: pd.DataFrame, motions: pd.DataFrame | None
+) -> dict[str, float]:
+    """Regress the residual on magnitude and on ln distance: p-value and effect per deviation.
+
+    The effect (change of ln D per standard deviation of the variable) is reported beside p,
+    because p shrinks with the number of runs however small the effect.
+    """
+    if motions is None:
+        return {}
+    joined = table[["motion_id"]].merge(
+        motions[["motion_id", "magnitude", "distance_km"]], on="motion_id", how="left"
+    )
+    out: dict[str, float] = {}
+    distance = joined["distance_km"].to_numpy(dtype=np.float64)
+    for name, values in (
+        ("magnitude", joined["magnitude"].to_numpy(dtype=np.float64)),
+        ("ln_distance", np.log(np.where(distance > 0.0, distance, np.nan))),
+    ):
+        good = np.isfinite(values)
+        if np.sum(good) < 4 or np.ptp(values[good]) == 0.0:
+            out |= {f"p_{name}": np.nan, f"effect_{name}": np.nan}
+            continue
+        line = fit_line(values[good], residual[good])
+        t = line.b / (line.s / np.sqrt(line.sxx))
+        out[f"p_{name}"] = float(2.0 * special.stdtr(line.n - 2, -abs(t)))
+        out[f"effect_{name}"] = line.b * float(np.std(values[good]))
+    return out
+
+
+def _replicate_scatter(x: FloatArray, y: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return s and zeta of each replicate, shape (2, R)."""
+    total = np.sum(weights, axis=1)
+    mean_x, mean_y = weights @ x / total, weights @ y / total
+    sxx = weights @ (x * x) - total * mean_x**2
+    sxy = weights @ (x * y) - total * mean_x * mean_y
+    syy = weights @ (y * y) - total * mean_y**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        b = sxy / sxx
+        s = np.sqrt(np.maximum(syy - b * sxy, 0.0) / (total - 2.0))
+        zeta = np.where(b > 0.0, s / b, np.inf)
+    return np.stack([s, zeta])
+
+
+def _add_probabilities(rows: list[dict[str, Any]], scatter: dict[str, FloatArray]) -> None:
+    if not scatter:
+        return
+    names = list(scatter)
+    best = np.argmin(np.stack([scatter[name] for name in names]), axis=0)
+    for row in rows:
+        if row["im"] in scatter:
+            index = names.index(row["im"])
+            row["p_best_efficiency"] = float(np.mean(best[0] == index))
+            row["p_best_proficiency"] = float(np.mean(best[1] == index))
+
+
+def _add_relative_sufficiency(
+    rows: list[dict[str, Any]], residuals: dict[str, tuple[FloatArray, float]]
+) -> None:
+    """Mean log-density of the demand given the measure, relative to the best one (nats)."""
+    score = {
+        name: float(np.mean(-0.5 * (e / s) ** 2) - np.log(s)) for name, (e, s) in residuals.items()
+    }
+    for row in rows:
+        if row["im"] in score:
+            row["relative_sufficiency_nats"] = score[row["im"]] - max(score.values())

@@ -1,0 +1,275 @@
+"""Demand over intensity and design with the motion as block: surrogate, ANOVA, Sobol indices.
+
+ln D = motion effect (and b ln x, which the motion absorbs where it ran at one level) + main effects
++ interactions of skew, gap and friction. Prefer it to the exceedance model wherever the demand is
+continuous: it uses more than 0 or 1.
+
+References:
+    Sobol (2001), Math. Comput. Simul. 55:271-280; Saltelli et al. (2010), for the indices.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, cast
+
+import numpy as np
+import pandas as pd
+from scipy import special, stats
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.methods.axis_probit import scaled_design
+from skewbridge.fragility.tables.outcomes import OK
+
+FACTORS: Final = ("skew_deg", "gap_mm", "friction")
+DEFAULT_TERMS: Final = ("skew", "skew:skew", "gap", "friction", "skew:gap", "skew:friction")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surrogate:
+    """ln demand as a function of the scaled design, relative to the motion's mean.
+
+    Attributes:
+        terms: Names of the terms.
+        coefficients: Shape (p,).
+        se_cluster: Errors robust to the motion.
+        scatter: Residual standard deviation of ln D within a motion.
+        mean_effect: Mean over motions of their effect: ln D at all terms zero.
+    """
+
+    terms: tuple[str, ...]
+    coefficients: FloatArray
+    se_cluster: FloatArray
+    scatter: float
+    mean_effect: float
+
+    def relative(self, design: Mapping[str, FloatArray]) -> FloatArray:
+        """Return ln D minus the motion effect at scaled design values."""
+        return _columns(self.terms, design) @ self.coefficients
+
+
+def fit_surrogate(
+    demands: pd.DataFrame, column: str, terms: Sequence[str] = DEFAULT_TERMS
+) -> Surrogate:
+    """Fit the surrogate by least squares within blocks (motion, scale and incidence).
+
+    Args:
+        demands: Demands table; runs that did not complete are left out.
+        column: Demand, positive.
+        terms: Products of ``skew``, ``gap``, ``friction`` (scaled as in `scaled_design`), main
+            effects first; a term that the designs of the table cannot tell from those before it
+            is dropped.
+
+    Raises:
+        InputError: A demand is not positive, or no two designs share a motion.
+    """
+    table = _usable(demands, column)
+    design = _design(table)
+    kept: tuple[str, ...] = ()
+    for term in terms:
+        x = _within(_columns((*kept, term), design), table)
+        if np.linalg.matrix_rank(x) == len(kept) + 1:
+            kept = (*kept, term)
+    if not kept:
+        raise InputError("no two designs of the table share a motion")
+    x = _within(_columns(kept, design), table)
+    y = _within(np.log(table[column].to_numpy(dtype=np.float64))[:, None], table)[:, 0]
+    gram = np.linalg.inv(x.T @ x)
+    coefficients = gram @ (x.T @ y)
+    residual = y - x @ coefficients
+    blocks = _block_codes(table)
+    dof = y.size - len(kept) - int(np.max(blocks)) - 1
+    motions = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+    sums = np.zeros((int(np.max(motions)) + 1, len(kept)))
+    np.add.at(sums, motions, x * residual[:, None])
+    robust = gram @ (sums.T @ sums) @ gram
+    mean = np.log(table[column].to_numpy(dtype=np.float64)) - _columns(kept, design) @ coefficients
+    return Surrogate(
+        terms=kept,
+        coefficients=coefficients,
+        se_cluster=np.sqrt(np.diag(robust)),
+        scatter=float(np.sqrt(residual @ residual / max(dof, 1))),
+        mean_effect=float(np.mean(mean)),
+    )
+
+
+def anova(demands: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Return the type-II analysis of variance of ln demand with the motion as block.
+
+    Factors skew, gap, friction (as categories) and their two-way products; a main effect is
+    compared with the model of all terms that do not contain it.
+
+    Returns:
+        Rows term, sum_sq, dof, f, p_value, partial_eta2 = SS/(SS + SS residual).
+    """
+    table = _usable(demands, column)
+    y = _within(np.log(table[column].to_numpy(dtype=np.float64))[:, None], table)[:, 0]
+    factors = [name for name in FACTORS if table[name].nunique() > 1]
+    parts = {name: _dummies(table[name]) for name in factors}
+    for i, first in enumerate(factors):
+        for second in factors[i + 1 :]:
+            left, right = parts[first], parts[second]
+            both = left[:, :, None] * right[:, None, :]
+            parts[f"{first}:{second}"] = both.reshape(y.size, -1)
+    parts = {name: _within(value, table) for name, value in parts.items()}
+    full, rank = _residual(y, list(parts.values()))
+    blocks = int(np.max(_block_codes(table))) + 1
+    dof = y.size - blocks - rank
+    rows: list[dict[str, Any]] = []
+    for term, own in parts.items():
+        margin = [
+            v for name, v in parts.items() if not set(term.split(":")) <= set(name.split(":"))
+        ]
+        without, low = _residual(y, margin)
+        within, high = _residual(y, [*margin, own])
+        explained, steps = without - within, high - low
+        ratio = explained / steps / (full / dof) if dof > 0 and full > 0.0 else np.nan
+        rows.append(
+            {
+                "term": term,
+                "sum_sq": explained,
+                "dof": steps,
+                "f": ratio,
+                "p_value": float(special.fdtrc(steps, dof, ratio)) if ratio == ratio else np.nan,
+                "partial_eta2": explained / (explained + full) if full > 0.0 else np.nan,
+            }
+        )
+    rows.append({"term": "residual", "sum_sq": full, "dof": dof})
+    return pd.DataFrame(rows)
+
+
+def sobol(
+    function: Callable[[FloatArray], FloatArray],
+    low: Sequence[float],
+    high: Sequence[float],
+    *,
+    n: int = 4096,
+    seed: int = 20240501,
+) -> tuple[FloatArray, FloatArray]:
+    """Return first-order and total Sobol indices over a box with uniform inputs.
+
+    Args:
+        function: Maps inputs of shape (d, n) to values of shape (n,).
+        low: Lower ends, d of them.
+        high: Upper ends.
+        n: Sample size, a power of two.
+        seed: Of the sequence.
+    """
+    if len(low) == 1:  # all of the variance is its; scipy fails on a single input
+        return np.ones(1), np.ones(1)
+    inputs = [stats.uniform(loc=a, scale=b - a) for a, b in zip(low, high, strict=True)]
+    # the stubs of scipy do not know that a frozen distribution has a ppf
+    found = stats.sobol_indices(
+        func=function, n=n, dists=cast(Any, inputs), rng=np.random.default_rng(seed)
+    )
+    return np.asarray(found.first_order), np.asarray(found.total_order)
+
+
+def surrogate_sobol(surrogate: Surrogate, demands: pd.DataFrame) -> pd.DataFrame:
+    """Return the Sobol indices of ln demand over the box of skew, gap and friction of a table."""
+    names = [name for name in FACTORS if demands[name].nunique() > 1]
+    box = {name: (float(demands[name].min()), float(demands[name].max())) for name in FACTORS}
+
+    def value(x: FloatArray) -> FloatArray:
+        full = {name: np.full(x.shape[-1], box[name][0]) for name in FACTORS}
+        full |= {name: x[i] for i, name in enumerate(names)}
+        scaled = scaled_design(full["skew_deg"], full["gap_mm"], full["friction"])
+        return surrogate.relative(scaled)
+
+    first, total = sobol(value, [box[n][0] for n in names], [box[n][1] for n in names])
+    return pd.DataFrame({"factor": names, "first_order": first, "total_order": total})
+
+
+def leave_one_variant_out(
+    demands: pd.DataFrame, column: str, terms: Sequence[str] = DEFAULT_TERMS
+) -> pd.DataFrame:
+    """Return how well the surrogate predicts each variant from all others.
+
+    Returns:
+        Rows variant, predicted (geometric mean ratio to the motions' means), observed, error
+        (predicted over observed minus 1) and scatter of the single runs' errors in ln D.
+    """
+    table = _usable(demands, column)
+    y = np.log(table[column].to_numpy(dtype=np.float64))
+    rows: list[dict[str, Any]] = []
+    for variant in sorted(table["variant"].unique()):
+        out = (table["variant"] == variant).to_numpy()
+        try:
+            model = fit_surrogate(table[~out], column, terms)
+        except InputError:
+            continue  # without this variant the terms cannot be told apart
+        relative = y - model.relative(_design(table))
+        block = pd.Series(relative[~out]).groupby(_key(table[~out])).mean()
+        level = block.reindex(_key(table[out])).to_numpy(dtype=np.float64)
+        error = -(relative[out] - level)
+        rows.append(
+            {
+                "variant": variant,
+                "observed": float(np.exp(np.nanmean(y[out] - level))),
+                "predicted": float(np.exp(np.nanmean(y[out] - level + error))),
+                "error": float(np.expm1(np.nanmean(error))),
+                "scatter": float(np.nanstd(error)),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _usable(demands: pd.DataFrame, column: str) -> pd.DataFrame:
+    table = demands[(demands["status"] == OK) & demands[column].notna()].reset_index(drop=True)
+    bad = np.flatnonzero(~(table[column].to_numpy(dtype=np.float64) > 0.0))
+    if bad.size or table.empty:
+        row = int(bad[0]) if bad.size else 0
+        raise InputError(
+            f"{column} must be > 0 in completed runs (row {row})", row=row, column=column
+        )
+    return table
+
+
+def _design(table: pd.DataFrame) -> dict[str, FloatArray]:
+    skew, gap, friction = (table[name].to_numpy(dtype=np.float64) for name in FACTORS)
+    return scaled_design(skew, gap, friction)
+
+
+def _columns(terms: Sequence[str], design: Mapping[str, FloatArray]) -> FloatArray:
+    return np.column_stack(
+        [np.prod([design[name] for name in term.split(":")], axis=0) for term in terms]
+    )
+
+
+def _key(table: pd.DataFrame) -> pd.Index:
+    return pd.Index(
+        table["motion_id"].astype(str)
+        + "|"
+        + table["scale"].map("{:.12g}".format)
+        + "|"
+        + table["incidence_deg"].map("{:g}".format)
+    )
+
+
+def _block_codes(table: pd.DataFrame) -> Any:
+    return np.unique(_key(table).to_numpy(dtype=str), return_inverse=True)[1]
+
+
+def _within(values: FloatArray, table: pd.DataFrame) -> FloatArray:
+    """Subtract the mean of each block."""
+    codes = _block_codes(table)
+    count = np.bincount(codes)
+    means = np.stack(
+        [np.bincount(codes, values[:, j]) / count for j in range(values.shape[1])], axis=1
+    )
+    return values - means[codes]
+
+
+def _dummies(values: pd.Series) -> FloatArray:
+    levels = sorted(values.unique())
+    return np.column_stack([(values == level).to_numpy(dtype=np.float64) for level in levels[1:]])
+
+
+def _residual(y: FloatArray, parts: Sequence[FloatArray]) -> tuple[float, int]:
+    """Return the residual sum of squares and the rank of a model."""
+    if not parts:
+        return float(y @ y), 0
+    matrix = np.hstack(parts)
+    solution, _, rank, _ = np.linalg.lstsq(matrix, y, rcond=None)
+    left = y - matrix @ solution
+    return float(left @ left), int(rank)

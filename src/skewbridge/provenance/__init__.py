@@ -1,0 +1,1 @@
+"""Digests of sources and inputs: what must be computed again, and what need not."""

@@ -1,0 +1,82 @@
+"""Incremental dynamic analysis: a search per motion instead of given factors."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import sqrt
+from pathlib import Path
+from typing import Final
+
+from skewbridge.motions.intensity import scaled_measures
+from skewbridge.motions.levels import bracket_capacity
+from skewbridge.motions.suite import SuiteMotion
+from skewbridge.study.batch import Row, Task, analyse_row, run_key
+
+SEARCH_IM: Final = "im_saavg_rotd50_g"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Search:
+    """What an incremental dynamic analysis looks for.
+
+    Attributes:
+        demand: Column of the demands table.
+        threshold: Its limit; a collapse exceeds it whatever the demand.
+        low_g: Lowest Sa_avg tried.
+        high_g: Highest Sa_avg tried.
+    """
+
+    demand: str
+    threshold: float
+    low_g: float
+    high_g: float
+
+    def limits(self, motion: SuiteMotion) -> tuple[float, float]:
+        """Return the factors of the lowest and highest level."""
+        at_1_g = motion.measures[SEARCH_IM] / motion.scale
+        return self.low_g / at_1_g, self.high_g / at_1_g
+
+    def first_factor(self, motion: SuiteMotion) -> float:
+        """Return the factor that the search begins with."""
+        low, high = self.limits(motion)
+        return sqrt(low * high)
+
+    def exceeds(self, row: Row) -> bool:
+        """Return whether an analysis exceeds the limit.
+
+        A collapse does, and so does an analysis without a usable end: the search then goes on at
+        lower levels, where it can be believed, and the fit sees the row with its own status.
+        """
+        return row["status"] != "ok" or bool(row[self.demand] >= self.threshold)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchWork:
+    """Brackets the capacity of one motion after another: the work of a batch.
+
+    Attributes:
+        search: What to look for.
+        known: Rows of earlier analyses by `run_key`; they are not repeated.
+    """
+
+    search: Search
+    known: Mapping[str, Row]
+
+    def __call__(self, task: Task, _key: str, log_folder: Path, owner_pid: int) -> list[Row]:
+        """Return the rows of all analyses that the search of one motion took."""
+        rows: list[Row] = []
+
+        def exceeds(factor: float) -> bool:
+            trial = _at(task, factor)
+            key = run_key(trial)
+            row = self.known.get(key) or analyse_row(trial, key, log_folder, owner_pid)
+            rows.append(row)
+            return self.search.exceeds(row)
+
+        bracket_capacity(exceeds, limits=self.search.limits(task.motion))
+        return rows
+
+
+def _at(task: Task, factor: float) -> Task:
+    motion = task.motion
+    measures = scaled_measures(motion.measures, factor / motion.scale)
+    return replace(task, motion=replace(motion, scale=factor, measures=measures))

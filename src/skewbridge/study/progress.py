@@ -1,0 +1,147 @@
+"""How far a study is: a live bar in a terminal, one line a minute in a log."""
+
+import logging
+import time
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, Self
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from skewbridge.study.journal import read_journal
+
+logger = logging.getLogger(__name__)
+
+LOG_INTERVAL_S: Final = 60.0
+FAILED: Final = frozenset({"numerical_failure", "timeout", "crash", "invalid_input"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyState:
+    """What of a study is done.
+
+    Attributes:
+        variants: Bridge variants.
+        analyses: Analyses in all.
+        done: Analyses with a row, whatever its status.
+        failed: Those without a usable result.
+        cpu_s: Processor time of the finished analyses.
+        rungs: Analyses by the highest recovery rung they used.
+        statuses: Analyses by status.
+    """
+
+    variants: int
+    analyses: int
+    done: int
+    failed: int
+    cpu_s: float
+    rungs: dict[int, int] = field(default_factory=dict[int, int])
+    statuses: dict[str, int] = field(default_factory=dict[str, int])
+
+    @property
+    def left(self) -> int:
+        """Analyses still to run."""
+        return self.analyses - self.done
+
+
+def study_state(run_keys: Mapping[str, Sequence[str]], journals: Path) -> StudyState:
+    """Count the finished analyses of a study.
+
+    Args:
+        run_keys: Keys of the analyses by variant name.
+        journals: Folder of the journals.
+    """
+    rows: list[dict[str, Any]] = []
+    for variant, keys in run_keys.items():
+        journal = read_journal(journals / f"{variant}.jsonl")
+        rows += [journal[key] for key in keys if key in journal]
+    return StudyState(
+        variants=len(run_keys),
+        analyses=sum(len(keys) for keys in run_keys.values()),
+        done=len(rows),
+        failed=sum(row["status"] in FAILED for row in rows),
+        cpu_s=sum(row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]),
+        rungs=_counts(row["recovery_rung"] for row in rows),
+        statuses=_counts(row["status"] for row in rows),
+    )
+
+
+class StudyProgress:
+    """Shows the progress of a study while one variant of it runs.
+
+    Args:
+        state: What was done when the variant began.
+        variant: Name of the variant under way.
+        keys: Its planned analyses; what a search adds to them does not count.
+    """
+
+    def __init__(self, state: StudyState, variant: str, keys: Collection[str]) -> None:
+        self._keys = frozenset(keys)
+        self._variant = variant
+        self._done = state.done
+        self._total = state.analyses
+        self._began_s = self._logged_s = time.monotonic()
+        self._new = 0
+        console = Console(stderr=True)
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=30),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]}"),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=console,
+            disable=not console.is_terminal,
+        )
+        self._task = self._bar.add_task(
+            variant, total=state.analyses, completed=state.done, rate=""
+        )
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+        self._log()
+
+    def advance(self, row: Mapping[str, Any]) -> None:
+        """Count one finished analysis."""
+        if row["status"] in FAILED:
+            logger.warning(
+                "%s under %s: %s (%s)",
+                row["variant"],
+                row["motion_id"],
+                row["status"],
+                row["collapse_criterion"],
+            )
+        if row["run_key"] in self._keys:
+            self._new += 1
+            self._bar.update(self._task, advance=1, rate=f"{self.rate_per_min:.1f}/min")
+        if time.monotonic() - self._logged_s > LOG_INTERVAL_S:
+            self._log()
+
+    @property
+    def rate_per_min(self) -> float:
+        """Analyses per minute since the variant began."""
+        return self._new / max(time.monotonic() - self._began_s, 1e-9) * 60
+
+    def _log(self) -> None:
+        self._logged_s = time.monotonic()
+        done = self._done + self._new
+        eta = (self._total - done) / self.rate_per_min if self._new else float("nan")
+        logger.info(
+            "%s: %d of %d analyses of the study done, %.1f per minute, %.0f min left",
+            self._variant,
+            done,
+            self._total,
+            self.rate_per_min,
+            eta,
+        )
+
+
+def _counts(values: Iterable[Any]) -> dict[Any, int]:
+    return dict(sorted(Counter(values).items()))

@@ -1,0 +1,75 @@
+"""The analyses of a study: their list, and the run of one variant."""
+
+import json
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from skewbridge.demands.tables import provenance, write_demands
+from skewbridge.provenance.digests import digest_of
+from skewbridge.study.batch import run_key, run_tasks
+from skewbridge.study.capacity_search import SearchWork
+from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.progress import StudyProgress, study_state
+from skewbridge.study.setup import StudySetup
+
+logger = logging.getLogger(__name__)
+
+JOURNALS: Final = Path("results/journal")
+PLAN: Final = Path("results/plan.json")
+SOLVER_LOGS: Final = Path("results/logs/solver")
+
+
+def write_plan(setup: StudySetup, variants: Sequence[str], path: Path) -> None:
+    """Write the keys of all analyses of the study, by variant.
+
+    An IDA does not know its analyses beforehand: its plan has the first one of every search.
+    """
+    keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in variants}
+    path.write_text(json.dumps(keys, indent=1), encoding="utf-8")
+    state = study_state(keys, JOURNALS)
+    logger.info(
+        "%d variants, %d analyses, %d of them done", state.variants, state.analyses, state.done
+    )
+
+
+def planned_keys() -> dict[str, list[str]]:
+    """Return the keys of all analyses of the study by variant; empty before there is a plan."""
+    if not PLAN.exists():
+        return {}
+    keys: dict[str, list[str]] = json.loads(PLAN.read_text(encoding="utf-8"))
+    return keys
+
+
+def analyse_variant(setup: StudySetup, slug: str, *, n_jobs: int, output: Path) -> None:
+    """Run what is missing of one variant and write its demands.
+
+    Args:
+        setup: What the variants share.
+        slug: Name of the variant.
+        n_jobs: Worker processes.
+        output: Parquet file with the rows of this variant.
+
+    Raises:
+        InputError: Another process analyses this variant.
+    """
+    tasks = setup.tasks(slug)
+    keys = planned_keys() | {slug: [run_key(task) for task in tasks]}
+    journal_path = JOURNALS / f"{slug}.jsonl"
+    with (
+        open_journal(journal_path) as journal,
+        StudyProgress(study_state(keys, JOURNALS), slug, keys[slug]) as progress,
+    ):
+        done = read_journal(journal_path)
+        rows = run_tasks(
+            tasks,
+            journal,
+            done,
+            n_jobs=n_jobs,
+            log_folder=SOLVER_LOGS,
+            on_finished=progress.advance,
+            work=SearchWork(search=setup.search, known=done) if setup.search else None,
+        )
+    digest = digest_of(*(row["run_key"] for row in rows))
+    write_demands(rows, output, provenance(analyses_digest=digest))

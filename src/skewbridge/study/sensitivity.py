@@ -1,0 +1,95 @@
+"""Numerical sensitivity: penalties and time step halved and doubled on a few analyses."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+from joblib import Parallel, delayed
+
+from skewbridge.demands.tables import provenance, write_frame
+from skewbridge.study.batch import Row, Task, analyse_row, run_key
+from skewbridge.study.runs import SOLVER_LOGS
+from skewbridge.study.setup import StudySetup
+
+CHANGES: Final = (
+    "default",
+    "time step x 1/2",
+    "time step x 2",
+    "normal penalty x 1/2",
+    "normal penalty x 2",
+    "tangential penalty x 1/2",
+    "tangential penalty x 2",
+)
+DEMANDS: Final = (
+    "column_shear_kn",
+    "column_drift_ratio",
+    "deck_disp_m",
+    "unseating_m",
+    "backwall_force_kn",
+)
+
+
+def write_sensitivity(
+    setup: StudySetup, slug: str, *, count: int, n_jobs: int, output: Path
+) -> None:
+    """Run the changes and write the ratios of the demands to the default, mean over motions.
+
+    Args:
+        setup: What the variants share.
+        slug: The variant.
+        count: Motions, the strongest by the largest scaled PGV; 0 writes an empty table.
+        n_jobs: Worker processes.
+        output: Parquet file: change, motions, status, one ratio column per demand and the
+            largest deviation of a single motion.
+    """
+    tasks = sorted(setup.tasks(slug), key=lambda t: -t.motion.measures["im_pgv_rotd50_mps"])[:count]
+    runs = [(change, _changed(task, change)) for task in tasks for change in CHANGES]
+    parallel = Parallel(n_jobs=n_jobs, backend="loky", return_as="generator")
+    rows: Iterator[Row] = parallel(
+        delayed(analyse_row)(task, run_key(task), SOLVER_LOGS / f"sensitivity{number}", os.getpid())
+        for number, (_, task) in enumerate(runs)
+    )
+    frame = pd.DataFrame(
+        [{"change": change, **row} for (change, _), row in zip(runs, rows, strict=True)]
+    )
+    write_frame(sensitivity_table(frame) if count else pd.DataFrame(), output, provenance())
+
+
+def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the ratios to the default, one row per change.
+
+    Args:
+        rows: Demands rows with a column ``change``.
+    """
+    demands = rows.pivot_table(index="motion_id", columns="change", values=list(DEMANDS))
+    table: list[dict[str, object]] = []
+    for change in CHANGES[1:]:
+        ratios = {name: demands[name][change] / demands[name]["default"] for name in DEMANDS}
+        of_change = rows[rows["change"] == change]
+        table.append(
+            {
+                "change": change,
+                "motions": len(of_change),
+                "completed": int(of_change["status"].isin(("ok", "collapse")).sum()),
+                **{name: float(ratio.mean()) for name, ratio in ratios.items()},
+                "largest single change": max(
+                    float((ratios[name] - 1).abs().max()) for name in DEMANDS[:-1]
+                ),
+            }
+        )
+    return pd.DataFrame(table)
+
+
+def _changed(task: Task, change: str) -> Task:
+    settings, options = task.settings, task.options
+    factor = 2.0 if change.endswith("x 2") else 0.5
+    if change.startswith("time step"):
+        settings = replace(settings, dt_s=settings.dt_s * factor)
+    elif change.startswith("normal"):
+        options = replace(options, normal_stiffness_factor=factor)
+    elif change.startswith("tangential"):
+        options = replace(options, tangent_stiffness_factor=factor)
+    return replace(task, settings=settings, options=options)

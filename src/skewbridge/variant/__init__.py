@@ -1,0 +1,1 @@
+"""One bridge variant: its axes, its name, the grid of a study."""
