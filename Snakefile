@@ -26,6 +26,6 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        "results/plan.json",
-        "results/report.html",
-        "results/checks.json",
+        FOLDER.plan,
+        FOLDER.report,
+        FOLDER.checks,
