@@ -26,6 +26,4 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        FOLDER.plan,
-        FOLDER.report,
-        FOLDER.checks,
+        study_products,

@@ -1,5 +1,6 @@
 # What the rules share: the validated configuration, its folder and variants, digests. No rules.
 from snakemake.exceptions import WorkflowError
+from snakemake.settings.enums import RerunTrigger
 
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.errors import InputError
@@ -70,6 +71,17 @@ def script_digest(script, *after, shown=False):
         repr(value) for rule in after for value in rule.params if not callable(value)
     ]
     return digest_of(source_digest(path, shown=shown), *before)
+
+
+def study_products(_wildcards):
+    """What the whole study makes.
+
+    This is asked when the settings of the run are known and before the jobs are planned: the place
+    to say that the digests tell what has changed in a script, and its time, which a copied tree
+    changes, does not.
+    """
+    workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE}
+    return [FOLDER.plan, FOLDER.report, FOLDER.checks]
 
 
 onsuccess:

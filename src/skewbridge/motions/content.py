@@ -3,13 +3,13 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from skewbridge.motions.index import IndexEntry
-from skewbridge.motions.read import files_digest
-from skewbridge.motions.scaling import LEVEL_RANGE_G
-from skewbridge.motions.suite import entries_to_read
 from skewbridge.provenance.digests import digest_of
 from skewbridge.provenance.files import write_text
+
+if TYPE_CHECKING:
+    from skewbridge.motions.index import IndexEntry
 
 
 def content_digest(
@@ -17,7 +17,7 @@ def content_digest(
     count: int | None,
     *,
     t1_s: float,
-    level_range_g: tuple[float, float] = LEVEL_RANGE_G,
+    level_range_g: tuple[float, float],
     cache: Path,
 ) -> str:
     """Return the digest of the index entries and files that a suite is made of.
@@ -41,14 +41,19 @@ def content_digest(
     kept = _kept(cache)
     if kept.get("state") == state:
         return kept["digest"]
+    # Here, because every job of a study reads the Snakefile: loading the readers takes seconds.
+    from skewbridge.motions.suite import entries_to_read
+
     entries, wanted = entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     digest = digest_of(wanted, *(_said(entry, folder) for entry in entries))
     write_text(cache, json.dumps({"state": state, "digest": digest}))
     return digest
 
 
-def _said(entry: IndexEntry, folder: Path) -> tuple[object, ...]:
+def _said(entry: "IndexEntry", folder: Path) -> tuple[object, ...]:
     """Return what the index and the files say of one motion."""
+    from skewbridge.motions.read import files_digest
+
     said = asdict(entry)
     files = (entry.file_1, entry.file_2)
     said |= {"file_1": files[0].relative_to(folder), "file_2": files[1].relative_to(folder)}

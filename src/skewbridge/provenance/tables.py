@@ -47,16 +47,19 @@ def write_frame(frame: pd.DataFrame, path: Path, metadata: Mapping[str, str]) ->
 
 
 def read_table(path: Path) -> pa.Table:
-    """Return a table that this version of the program wrote.
+    """Return a table of this version of the program, or one that another program wrote.
 
     Raises:
-        InputError: No such file, no parquet, or a table in another form; says what to do.
+        InputError: No such file, no parquet, or a table that another version of this program
+            wrote in another form; says what to do.
     """
     try:
         table = pq.read_table(path)
     except (OSError, pa.ArrowException) as error:
         raise InputError(f"cannot read the table {path}: {error}", file=str(path)) from error
-    found = (table.schema.metadata or {}).get(_FORMAT_KEY, b"1").decode()
+    metadata = table.schema.metadata or {}
+    unmarked = b"1" if b"skewbridge_version" in metadata else str(TABLE_FORMAT).encode()
+    found = metadata.get(_FORMAT_KEY, unmarked).decode()
     if found != str(TABLE_FORMAT):
         raise InputError(
             f"{path} was written by another version of skewbridge (table format {found}, this "
@@ -67,7 +70,7 @@ def read_table(path: Path) -> pa.Table:
 
 
 def read_frame(path: Path) -> pd.DataFrame:
-    """Return a table that this version of the program wrote, as a data frame.
+    """Return a table as `read_table` does, as a data frame.
 
     Raises:
         InputError: As `read_table`.
