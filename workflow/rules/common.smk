@@ -35,6 +35,7 @@ except InputError as error:
     raise WorkflowError(str(error)) from None
 
 VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
+HARDEST = max(VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg)))
 
 
 wildcard_constraints:

@@ -72,12 +72,10 @@ rule sensitivity:
     threads: min(2, workflow.cores)
     params:
         results=STUDY.results,
-        variant=max(
-            VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg))
-        ).slug,
+        variant=HARDEST.slug,
         motions=STUDY.sensitivity.motions,
         sections=ANALYSIS_SECTIONS,
-        bridges=BRIDGES,
+        bridge=BRIDGES[HARDEST.bridge],
         opensees=opensees_version(),
         digest=script_digest("sensitivity", rules.prepare_motions),
     script:

@@ -2,7 +2,6 @@
 
 import ast
 import re
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -29,9 +28,10 @@ def closure(root: Path | str, package: Path = PACKAGE) -> tuple[Path, ...]:
 
     Raises:
         FileNotFoundError: The root has no source.
+        ValueError: A module uses a relative import.
     """
     if isinstance(root, str):
-        queue = list(_files_named(root, package))
+        queue = [*_files_named(root, package)]
         wanted = package.joinpath(*root.split(".")[1:])
         if queue[-1] not in {wanted.with_suffix(".py"), wanted / "__init__.py"}:
             raise FileNotFoundError(f"{root} is no module of {package}")
@@ -49,33 +49,34 @@ def closure(root: Path | str, package: Path = PACKAGE) -> tuple[Path, ...]:
     return tuple(sorted(modules | data))
 
 
-def _files_named(dotted: str, package: Path) -> Iterator[Path]:
-    """Yield the files of a dotted name: of the packages on the way, and of the module."""
-    whole_package = dotted.endswith(".*")
+@cache
+def _files_named(dotted: str, package: Path) -> tuple[Path, ...]:
+    """Return the files of a dotted name: of the packages on the way, and of the module."""
     folder = package
-    yield folder / "__init__.py"
+    files = [folder / "__init__.py"]
     for part in dotted.removesuffix(".*").split(".")[1:]:
         if (folder / part / "__init__.py").is_file():
             folder /= part
-            yield folder / "__init__.py"
+            files.append(folder / "__init__.py")
         else:
             module = folder / f"{part}.py"
-            if module.is_file():
-                yield module
-            return  # the rest are names inside the module
-    if whole_package:
-        yield from folder.rglob("*.py")
+            # what follows are names inside the module
+            return (*files, module) if module.is_file() else tuple(files)
+    return (*files, *folder.rglob("*.py")) if dotted.endswith(".*") else tuple(files)
 
 
-def _data_files(folder: Path) -> Iterator[Path]:
+@cache
+def _data_files(folder: Path) -> tuple[Path, ...]:
+    files: list[Path] = []
     for path in folder.iterdir():
         if path.name.startswith((".", "__pycache__")) or path.name.endswith("~"):
             continue
         if path.is_dir():
             if not (path / "__init__.py").exists():
-                yield from _data_files(path)
+                files += _data_files(path)
         elif path.suffix not in _NO_DATA:
-            yield path
+            files.append(path)
+    return tuple(files)
 
 
 @cache
@@ -91,7 +92,9 @@ def _imported_names(source: bytes, package: str) -> frozenset[str]:
             continue
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
+        elif isinstance(node, ast.ImportFrom):
+            if node.level or node.module is None:
+                raise ValueError("relative imports are not followed: import by the full name")
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             text = spelled.fullmatch(node.value)
