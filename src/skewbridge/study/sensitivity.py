@@ -47,7 +47,7 @@ def write_sensitivity(
             largest deviation of a single motion.
     """
     tasks = sorted(setup.tasks(slug), key=lambda t: -t.motion.measures["im_pgv_rotd50_mps"])[:count]
-    runs = [(change, _changed(task, change)) for task in tasks for change in CHANGES]
+    runs = [(change, changed_task(task, change)) for task in tasks for change in CHANGES]
     own = setup.folder.journal("sensitivity")
     with open_journal(own) as journal:
         rows = run_tasks(
@@ -89,7 +89,8 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(table)
 
 
-def _changed(task: Task, change: str) -> Task:
+def changed_task(task: Task, change: str) -> Task:
+    """Return an analysis with one of `CHANGES` made to it."""
     settings, options = task.settings, task.options
     factor = 2.0 if change.endswith("x 2") else 0.5
     if change.startswith("time step"):
