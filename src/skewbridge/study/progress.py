@@ -52,8 +52,8 @@ class StudyState:
     def outdated_sentence(self) -> str:
         """What is to be said where there are outdated analyses."""
         return (
-            f"The journals hold {self.outdated} line(s) of another version of skewbridge, which are "
-            "not used: what the study needs of them runs again."
+            f"The journals hold {self.outdated} line(s) of another version of skewbridge, which "
+            "are not used: what the study needs of them runs again."
         )
 
 
