@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.recovery import LADDER, Stepper
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
@@ -19,12 +20,10 @@ VARIANT = Variant(
 )
 
 
-def run(scale=1.0, options=None, log_path=None, **settings):
+def run(scale=1.0, incidence_deg=0.0, options=None, log_path=None, **settings):
     return analyse(
         VARIANT,
-        strong_motion(),
-        scale,
-        0.0,
+        Excitation(motion=strong_motion(), scale=scale, incidence_deg=incidence_deg),
         AnalysisSettings(**settings),
         options or ModelOptions(),
         histories=True,
@@ -141,7 +140,7 @@ def test_a_motion_with_a_value_that_is_no_number_is_refused():
 )
 def test_bad_factors_are_refused_before_anything_runs(scale, incidence_deg, words):
     with pytest.raises(InputError, match=words):
-        analyse(VARIANT, strong_motion(), scale, incidence_deg, AnalysisSettings(), ModelOptions())
+        run(scale=scale, incidence_deg=incidence_deg)
 
 
 @pytest.mark.parametrize(

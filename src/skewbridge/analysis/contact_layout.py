@@ -8,7 +8,7 @@ from skewbridge.bridge.handles import BridgeModel, PlanVector
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlanCorner:
+class LayoutCorner:
     """A corner of the deck.
 
     Attributes:
@@ -28,7 +28,7 @@ class PlanCorner:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlanContact:
+class LayoutContact:
     """A contact unit.
 
     Attributes:
@@ -59,7 +59,7 @@ class PlanContact:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ContactPlan:
+class ContactLayout:
     """Deck outline and contacts of one model in plan.
 
     Attributes:
@@ -67,8 +67,8 @@ class ContactPlan:
         contacts: All contact units.
     """
 
-    corners: tuple[PlanCorner, ...]
-    contacts: tuple[PlanContact, ...]
+    corners: tuple[LayoutCorner, ...]
+    contacts: tuple[LayoutContact, ...]
 
 
 def contact_column(name: str) -> str:
@@ -76,16 +76,16 @@ def contact_column(name: str) -> str:
     return f"contact_{name.replace(' ', '_')}"
 
 
-def contact_plan(model: BridgeModel) -> ContactPlan | None:
-    """Return the plan of a model with contacts, else None."""
+def contact_layout(model: BridgeModel) -> ContactLayout | None:
+    """Return the layout of a model with contacts, else None."""
     if model.contacts is None:
         return None
     contacts = [
-        PlanContact(
+        LayoutContact(
             name=unit.name,
             side=abutment.side,
             is_key=index in abutment.key_units,
-            plan_m=_plan(unit.node_j),
+            plan_m=_plan_m(unit.node_j),
             normal=(unit.normal[0], unit.normal[1]),
             tangent=(unit.tangents[0][0], unit.tangents[0][1]),
             gap_m=unit.gap_m,
@@ -97,14 +97,14 @@ def contact_plan(model: BridgeModel) -> ContactPlan | None:
     ]
     left, right = (
         [
-            PlanCorner(side=abutment.side, kind=corner.kind, plan_m=corner.plan_m)
+            LayoutCorner(side=abutment.side, kind=corner.kind, plan_m=corner.plan_m)
             for corner in sorted(abutment.corners, key=lambda corner: corner.plan_m[1])
         ]
         for abutment in model.abutments
     )
-    return ContactPlan(corners=(*left, *reversed(right)), contacts=tuple(contacts))
+    return ContactLayout(corners=(*left, *reversed(right)), contacts=tuple(contacts))
 
 
-def _plan(node: int) -> PlanVector:
+def _plan_m(node: int) -> PlanVector:
     x, y, _ = ops.nodeCoord(node)
     return float(x), float(y)

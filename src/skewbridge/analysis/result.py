@@ -7,7 +7,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.contact_layout import ContactPlan
+from skewbridge.analysis.contact_layout import ContactLayout
 
 type Status = Literal["ok", "collapse", "numerical_failure", "timeout", "crash"]
 
@@ -31,7 +31,7 @@ class AnalysisResult:
         demands: The demand columns of the table, in their units.
         energy_kj: Energy balance by term; empty when it was not kept.
         histories: Columns of the history table, each of shape (steps + 1,), or None.
-        plan: Where the contacts are, when there are histories and contacts.
+        contact_layout: Where the contacts are, when there are histories and contacts.
         messages: What a reader of the row should know.
     """
 
@@ -46,5 +46,5 @@ class AnalysisResult:
     demands: dict[str, float]
     energy_kj: Mapping[str, float]
     histories: dict[str, NDArray[np.float64]] | None
-    plan: ContactPlan | None
+    contact_layout: ContactLayout | None
     messages: tuple[str, ...]

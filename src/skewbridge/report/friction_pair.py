@@ -58,9 +58,7 @@ def pair_histories(
         task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
         result = analyse(
             variant,
-            task.motion.motion,
-            task.motion.scale,
-            task.incidence_deg,
+            task.excitation,
             task.settings,
             task.options,
             histories=True,

@@ -13,6 +13,7 @@ from typing import Any, Final
 from joblib import Parallel, delayed
 
 from skewbridge.analysis.exit_message import hush_exit_message
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import RAN, AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
@@ -50,6 +51,13 @@ class Task:
     incidence_deg: float
     settings: AnalysisSettings
     options: ModelOptions
+
+    @property
+    def excitation(self) -> Excitation:
+        """What the model is shaken with."""
+        return Excitation(
+            motion=self.motion.motion, scale=self.motion.scale, incidence_deg=self.incidence_deg
+        )
 
 
 def run_key(task: Task) -> str:
@@ -149,12 +157,9 @@ def analyse_row(task: Task, key: str, log_folder: Path, owner_pid: int) -> Row:
     try:
         result = analyse(
             task.variant,
-            task.motion.motion,
-            task.motion.scale,
-            task.incidence_deg,
+            task.excitation,
             task.settings,
             task.options,
-            histories=False,
             log_path=log_path,
         )
     except InputError as error:

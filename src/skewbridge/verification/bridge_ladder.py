@@ -9,6 +9,7 @@ from typing import Final
 import pandas as pd
 from matplotlib.figure import Figure
 
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import RAN, AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
@@ -92,9 +93,8 @@ def _analyse(
         friction_pct=friction_pct,
     )
     settings = AnalysisSettings(duration_s=DURATION_S)
-    return analyse(
-        variant.normalised(), motion.motion, 1.0, 0.0, settings, ModelOptions(), histories=True
-    )
+    excitation = Excitation(motion=motion.motion)
+    return analyse(variant.normalised(), excitation, settings, ModelOptions(), histories=True)
 
 
 def _skew_statements(checks: Checklist, runs: Runs) -> None:
