@@ -12,8 +12,8 @@ if __name__ == "__main__":
             demands=Path(snakemake.input.demands),
             curves=Path(snakemake.input.curves),
             effects=Path(snakemake.input.effects),
-            motions=snakemake.input,
+            suite=Path(snakemake.input.suite),
+            friction_pair=Path(snakemake.input.friction_pair),
             im_column=snakemake.params.im,
-            sections=snakemake.params.sections,
             folder=Path(snakemake.output.folder),
         )

@@ -1,10 +1,10 @@
 """The figures of a study: which ones there are, their captions, and their files."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,14 +12,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.motions.spectrum import pair_psa
+from skewbridge.motions.suite import read_suite
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.fragility_frequency_figure import frequency_figure
 from skewbridge.report.fragility_style import label
-from skewbridge.report.friction_pair import friction_pair, pair_histories, typical_motion
 from skewbridge.report.motion_figures import suite_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
-from skewbridge.study.setup import StudySetup
+from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
 from skewbridge.units import G_MPS2
 from skewbridge.variant.variant import ABUTMENT_CODES
 
@@ -54,9 +54,9 @@ def draw_study(
     demands: Path,
     curves: Path,
     effects: Path,
-    motions: Mapping[str, Any],
+    suite: Path,
+    friction_pair: Path,
     im_column: str,
-    sections: Mapping[str, Any],
     folder: Path,
 ) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
@@ -65,17 +65,16 @@ def draw_study(
         demands: Demands table.
         curves: Fits.
         effects: Paired effects.
-        motions: Files of the prepared motions, by name.
+        suite: The prepared motions.
+        friction_pair: Histories without and with friction.
         im_column: Intensity measure of the fits.
-        sections: Sections of the configuration that the analyses depend on.
         folder: Where the files go.
     """
-    setup = StudySetup.from_sections(sections, motions)
     rows = pd.read_parquet(demands)
     drawings = [
         *_table_drawings(rows, pd.read_parquet(curves), pd.read_parquet(effects), im_column),
-        *_friction_pair_drawings(rows, setup),
-        *_motion_drawings(setup),
+        *_friction_pair_drawings(read_friction_pair(friction_pair)),
+        *_motion_drawings(suite),
     ]
     folder.mkdir(parents=True, exist_ok=True)
     captions: list[Caption] = []
@@ -188,13 +187,11 @@ def _fit_drawings(demands: pd.DataFrame, curves: pd.DataFrame, im_column: str) -
     return drawings
 
 
-def _friction_pair_drawings(demands: pd.DataFrame, setup: StudySetup) -> list[Drawing]:
-    pair = friction_pair(demands)
+def _friction_pair_drawings(pair: FrictionPair | None) -> list[Drawing]:
     if pair is None:
         return []
-    motion_id = typical_motion(demands, pair[-1])
-    runs = pair_histories(setup, pair, motion_id)
-    where = f"skew {pair[0].skew_deg} degrees, gap {pair[0].gap_mm} mm, motion {motion_id}"
+    runs, variant = pair.by_friction, pair.variants[0]
+    where = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm, motion {pair.motion_id}"
     hysteresis = Caption(
         name="hysteresis",
         title=f"Abutments without and with friction: {where}",
@@ -218,7 +215,7 @@ def _friction_pair_drawings(demands: pd.DataFrame, setup: StudySetup) -> list[Dr
     ]
 
 
-def _motion_drawings(setup: StudySetup) -> list[Drawing]:
+def _motion_drawings(suite: Path) -> list[Drawing]:
     def draw() -> Figure:
         spectra = [
             motion.scale
@@ -229,7 +226,7 @@ def _motion_drawings(setup: StudySetup) -> list[Drawing]:
                 PERIODS_S,
             ).rotd50_mps2
             / G_MPS2
-            for motion in setup.suite
+            for motion in read_suite(suite)
         ]
         return suite_spectra(np.array(spectra), PERIODS_S, title="Motions as applied (scaled)")
 
