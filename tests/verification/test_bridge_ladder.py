@@ -16,13 +16,14 @@ from skewbridge.bridge.dead_load import total_weight_n
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
-from skewbridge.variant.variant import ABUTMENT_CODES, Variant
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.variant import Variant
 
 BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
 SKEWS = (0, 20, 40, 60)
 ALL = [
     Variant(bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=51, friction_pct=50)
-    for bridge, abutment, skew in product(BRIDGES, ABUTMENT_CODES, SKEWS)
+    for bridge, abutment, skew in product(BRIDGES, ABUTMENTS, SKEWS)
 ]
 SAMPLE = [variant for number, variant in enumerate(ALL) if number % 7 == 0]
 

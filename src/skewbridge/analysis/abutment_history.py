@@ -124,7 +124,7 @@ def _resisting_force_n(abutment: AbutmentModel) -> list[float]:
         for unit in (*handle.wall_units, *handle.key_units):
             total -= contacts.global_force_on_j(unit)[:2]
     else:
-        for spring in (*handle.wall_springs, *handle.key_springs, *handle.wing_springs):
+        for spring in handle.springs:
             force = ops.basicForce(spring.element)[spring.component]
             total += np.multiply(force, spring.direction)
     return total.tolist()

@@ -48,9 +48,9 @@ slip of node j relative to node i (the force of the spring; the body feels its n
 """
 
 from skewbridge.contact.contact_set import ContactSet
+from skewbridge.contact.element import ContactError
 from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.ledger import UnitLedger
-from skewbridge.contact.springs import ContactError
 from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitState
 from skewbridge.contact.stepping import make_step
 from skewbridge.contact.tags import Tags, TagSource

@@ -5,10 +5,10 @@ from typing import Any
 
 import openseespy.opensees as ops
 
+from skewbridge.contact.element import Springs
 from skewbridge.contact.frame import Vector
 from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.ledger import Account
-from skewbridge.contact.springs import Springs
 from skewbridge.contact.state import Drive, UnitState
 
 

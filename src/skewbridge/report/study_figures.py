@@ -21,7 +21,7 @@ from skewbridge.report.motion_figures import suite_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
 from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
 from skewbridge.units import G_MPS2
-from skewbridge.variant.variant import ABUTMENT_CODES
+from skewbridge.variant.abutments import ABUTMENTS
 
 CAPTIONS: Final = "captions.json"
 CURVE_COMPONENTS: Final = ("column_drift", "deck_displacement", "unseating", "column_shear")
@@ -108,7 +108,7 @@ def _table_drawings(
             (
                 replace(
                     caption,
-                    name=f"{bridge}_{ABUTMENT_CODES[abutment]}_{caption.name}",
+                    name=f"{bridge}_{ABUTMENTS[abutment].code}_{caption.name}",
                     title=f"{bridge}, {abutment.replace('_', '-')}: {caption.title}",
                 ),
                 draw,

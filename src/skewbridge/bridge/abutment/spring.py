@@ -12,21 +12,20 @@ from math import sqrt
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.backfill import skew_reduction, wing_wall
-from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.penalty import normal_penalty
-from skewbridge.bridge.abutment.springs import (
+from skewbridge.bridge.abutment.elements import (
     Frame,
     dashpot_material,
     elastic_material,
     gap_material,
     grounded_node,
-    key_material,
     key_stiffness_n_per_m,
     passive_material,
     plane_node,
     plastic_material,
     spring_element,
 )
+from skewbridge.bridge.abutment.parts import SideContext, SideParts
+from skewbridge.bridge.abutment.penalty import normal_penalty
 from skewbridge.bridge.abutment.supports import build_pads
 from skewbridge.bridge.handles import SpringHandle
 
@@ -35,9 +34,7 @@ SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 
 def build_spring(context: SideContext) -> SideParts:
     """Create the springs of one side."""
-    parts = SideParts(
-        bearings=build_pads(context.data.pads, context.end, context.arrays, context.tags)
-    )
+    parts = SideParts(bearings=build_pads(context))
     _build_backfill(context, parts)
     body, mass_kg = _build_body(context, parts)
     parts.masses_kg[body] = mass_kg
@@ -62,9 +59,9 @@ def embankment_mass_kg(context: SideContext) -> float:
 
 def _build_backfill(context: SideContext, parts: SideParts) -> None:
     end, tags = context.end, context.tags
-    frame = Frame(x=(-end.normal[0], -end.normal[1]))
+    frame = Frame(x=end.inward)
     for along, _, passive in context.wall_parts():
-        ground = grounded_node(end.point("outer", along), 0.0, tags)
+        ground = grounded_node(end.point("outer", along), tags)
         nodes = (ground, context.arrays.at("outer", along))
         material = passive_material(passive, context.gap_m, tags)
         element = spring_element(nodes, frame, [material], [], tags)
@@ -76,7 +73,7 @@ def _build_backfill(context: SideContext, parts: SideParts) -> None:
 def _build_body(context: SideContext, parts: SideParts) -> tuple[int, float]:
     """Create the abutment's body: wing walls along the wall, stiff across it."""
     end, data, tags = context.end, context.data, context.tags
-    mass_kg = context.wall_mass_kg()
+    mass_kg = context.wall_mass_kg
     if context.options.embankment_mass:
         mass_kg += embankment_mass_kg(context)
     frame = Frame(x=end.tangent)
@@ -84,8 +81,8 @@ def _build_body(context: SideContext, parts: SideParts) -> tuple[int, float]:
     ratio = context.options.wall_dashpot_ratio
     # ASSUME across the wall the body is held by its initial backfill stiffness
     across = context.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
-    body = plane_node(end.point("outer", 0.0), 0.0, mass_kg, tags)
-    ground = grounded_node(end.point("outer", 0.0), 0.0, tags)
+    body = plane_node(end.point("outer", 0.0), mass_kg, tags)
+    ground = grounded_node(end.point("outer", 0.0), tags)
     element = spring_element(
         (ground, body),
         frame,
@@ -104,30 +101,18 @@ def _build_body(context: SideContext, parts: SideParts) -> tuple[int, float]:
 
 def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -> None:
     """Create one key on the body, and the gap between it and the deck's corner."""
-    end, tags, key = context.end, context.tags, context.key
+    end, tags, mass_kg = context.end, context.tags, context.key_mass_kg
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)
-    stiffness = key_stiffness_n_per_m(key)
-    mass_kg, ratio = context.key_mass_kg(), context.options.wall_dashpot_ratio
-    node = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
+    node = plane_node(end.point("outer", along), mass_kg, tags)
     # the body moves as one: its node at the key's place follows the middle
-    arm = plane_node(end.point("outer", along), 0.0, 0.0, tags)
+    arm = plane_node(end.point("outer", along), 0.0, tags)
     ops.equalDOF(body, arm, 1, 2)
-    frame = Frame(x=inward)
-    holder = spring_element(
-        (arm, node),
-        frame,
-        [key_material(key, tags), dashpot_material(ratio, stiffness, mass_kg, tags)],
-        [
-            elastic_material(stiffness, tags),
-            dashpot_material(ratio, stiffness, mass_kg, tags),
-        ],
-        tags,
-    )
+    holder = context.key_spring((arm, node), inward)
     deck_node = context.arrays.at("outer", along)
-    penalty = normal_penalty(stiffness, mass_kg, context.options)
+    penalty = normal_penalty(key_stiffness_n_per_m(context.key), mass_kg, context.options)
     material = gap_material(penalty, context.options.transverse_gap_m, tags)
-    gap = spring_element((node, deck_node), frame, [material], [], tags)
+    gap = spring_element((node, deck_node), Frame(x=inward), [material], [], tags)
     parts.key_springs.append(
         SpringHandle(element=gap, component=0, direction=inward, nodes=(node, deck_node))
     )
