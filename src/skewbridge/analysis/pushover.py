@@ -167,10 +167,9 @@ def _build_guide(abutment: AbutmentModel, direction: tuple[float, float]) -> tup
     ops.node(driver, *ops.nodeCoord(connector))
     ops.fix(driver, 1, 1, 1, 1, 1, 1)
     ops.uniaxialMaterial("Elastic", stiff, GUIDE_N_PER_M)
-    ops.element(
-        *("zeroLength", element, connector, driver, "-mat", stiff, stiff, "-dir", 1, 2),
-        *("-orient", *direction, 0.0, -direction[1], direction[0], 0.0),
-    )
+    axes = (*direction, 0.0, -direction[1], direction[0], 0.0)
+    springs = ("-mat", stiff, stiff, "-dir", 1, 2, "-orient", *axes)
+    ops.element("zeroLength", element, connector, driver, *springs)
     return element, driver
 
 

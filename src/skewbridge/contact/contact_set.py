@@ -121,7 +121,10 @@ class ContactSet:
             prove_bounds_act(self._tags, nodes, frame)
         driven = drive.parameters if drive else ()
         springs = make_springs(
-            *(self._tags, nodes, frame, law),
+            self._tags,
+            nodes,
+            frame,
+            law,
             is_elastic=self._is_elastic,
             has_dashpot="dashpot_n_s_per_m" in driven,
             is_gap_driven="gap_closing_m" in driven,

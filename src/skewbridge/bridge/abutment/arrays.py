@@ -98,10 +98,8 @@ def _build_hinge(end: DeckEnd, deck_node: int, tags: TagAllocator) -> tuple[int,
     ops.uniaxialMaterial("Elastic", turn, LINK_NM_PER_RAD)
     orientation = ("-orient", *end.normal, 0.0, *end.tangent, 0.0)
     link, hold = tags.element(), tags.element()
-    ops.element(
-        *("zeroLength", link, below, centre, "-mat", push, push, push, turn, turn),
-        *("-dir", 1, 2, 3, 4, 6, *orientation),
-    )
+    springs = ("-mat", push, push, push, turn, turn, "-dir", 1, 2, 3, 4, 6)
+    ops.element("zeroLength", link, below, centre, *springs, *orientation)
     ops.element("zeroLength", hold, ground, centre, "-mat", turn, "-dir", 5, *orientation)
     return centre, [link, hold]
 
@@ -118,13 +116,11 @@ def _build_stiff_elements(arrays: Arrays, tags: TagAllocator) -> None:
     for place in (-float("inf"), 0.0, float("inf")):
         ends = [_extreme(arrays, line, place) for line in lines]
         pairs.extend(pairwise(ends))
+    moduli, inertias = [ARRAY_MODULUS_PA] * 2, [ARRAY_INERTIA_M4] * 3
+    section = (ARRAY_AREA_M2, *moduli, *inertias)
     for i, j in pairs:
         element = tags.element()
-        ops.element(
-            *("elasticBeamColumn", element, i, j, ARRAY_AREA_M2, ARRAY_MODULUS_PA),
-            *(ARRAY_MODULUS_PA, ARRAY_INERTIA_M4, ARRAY_INERTIA_M4, ARRAY_INERTIA_M4),
-            transformation,
-        )
+        ops.element("elasticBeamColumn", element, i, j, *section, transformation)
         arrays.links.append(element)
 
 
