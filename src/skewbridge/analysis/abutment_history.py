@@ -95,7 +95,7 @@ def _run(
         rows.append(row)
         if abs(row[1]) < MAX_DISP_M:
             return None
-        return Ending(status="numerical_failure", message="the deck end has left its seat")
+        return Ending(status="numerical_failure", message=f"the deck end moved {MAX_DISP_M:g} m")
 
     loop = StepLoop(contacts, settings)
     read()

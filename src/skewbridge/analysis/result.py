@@ -1,4 +1,4 @@
-"""What an analysis returns: plain data, whatever became of it."""
+"""What an analysis returns: plain data, however it ended."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class AnalysisResult:
         status: How it ended.
         collapse_criterion: Demand whose limit was passed, or empty.
         time_reached_s: Time of the last converged step.
-        duration_s: Time that was asked for.
+        duration_s: Time that the analysis was to reach.
         recovery_rung: Highest rung of the recovery ladder in use, 0 none.
         substeps: Sub-steps taken beyond the regular steps.
         failed_attempts: Attempts at a step that did not converge.

@@ -21,7 +21,7 @@ HINGE_RADAU_SECTIONS = 6  # OpenSees numbers the points of HingeRadau 1 to 6
 
 @lru_cache(maxsize=32)
 def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
-    """Return the moment-curvature of a column, kept: it is asked for once per column and model."""
+    """Return the moment-curvature of a column; cached, as each column of each model needs it."""
     return moment_curvature(column, axial_n)
 
 

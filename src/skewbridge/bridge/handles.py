@@ -155,7 +155,7 @@ class BridgeModel:
     """A built model, before gravity.
 
     Attributes:
-        variant: What was asked for (normalised).
+        variant: The variant, normalised.
         bridge: Its catalogue data.
         options: Modelling choices.
         deck_nodes: Spine nodes, left to right.

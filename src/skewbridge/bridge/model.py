@@ -23,7 +23,7 @@ from skewbridge.variant.variant import Variant
 
 
 class DomainError(RuntimeError):
-    """A model was asked for in a domain that has one."""
+    """The domain holds a model already."""
 
 
 @contextmanager

@@ -6,6 +6,7 @@ None of this is applied to recorded motions unless asked for.
 import hashlib
 import math
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Final
 
 import numpy as np
@@ -214,8 +215,7 @@ def _end_state(accel: Vector, dt_s: float) -> Vector:
 
 
 def _small_ratio(ratio: float) -> tuple[int, int]:
-    for down in range(1, MAX_RATIO + 1):
-        up = round(ratio * down)
-        if 1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9):
-            return up, down
-    raise InputError(f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio")
+    up, down = Fraction(ratio).limit_denominator(MAX_RATIO).as_integer_ratio()
+    if not (1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9)):
+        raise InputError(f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio")
+    return up, down
