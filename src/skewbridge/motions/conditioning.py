@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import firwin, resample_poly
 
 from skewbridge.errors import InputError
-from skewbridge.motions.intensity import arias_build_up, displacement, velocity
+from skewbridge.motions.intensity import displacement, pair_arias_build_up, velocity
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import pair_psa
 
@@ -42,14 +42,9 @@ class Conditioning:
     shaking_s: float | None = None
     free_vibration_s: float = 0.0
 
-    @property
-    def changes_motions(self) -> bool:
-        """Whether anything is done at all."""
-        return self != Conditioning()
-
     def apply(self, motion: GroundMotion) -> GroundMotion:
         """Return the conditioned motion; its digest and messages say what was done."""
-        if not self.changes_motions:
+        if self == Conditioning():
             return motion
         result = remove_mean(motion) if self.remove_mean else motion
         if self.dt_s is not None:
@@ -87,7 +82,7 @@ def cut_to_strongest(
         raise InputError(f"free_vibration_s must not be negative, got {free_vibration_s}")
     dt_s = motion.dt_s
     size = min(round(shaking_s / dt_s), motion.npts)
-    both = arias_build_up(motion.accel_1_mps2, dt_s) + arias_build_up(motion.accel_2_mps2, dt_s)
+    both = pair_arias_build_up(motion)
     first = int(np.argmax(both[size - 1 :] - both[: both.size - size + 1]))
     return _window(motion, first, size, round(free_vibration_s / dt_s))
 
@@ -105,7 +100,7 @@ def trim_quiet_ends(motion: GroundMotion, share: float = QUIET_SHARE) -> GroundM
     if not 0.0 < share <= 0.05:
         raise InputError(f"share must be within 0 to 0.05, got {share}")
     dt_s = motion.dt_s
-    both = arias_build_up(motion.accel_1_mps2, dt_s) + arias_build_up(motion.accel_2_mps2, dt_s)
+    both = pair_arias_build_up(motion)
     both = both / both[-1]
     margin = round(2.0 * TAPER_S / dt_s)
     first = max(int(np.searchsorted(both, share)) - margin, 0)
@@ -165,12 +160,7 @@ def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, f
     Returns:
         ``arias_ratio`` and ``psa_<period>_ratio`` of RotD50 at a few periods.
     """
-    arias = [
-        float(
-            arias_build_up(m.accel_1_mps2, m.dt_s)[-1] + arias_build_up(m.accel_2_mps2, m.dt_s)[-1]
-        )
-        for m in (before, after)
-    ]
+    arias = [float(pair_arias_build_up(m)[-1]) for m in (before, after)]
     psa = [
         pair_psa(m.accel_1_mps2, m.accel_2_mps2, m.dt_s, EFFECT_PERIODS_S).rotd50_mps2
         for m in (before, after)

@@ -9,7 +9,8 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from skewbridge.analysis.contact_layout import ContactLayout, LayoutContact
+from skewbridge.analysis.contact_layout import ContactLayout, contact_column
+from skewbridge.bridge.geometry import ContactPlace
 from skewbridge.units import KN
 
 type Points = NDArray[np.float64]
@@ -84,7 +85,7 @@ class _Scene:
             for corner in layout.corners
         ]
         self.moves = np.stack(moves, axis=1)
-        self.rest_points = np.array([contact.plan_m for contact in contacts])
+        self.rest_points = np.array([contact.surface[:2] for contact in contacts])
         self.normal_kn = _columns(histories, contacts, "normal_kn")
         self.friction_kn = _columns(histories, contacts, "friction_1_kn")
         self.closed = self.normal_kn > 0.0
@@ -158,19 +159,21 @@ class _Scene:
         limit_kn = np.array([c.friction for c in self.layout.contacts]) * self.normal_kn
         return self.closed & (size_kn >= _NEAR_LIMIT * limit_kn)
 
-    def _along_edge(self, contact: LayoutContact) -> Points:
+    def _along_edge(self, contact: ContactPlace) -> Points:
         """Return the weights of the corners whose mean moves as the deck does at a contact."""
         ends = [i for i, corner in enumerate(self.layout.corners) if corner.side == contact.side]
         first, second = self.corners[ends]
         edge = second - first
-        share = float((np.array(contact.plan_m) - first) @ edge / (edge @ edge))
+        share = float((np.array(contact.surface[:2]) - first) @ edge / (edge @ edge))
         weights = np.zeros(len(self.corners))
         weights[ends] = 1.0 - share, share
         return weights
 
 
-def _columns(histories: pd.DataFrame, contacts: Sequence[LayoutContact], end: str) -> Points:
-    return np.column_stack([histories[f"{contact.column}_{end}"] for contact in contacts])
+def _columns(histories: pd.DataFrame, contacts: Sequence[ContactPlace], end: str) -> Points:
+    return np.column_stack(
+        [histories[f"{contact_column(contact.name)}_{end}"] for contact in contacts]
+    )
 
 
 def _frame_rows(time_s: Points, closed: NDArray[np.bool_]) -> list[int]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
+from skewbridge.motions.formats.numbers import FLOAT, fortran_float, parse_numbers
 from skewbridge.motions.formats.trace import (
     HEADER_WIDTH,
     UNIT_FACTORS,
@@ -49,7 +49,9 @@ def recognises(lines: list[str], path: Path) -> bool:
     counts = {_count(row) for row in rows}
     if len(counts) > 1:
         return False
-    steps = np.diff([_number(match["time"]) for row in rows if (match := _ROW.fullmatch(row))])
+    steps = np.diff(
+        [fortran_float(match["time"]) for row in rows if (match := _ROW.fullmatch(row))]
+    )
     uneven = float(steps.max() - steps.min())
     return bool((steps > 0.0).all()) and (counts == {2} or uneven <= 0.02 * float(steps.mean()))
 
@@ -147,10 +149,6 @@ def _decimals(line: str) -> int:
     mantissa, _, exponent = match["time"].upper().replace("D", "E").partition("E")
     digits = len(mantissa.partition(".")[2]) - (int(exponent) if exponent else 0)
     return min(max(digits, 0), 15)
-
-
-def _number(text: str) -> float:
-    return float(text.upper().replace("D", "E"))
 
 
 def _unit(header: str) -> str | None:

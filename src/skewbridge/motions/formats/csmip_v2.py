@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
+from skewbridge.motions.formats.numbers import FLOAT, fortran_float, parse_numbers
 from skewbridge.motions.formats.trace import (
     HEADER_WIDTH,
     UNIT_FACTORS,
@@ -103,7 +103,7 @@ def _block(row: int, line: str) -> _Block | None:
     return _Block(
         row=row,
         npts=int(match["npts"]),
-        dt_s=float(match["dt"].upper().replace("D", "E")),
+        dt_s=fortran_float(match["dt"]),
         unit="cm/s2" if _UNIT.search(match["rest"]) else None,
         per_line=max(per_line, 1),
         width=max(width, 1),
