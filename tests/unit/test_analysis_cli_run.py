@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 
 from skewbridge.analysis.transient import analyse
 from skewbridge.cli import build_app
-from skewbridge.demands.schema import COLUMNS, DEMAND_COLUMNS
+from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import write_demands
 from skewbridge.study.batch import identity_of, outcome_of, run_key
 from skewbridge.study.loading import load_config

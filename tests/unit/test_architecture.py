@@ -10,6 +10,8 @@ import skewbridge
 PACKAGE = Path(skewbridge.__file__).parent
 ORDER = (
     "errors",
+    "statuses",
+    "reading",
     "units",
     "provenance",
     "variant",

@@ -4,7 +4,9 @@ import math
 
 import pytest
 
-from skewbridge.demands.schema import COLUMNS, DEMAND_COLUMNS, demands_schema, to_table
+from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.schema import demands_schema, to_table
 
 ROW = {
     column.name: {"text": "x", "integer": 1, "number": 1.0}[column.kind] for column in COLUMNS

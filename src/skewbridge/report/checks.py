@@ -7,7 +7,8 @@ from typing import Final
 
 import pandas as pd
 
-from skewbridge.demands.schema import KEY, STATUSES
+from skewbridge.demands.schema import KEY
+from skewbridge.statuses import STATUSES
 
 USABLE: Final = ("ok", "collapse")
 MIN_USABLE_SHARE: Final = 0.99

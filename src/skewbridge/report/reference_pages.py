@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from skewbridge.demands.schema import COLUMNS
+from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS

@@ -19,7 +19,9 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.demands.schema import DEMAND_COLUMNS, INTENSITY_COLUMNS, key_values
+from skewbridge.demands.columns import INTENSITY_COLUMNS
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.schema import key_values
 from skewbridge.errors import InputError
 from skewbridge.motions.suite import SuiteMotion
 from skewbridge.provenance.digests import ENGINE_ROOMS, canonical, digest_of, source_digest
