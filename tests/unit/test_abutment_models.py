@@ -29,7 +29,7 @@ def test_a_variant_keeps_the_axes_of_its_model_only(name):
     axes = ABUTMENTS[name].axes
     own = full.normalised()
     assert own.gap_mm == (51 if "gap_mm" in axes else 0)
-    assert own.friction_pct == (50 if "friction_pct" in axes else 0)
+    assert own.friction_pct == (50 if "friction" in axes else 0)
     assert parse_slug(own.slug) == own
 
 

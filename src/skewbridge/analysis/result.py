@@ -2,17 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.contact_layout import ContactLayout
-
-type Status = Literal["ok", "collapse", "numerical_failure", "timeout", "crash"]
-
-RAN: Final = ("ok", "collapse")
-"""Statuses of an analysis that did what it should."""
+from skewbridge.statuses import Status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

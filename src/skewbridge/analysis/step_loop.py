@@ -11,9 +11,9 @@ from typing import Final
 import openseespy.opensees as ops
 
 from skewbridge.analysis.recovery import Effort, Stepper
-from skewbridge.analysis.result import Status
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.contact import ContactError, ContactSet
+from skewbridge.statuses import Status
 
 type Progress = Callable[[float, float], None]
 _STEPS_PER_REPORT: Final = 50

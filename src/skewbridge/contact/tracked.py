@@ -34,7 +34,7 @@ class TrackedUnit:
         "drive", "element", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "moved", "name",
         "node_i", "node_j", "normal", "normal_n", "opening", "slip_1", "slip_2", "springs",
         "tangents",
-    )  # fmt: skip  # fmt: skip
+    )  # fmt: skip
 
     def __init__(
         self,

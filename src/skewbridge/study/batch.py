@@ -14,7 +14,7 @@ from joblib import Parallel, delayed
 
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.result import RAN, AnalysisResult
+from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
 from skewbridge.bridge.catalogue import load_bridge
@@ -25,6 +25,7 @@ from skewbridge.demands.schema import key_values
 from skewbridge.errors import InputError
 from skewbridge.motions.suite import SuiteMotion
 from skewbridge.provenance.digests import ENGINE_ROOMS, canonical, digest_of, source_digest
+from skewbridge.statuses import RAN
 from skewbridge.study.journal import JournalWriter
 from skewbridge.study.orphans import end_with
 from skewbridge.variant.variant import Variant

@@ -15,8 +15,8 @@ class AbutmentTraits:
 
     Attributes:
         code: Two letters in the names of variants.
-        axes: Fields of a variant that the model has beyond bridge and skew; the others count as
-            zero.
+        axes: Axes that the model has beyond skew, by their names in `skewbridge.variant.axes`;
+            the others count as zero.
         has_pads: Whether elastomeric pads carry the deck end, rather than plain vertical supports.
         has_wall_points: Whether soil or contacts stand at points all along the backwall, rather
             than at the deck corners only.
@@ -32,7 +32,7 @@ class AbutmentTraits:
     @property
     def has_friction(self) -> bool:
         """Whether the contacts carry friction."""
-        return "friction_pct" in self.axes
+        return "friction" in self.axes
 
 
 #: From the simplest to the most complete.
@@ -51,7 +51,7 @@ ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
     ),
     "contact_friction": AbutmentTraits(
         code="cf",
-        axes=frozenset({"gap_mm", "friction_pct"}),
+        axes=frozenset({"gap_mm", "friction"}),
         has_pads=True,
         has_wall_points=True,
         has_contacts=True,

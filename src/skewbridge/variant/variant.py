@@ -71,8 +71,11 @@ class Variant:
 
     def normalised(self) -> "Variant":
         """Return the variant with the axes set to zero that its abutment model does not have."""
-        missing = {"gap_mm", "friction_pct"} - self.traits.axes
-        return replace(self, **dict.fromkeys(missing, 0))
+        return replace(
+            self,
+            gap_mm=self.gap_mm if "gap_mm" in self.traits.axes else 0,
+            friction_pct=self.friction_pct if self.traits.has_friction else 0,
+        )
 
 
 def parse_slug(slug: str) -> Variant:

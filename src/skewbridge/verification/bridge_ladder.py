@@ -10,10 +10,11 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.result import RAN, AnalysisResult
+from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
+from skewbridge.statuses import RAN
 from skewbridge.units import MM
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.bridge_figures_11_12 import DURATION_S, FRICTION_PCT, GAP_MM
