@@ -122,14 +122,12 @@ def push_abutment(
         hold_dead_load({abutment.connector: abutment.dead_load_n}, {}, abutment.tags)
         _move(driver, direction, abutment.tags)
         start = _along(abutment.connector, direction)
-        disp, force = [0.0], [0.0]
 
-        def record() -> None:
-            disp.append(_along(abutment.connector, direction) - start)
-            force.append(float(ops.basicForce(guide)[0]))
+        def read() -> tuple[float, float]:
+            moved = _along(abutment.connector, direction) - start
+            return moved, float(ops.basicForce(guide)[0])
 
-        done = _march(abutment.contacts, max_disp_m, steps, record, ("LoadControl",))
-        return PushCurve(disp_m=np.asarray(disp), force_n=np.asarray(force), is_complete=done)
+        return _march(abutment.contacts, max_disp_m, steps, read, ("LoadControl",))
 
 
 def _push(
@@ -148,16 +146,13 @@ def _push(
         ops.load(node, share * direction[0], share * direction[1], 0.0, 0.0, 0.0, 0.0)
     control = 0 if abs(direction[0]) >= abs(direction[1]) else 1
     start = _along(model.deck_centre_node, direction)
-    disp, force = [0.0], [0.0]
 
-    def record() -> None:
-        disp.append(_along(model.deck_centre_node, direction) - start)
-        force.append(float(ops.getTime()))  # unit loads: the load factor is the base shear
+    def read() -> tuple[float, float]:
+        # unit loads: the load factor is the base shear
+        return _along(model.deck_centre_node, direction) - start, float(ops.getTime())
 
     integrator = ("DisplacementControl", model.deck_centre_node, control + 1)
-    target = max_disp_m * direction[control]
-    done = _march(model.contacts, target, steps, record, integrator)
-    return PushCurve(disp_m=np.asarray(disp), force_n=np.asarray(force), is_complete=done)
+    return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
 
 
 def _build_guide(abutment: AbutmentModel, direction: tuple[float, float]) -> tuple[int, int]:
@@ -187,10 +182,10 @@ def _march(
     contacts: ContactSet | None,
     target: float,
     steps: int,
-    record: Callable[[], None],
+    read: Callable[[], tuple[float, float]],
     integrator: tuple[str | int, ...],
-) -> bool:
-    """Advance to a target in steps, halving those that fail; return whether it was reached."""
+) -> PushCurve:
+    """Advance to a target in steps, halving those that fail; read displacement and force."""
     ops.logFile(devnull, "-noEcho")  # steps that fail are tried again: their messages mislead
     ops.constraints("Transformation")
     ops.numberer("RCM")
@@ -199,22 +194,22 @@ def _march(
     ops.algorithm(*ALGORITHMS[0])
     ops.integrator(*integrator, target / steps)
     ops.analysis("Static", "-noWarnings")
+    rows = [(0.0, 0.0)]
     left, halvings = 1.0, 0
-    while left > LAST_PART:
+    while left > LAST_PART and halvings <= MAX_HALVINGS:
         part = min(0.5**halvings / steps, left)
         if contacts is not None:
             contacts.prepare(part)
         if not _converges(integrator, target * part):
             halvings += 1
-            if halvings > MAX_HALVINGS:
-                return False
             continue
         left -= part
         halvings = max(halvings - 1, 0)
         if contacts is not None:
             contacts.after_step(part)
-        record()
-    return True
+        rows.append(read())
+    disp_m, force_n = np.array(rows).T
+    return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=left <= LAST_PART)
 
 
 def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:

@@ -18,6 +18,7 @@ from skewbridge.motions.formats.trace import (
     UNIT_FACTORS,
     Given,
     Trace,
+    channel_of,
     dt_of,
     unit_of,
 )
@@ -74,14 +75,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
             f"{path.name}, line {bad}: {count} columns expected", file=str(path), line=bad
         )
     table = values.reshape(-1, count)
-    if given.channel is None and count > 2:
-        raise InputError(
-            f"{path.name}: {count - 1} columns beside the time, say which (channel, from 1)",
-            file=str(path),
-        )
-    channel = given.channel or 1
-    if channel >= count:
-        raise InputError(f"{path.name}: channel {channel} of {count - 1}", file=str(path))
+    channel = channel_of(given, count - 1, path)
     step_s, warnings = _time_step(table[:, 0], rows, path)
     dt_s, clashes = dt_of(given, step_s, path)
     unit, notes = unit_of(given, _unit(header))

@@ -17,6 +17,7 @@ from skewbridge.motions.formats.trace import (
     Given,
     Trace,
     azimuth_deg,
+    channel_of,
     dt_of,
     unit_of,
 )
@@ -61,14 +62,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     blocks = [block for row, line in enumerate(lines) if (block := _block(row, line))]
     if not blocks:
         raise InputError(f"{path.name}: no acceleration block", file=str(path))
-    if given.channel is None and len(blocks) > 1:
-        raise InputError(
-            f"{path.name}: {len(blocks)} channels, say which (channel 1 to {len(blocks)})",
-            file=str(path),
-        )
-    channel = given.channel or 1
-    if channel > len(blocks):
-        raise InputError(f"{path.name}: channel {channel} of {len(blocks)}", file=str(path))
+    channel = channel_of(given, len(blocks), path)
     block = blocks[channel - 1]
     rows = lines[block.row + 1 : block.row + 1 + -(-block.npts // block.per_line)]
     values = parse_numbers(
