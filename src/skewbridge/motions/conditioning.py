@@ -117,17 +117,12 @@ def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
     if not 0.0 <= seconds <= 600.0:
         raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
     tail = round(seconds / motion.dt_s)
-    return motion.with_components(
-        np.pad(motion.accel_1_mps2, (0, tail)), np.pad(motion.accel_2_mps2, (0, tail))
-    )
+    return motion.mapped(lambda accel: np.pad(accel, (0, tail)))
 
 
 def remove_mean(motion: GroundMotion) -> GroundMotion:
     """Return the motion with the mean of each component taken off (a constant baseline offset)."""
-    return motion.with_components(
-        motion.accel_1_mps2 - motion.accel_1_mps2.mean(),
-        motion.accel_2_mps2 - motion.accel_2_mps2.mean(),
-    )
+    return motion.mapped(lambda accel: accel - accel.mean())
 
 
 def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
@@ -147,11 +142,9 @@ def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
     # An edge at 90 % of the lower Nyquist frequency, 80 dB down beyond it
     factor = max(up, down)
     taps = firwin(2 * 40 * factor + 1, 0.9 / factor, window=("kaiser", 8.0))
-    parts = [
-        resample_poly(accel, up, down, window=taps)
-        for accel in (motion.accel_1_mps2, motion.accel_2_mps2)
-    ]
-    return motion.with_components(parts[0], parts[1], dt_s=motion.dt_s * down / up)
+    return motion.mapped(
+        lambda accel: resample_poly(accel, up, down, window=taps), dt_s=motion.dt_s * down / up
+    )
 
 
 def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, float]:
@@ -174,11 +167,9 @@ def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, f
 
 
 def _window(motion: GroundMotion, first: int, size: int, tail: int) -> GroundMotion:
-    parts = [
-        np.pad(_at_rest(accel[first : first + size], motion.dt_s), (0, tail))
-        for accel in (motion.accel_1_mps2, motion.accel_2_mps2)
-    ]
-    return motion.with_components(parts[0], parts[1])
+    return motion.mapped(
+        lambda accel: np.pad(_at_rest(accel[first : first + size], motion.dt_s), (0, tail))
+    )
 
 
 def _at_rest(accel: Vector, dt_s: float) -> Vector:

@@ -10,7 +10,6 @@ References:
 
 from skewbridge.bridge.abutment.backfill import Passive, skew_reduction, wing_wall
 from skewbridge.bridge.abutment.elements import (
-    Frame,
     dashpot_material,
     elastic_material,
     grounded_node,
@@ -20,11 +19,11 @@ from skewbridge.bridge.abutment.elements import (
     plastic_material,
     spring_element,
     stop_material,
+    turned,
 )
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
 from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
 from skewbridge.bridge.abutment.supports import build_pads
-from skewbridge.bridge.handles import SpringHandle
 from skewbridge.contact import ContactSet
 
 
@@ -45,7 +44,6 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
     All points get the penalty of the stiffest, so that the soil alone spreads the force.
     """
     end, options, tags = context.end, context.options, context.tags
-    frame = Frame(x=end.inward)
     points = context.wall_parts()
     _, share, passive = max(points, key=lambda point: point[2].stiffness_n_per_m)
     kn = normal_penalty(passive.stiffness_n_per_m, context.wall_mass_kg * share, options)
@@ -57,13 +55,13 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
         unit = contacts.add(
             wall,
             context.arrays.at("outer", along),
-            (*frame.x, 0.0),
+            (*end.inward, 0.0),
             context.gap_m,
             context.friction,
             options.cohesion_n * share,
             kn=kn,
             kt=tangent_penalty(kn, options),
-            tangent=(*frame.y, 0.0),
+            tangent=(*turned(end.inward), 0.0),
             name=f"{end.side} backwall {len(parts.wall_units) + 1}",
         )
         parts.wall_units.append(unit)
@@ -76,7 +74,6 @@ def _hold_wall_point(
 ) -> None:
     """Create the springs between ground and a wall node."""
     end, options, tags = context.end, context.options, context.tags
-    frame = Frame(x=end.inward)
     ratio, mass_kg = options.wall_dashpot_ratio, context.wall_mass_kg * share
     weak = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
     stiffness, wing = passive.stiffness_n_per_m, wing_wall(context.data).scaled(share)
@@ -93,14 +90,9 @@ def _hold_wall_point(
         elastic_material(weak, tags),
         dashpot_material(ratio, wing.stiffness_n_per_m, mass_kg, tags),
     ]
-    element = spring_element(nodes, frame, across, along, tags)
-    place = sum(material is not None for material in across)
-    parts.wall_springs.append(
-        SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
-    )
-    parts.wing_springs.append(
-        SpringHandle(element=element, component=place, direction=frame.y, nodes=nodes)
-    )
+    wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
+    parts.wall_springs.append(wall_spring)
+    parts.wing_springs.append(wing_spring)
 
 
 def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sign: float) -> None:
@@ -111,7 +103,7 @@ def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sig
     mass_kg = context.key_mass_kg
     node = plane_node(end.point("outer", along), mass_kg, tags)
     ground = grounded_node(end.point("outer", along), tags)
-    element = context.key_spring((ground, node), inward)
+    parts.key_springs.append(context.key_spring((ground, node), inward))
     kn = normal_penalty(key_stiffness_n_per_m(context.key), mass_kg, options)
     unit = contacts.add(
         node,
@@ -119,15 +111,11 @@ def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sig
         (*inward, 0.0),
         options.transverse_gap_m,
         context.friction,
-        0.0,
         kn=kn,
         kt=tangent_penalty(kn, options),
-        tangent=(*Frame(x=inward).y, 0.0),
+        tangent=(*turned(inward), 0.0),
         name=f"{end.side} key {'+' if sign > 0.0 else '-'}",
     )
     parts.key_units.append(unit)
     parts.key_nodes.append(node)
     parts.masses_kg[node] = mass_kg
-    parts.key_springs.append(
-        SpringHandle(element=element, component=0, direction=inward, nodes=(ground, node))
-    )

@@ -1,7 +1,6 @@
 """Springs of wall, wing wall and key: materials, and zeroLength elements in the skewed frame."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import sqrt
 
 import openseespy.opensees as ops
@@ -9,6 +8,7 @@ import openseespy.opensees as ops
 from skewbridge.bridge.abutment.backfill import Passive
 from skewbridge.bridge.catalogue.data import KeyData
 from skewbridge.bridge.deck_plan import PlanVector
+from skewbridge.bridge.handles import SpringHandle
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import KN, MM
 
@@ -20,16 +20,9 @@ NO_PINCHING = (1.0, 1.0)
 NO_DAMAGE = (0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Frame:
-    """Local axes of a spring element in plan: ``x`` and, 90 degrees further, ``y``."""
-
-    x: PlanVector
-
-    @property
-    def y(self) -> PlanVector:
-        """Second local axis."""
-        return (-self.x[1], self.x[0])
+def turned(direction: PlanVector) -> PlanVector:
+    """Return a plan direction turned by +90 degrees."""
+    return (-direction[1], direction[0])
 
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
@@ -109,20 +102,28 @@ def dashpot_material(
 
 def spring_element(
     nodes: tuple[int, int],
-    frame: Frame,
+    direction: PlanVector,
     along_x: Sequence[int | None],
     along_y: Sequence[int | None],
     tags: TagAllocator,
-) -> int:
-    """Create a zeroLength element with materials along its local axes, in the order given."""
+) -> tuple[SpringHandle, SpringHandle]:
+    """Create a zeroLength element with materials along a plan direction and across it.
+
+    Returns:
+        The first spring along the direction, and the first across it.
+    """
     kept_x = [material for material in along_x if material is not None]
     kept_y = [material for material in along_y if material is not None]
     materials, local = [*kept_x, *kept_y], [1] * len(kept_x) + [2] * len(kept_y)
-    axes = (*frame.x, 0.0, *frame.y, 0.0)
+    across = turned(direction)
+    axes = (*direction, 0.0, *across, 0.0)
     element = tags.element()
     springs = ("-mat", *materials, "-dir", *local, "-doRayleigh", 0, "-orient", *axes)
     ops.element("zeroLength", element, *nodes, *springs)
-    return element
+    return (
+        SpringHandle(element=element, component=0, direction=direction, nodes=nodes),
+        SpringHandle(element=element, component=len(kept_x), direction=across, nodes=nodes),
+    )
 
 
 def grounded_node(plan_m: PlanVector, tags: TagAllocator) -> int:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from skewbridge.bridge.abutment.arrays import Arrays
 from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
 from skewbridge.bridge.abutment.elements import (
-    Frame,
     dashpot_material,
     elastic_material,
     key_material,
@@ -71,14 +70,14 @@ class SideContext:
             return (-sign * along[0], -sign * along[1])
         return (0.0, -sign if along[1] > 0.0 else sign)
 
-    def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> int:
+    def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
         """Create the spring of a key: its backbone across the face, elastic along it."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
         dashpot = self.options.wall_dashpot_ratio, stiffness, mass_kg
         across = [key_material(self.key, self.tags), dashpot_material(*dashpot, self.tags)]
         # ASSUME a key resists sliding along its face elastically, as stiff as at first across it
         along = [elastic_material(stiffness, self.tags), dashpot_material(*dashpot, self.tags)]
-        return spring_element(nodes, Frame(x=inward), across, along, self.tags)
+        return spring_element(nodes, inward, across, along, self.tags)[0]
 
     @property
     def wall_mass_kg(self) -> float:
