@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skewbridge.analysis.abutment_history import abutment_history
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.recovery import LADDER, Stepper
 from skewbridge.analysis.settings import AnalysisSettings
@@ -168,3 +169,11 @@ def test_the_window_cuts_the_motion_and_free_vibration_follows():
     quiet = result.histories["t_s"] > 1.01
     assert np.all(result.histories["ground_ax_mps2"][quiet] == 0.0)
     assert np.any(result.histories["ground_ax_mps2"][~quiet] != 0.0)
+
+
+def test_an_abutment_alone_has_the_same_budget_of_iterations():
+    excitation = Excitation(motion=strong_motion(duration_s=2.0))
+    settings = AnalysisSettings(mean_iterations=1.0, duration_s=1.0)
+    history = abutment_history(VARIANT, excitation, settings, ModelOptions())
+    assert not history.is_complete
+    assert history.t_s[-1] < 1.0

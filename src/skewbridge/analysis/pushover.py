@@ -10,7 +10,7 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.analysis.gravity import apply_gravity, hold_dead_load
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.handles import BridgeModel, PlanVector
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
@@ -82,8 +82,7 @@ def push_bridge(
     Returns:
         Base shear (the sum of the forces) against the displacement of the mass centre.
     """
-    _require_range(max_disp_m, steps)
-    direction = (cos(radians(angle_deg)), sin(radians(angle_deg)))
+    direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
         model = build(variant, options)
         apply_gravity(model)
@@ -114,8 +113,7 @@ def push_abutment(
     Returns:
         Component of the holding force along the push, against its displacement.
     """
-    _require_range(max_disp_m, steps)
-    direction = (cos(radians(angle_deg)), sin(radians(angle_deg)))
+    direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
         abutment = build_abutment(variant, options)
         guide, driver = _build_guide(abutment, direction)
@@ -132,7 +130,7 @@ def push_abutment(
 
 def _push(
     model: BridgeModel,
-    direction: tuple[float, float],
+    direction: PlanVector,
     max_disp_m: float,
     steps: int,
 ) -> PushCurve:
@@ -155,7 +153,7 @@ def _push(
     return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
 
 
-def _build_guide(abutment: AbutmentModel, direction: tuple[float, float]) -> tuple[int, int]:
+def _build_guide(abutment: AbutmentModel, direction: PlanVector) -> tuple[int, int]:
     """Tie the connector to a driver, still fixed; return the tie (axis 1 along the push) and it."""
     tags, connector = abutment.tags, abutment.connector
     driver, element, stiff = tags.node(), tags.element(), tags.material()
@@ -168,7 +166,7 @@ def _build_guide(abutment: AbutmentModel, direction: tuple[float, float]) -> tup
     return element, driver
 
 
-def _move(driver: int, direction: tuple[float, float], tags: TagAllocator) -> None:
+def _move(driver: int, direction: PlanVector, tags: TagAllocator) -> None:
     """Let a fixed node move one metre per unit of time along a direction."""
     series, pattern = tags.series(), tags.pattern()
     ops.timeSeries("Linear", series)
@@ -221,12 +219,14 @@ def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
     return False
 
 
-def _along(node: int, direction: tuple[float, float]) -> float:
+def _along(node: int, direction: PlanVector) -> float:
     return float(ops.nodeDisp(node, 1) * direction[0] + ops.nodeDisp(node, 2) * direction[1])
 
 
-def _require_range(max_disp_m: float, steps: int) -> None:
+def _direction(angle_deg: float, max_disp_m: float, steps: int) -> PlanVector:
+    """Return the unit vector of a push after a check of its range."""
     if not 0.0 < max_disp_m <= MAX_DISPLACEMENT_M:
         raise InputError(f"max_disp_m must be within 0..{MAX_DISPLACEMENT_M:g}, got {max_disp_m:g}")
     if not 2 <= steps <= MAX_STEPS:
         raise InputError(f"steps must be within 2..{MAX_STEPS}, got {steps}")
+    return cos(radians(angle_deg)), sin(radians(angle_deg))
