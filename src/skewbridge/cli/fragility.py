@@ -1,4 +1,4 @@
-"""Commands of the fragility room."""
+"""Commands of the fragility package."""
 
 from pathlib import Path
 from typing import Annotated
