@@ -14,7 +14,7 @@ from skewbridge.motions.read import read_motion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.units import G_MPS2
-from skewbridge.verification.bridge_records import waho
+from skewbridge.verification.studies.paper_motions import waho
 
 
 @pytest.fixture

@@ -8,19 +8,19 @@ import pytest
 from shared import shared_path
 from skewbridge.contact import ContactSet
 from skewbridge.contact import law as contact_law
-from skewbridge.verification import gate
-from skewbridge.verification.cases import C1, C5, deck_case
-from skewbridge.verification.coupling_order import path_error
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.native_element import (
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C1, C5, deck_case
+from skewbridge.verification.references.unit_path import drive_unit, path_work_j
+from skewbridge.verification.studies import gate
+from skewbridge.verification.studies.coupling_order import path_error
+from skewbridge.verification.studies.integrator_restitution import integrator_restitution
+from skewbridge.verification.studies.native_element import (
     IMPLEX,
     IMPLICIT,
     curved_path,
     drive_native,
     run_native_deck,
 )
-from skewbridge.verification.restitution_study import integrator_restitution
-from skewbridge.verification.unit_path import drive_unit, path_work_j
 
 
 def test_the_gate_passes():

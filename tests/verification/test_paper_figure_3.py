@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 from shared import shared_path
-from skewbridge.verification.figure_3 import EXACT_N, EXACT_WORK_J, LAW, LIMIT_N
-from skewbridge.verification.paths import figure_3
-from skewbridge.verification.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.references.paths import figure_3
+from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.studies.spatial_path import EXACT_N, EXACT_WORK_J, LAW, LIMIT_N
 
 
 def steady(path):

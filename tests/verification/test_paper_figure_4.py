@@ -5,9 +5,13 @@ import pandas as pd
 import pytest
 
 from shared import shared_path
-from skewbridge.verification.checks import Checklist
-from skewbridge.verification.figure_4 import FIRST_CONTACT_S, LCP_PEAKS, compare_with_lcp
-from skewbridge.verification.particle import Particle, run_particle, run_particle_lcp
+from skewbridge.verification.references.particle import Particle, run_particle, run_particle_lcp
+from skewbridge.verification.studies.comparison import Checklist
+from skewbridge.verification.studies.particle_between_lines import (
+    FIRST_CONTACT_S,
+    LCP_PEAKS,
+    compare_with_lcp,
+)
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,16 @@ import pandas as pd
 import pytest
 
 from shared import shared_path
-from skewbridge.verification.cases import C1, C2, C3, C4, C5, SCALE_M, deck_case
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.deck_impacts import locked_rotation, perimeter_beams
-from skewbridge.verification.deck_model import make_deck, pulse_of
-from skewbridge.verification.deck_opensees import run_opensees
-from skewbridge.verification.figure_5_6 import LARGEST_LINEAR_RATIO, LCP_PEAKS, PENALTY_PEAKS
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C1, C2, C3, C4, C5, SCALE_M, deck_case
+from skewbridge.verification.references.deck_model import make_deck, pulse_of
+from skewbridge.verification.references.deck_opensees import run_opensees
+from skewbridge.verification.studies.deck_impacts import locked_rotation, perimeter_beams
+from skewbridge.verification.studies.pulse_deck import (
+    LARGEST_LINEAR_RATIO,
+    LCP_PEAKS,
+    PENALTY_PEAKS,
+)
 
 
 def over_scale(history):

@@ -31,8 +31,8 @@ def contact(
     as_json: JsonOption = False,
 ) -> None:
     """Drive one contact unit along a path of displacements and write its forces."""
-    from skewbridge.verification.contact_case import run_contact_case
-    from skewbridge.verification.unit_path import DrivenPathError
+    from skewbridge.verification.references.contact_case import run_contact_case
+    from skewbridge.verification.references.unit_path import DrivenPathError
 
     try:
         summary = run_contact_case(case, out)
@@ -48,7 +48,7 @@ def deck(
     as_json: JsonOption = False,
 ) -> None:
     """Run the rigid skew deck under a pulse or a record: OpenSees, penalty ODE or LCP."""
-    from skewbridge.verification.deck import DeckFailedError, run_deck_case
+    from skewbridge.verification.references.deck import DeckFailedError, run_deck_case
 
     try:
         summary = run_deck_case(case, out)

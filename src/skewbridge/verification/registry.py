@@ -13,25 +13,25 @@ from typing import Any, Final
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.verification.checks import Check, Checklist, StudyResult, table_of
+from skewbridge.verification.studies.comparison import Check, Checklist, StudyResult, table_of
 
-_ROOM: Final = "skewbridge.verification"
+_STUDIES: Final = "skewbridge.verification.studies"
 
 STUDIES: Final[dict[str, str]] = {
-    "gate": f"{_ROOM}.gate:gate_study",
-    "fig1": f"{_ROOM}.figure_1:run",
-    "fig3": f"{_ROOM}.figure_3:run",
-    "fig4": f"{_ROOM}.figure_4:run",
-    "fig5-6": f"{_ROOM}.figure_5_6:run",
-    "fig7-8": f"{_ROOM}.figure_7_8:run",
-    "bridges": f"{_ROOM}.bridge_hand_values:run",
-    "fig10": f"{_ROOM}.abutment_figure_10:run",
-    "fig11-12": f"{_ROOM}.bridge_figures_11_12:run",
-    "ladder": f"{_ROOM}.bridge_ladder:run",
-    "coupling": f"{_ROOM}.coupling_order:run",
-    "closed-forms": f"{_ROOM}.closed_form_study:run",
-    "restitution": f"{_ROOM}.restitution_study:run",
-    "native": f"{_ROOM}.native_element:run",
+    "gate": f"{_STUDIES}.gate:gate_study",
+    "fig1": f"{_STUDIES}.sliding_and_rocking:run",
+    "fig3": f"{_STUDIES}.spatial_path:run",
+    "fig4": f"{_STUDIES}.particle_between_lines:run",
+    "fig5-6": f"{_STUDIES}.pulse_deck:run",
+    "fig7-8": f"{_STUDIES}.shake_table_deck:run",
+    "bridges": f"{_STUDIES}.bridge_hand_values:run",
+    "fig10": f"{_STUDIES}.abutment_friction:run",
+    "fig11-12": f"{_STUDIES}.bridge_friction:run",
+    "ladder": f"{_STUDIES}.abutment_models:run",
+    "coupling": f"{_STUDIES}.coupling_order:run",
+    "closed-forms": f"{_STUDIES}.oscillators:run",
+    "restitution": f"{_STUDIES}.integrator_restitution:run",
+    "native": f"{_STUDIES}.native_element:run",
 }
 
 

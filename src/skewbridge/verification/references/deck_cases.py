@@ -5,7 +5,7 @@ from math import cos, pi, radians, sqrt
 from typing import Any, Final
 
 from skewbridge.units import G_MPS2
-from skewbridge.verification.case_files import DeckCase, PulseCase
+from skewbridge.verification.references.case_files import DeckCase, PulseCase
 
 # source: half of g = 9.81 m/s2 and the 0.5 s pulse of the paper's Fig 4; the values with which the
 # references were computed.

@@ -13,10 +13,8 @@ import pandas as pd
 from skewbridge.contact import ContactLaw
 from skewbridge.contact.law import advance_pair
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio, kelvin_voigt_restitution
-from skewbridge.verification.block import Block, run_block
-from skewbridge.verification.cases import C1, deck_case
-from skewbridge.verification.checks import Check, Checklist, StudyResult, table_of
-from skewbridge.verification.closed_forms import (
+from skewbridge.verification.references.block import Block, run_block
+from skewbridge.verification.references.closed_forms import (
     circular_path_lag_rad,
     circular_path_work_j,
     falling_mass_impact,
@@ -24,9 +22,11 @@ from skewbridge.verification.closed_forms import (
     rectangular_pulse_slip,
     straight_loop_work_j,
 )
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.paths import circle, straight_loop
-from skewbridge.verification.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C1, deck_case
+from skewbridge.verification.references.paths import circle, straight_loop
+from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.studies.comparison import Check, Checklist, StudyResult, table_of
 
 _G: Final = 9.81  # source: value used in the reference computations
 _LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)

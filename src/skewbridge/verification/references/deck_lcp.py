@@ -5,9 +5,15 @@ from typing import Final
 
 import numpy as np
 
-from skewbridge.verification.case_files import DeckCase
-from skewbridge.verification.deck_model import Array, Deck, DeckHistory, Excitation, step_times
-from skewbridge.verification.lcp import LcpHistory, RigidContacts, moreau_jean
+from skewbridge.verification.references.case_files import DeckCase
+from skewbridge.verification.references.deck_model import (
+    Array,
+    Deck,
+    DeckHistory,
+    Excitation,
+    step_times,
+)
+from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
 
 # At this step the tabulated peaks with e <= 0.6 are within 0.05 % of the converged ones.
 _LARGEST_STEP_S: Final = 2.0e-5

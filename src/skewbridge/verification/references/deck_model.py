@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
 from skewbridge.units import G_MPS2
-from skewbridge.verification.case_files import DeckCase
+from skewbridge.verification.references.case_files import DeckCase
 
 type Array = NDArray[np.float64]
 

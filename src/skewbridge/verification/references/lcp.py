@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from skewbridge.verification.impact import ImpactSolver, LcpError, RigidContacts
+from skewbridge.verification.references.impact import ImpactSolver, LcpError, RigidContacts
 
 __all__ = ["LcpError", "LcpHistory", "RigidContacts", "moreau_jean"]
 

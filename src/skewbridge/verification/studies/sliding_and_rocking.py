@@ -12,17 +12,25 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw
-from skewbridge.verification.block import Block, run_block
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.closed_forms import (
+from skewbridge.verification.references.block import Block, run_block
+from skewbridge.verification.references.closed_forms import (
     RockingBlock,
     rectangular_pulse_slip,
     sine_pulse_first_slip,
     straight_loop_work_j,
 )
-from skewbridge.verification.figure_style import BLACK, BLUE, GREY, ORANGE, label, legend, panels
-from skewbridge.verification.rocking import UprightBlock, UprightHistory, run_upright
-from skewbridge.verification.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.references.rocking import UprightBlock, UprightHistory, run_upright
+from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    label,
+    legend,
+    panels,
+)
 
 type Matrix = NDArray[np.float64]
 

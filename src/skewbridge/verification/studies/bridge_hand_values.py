@@ -23,7 +23,7 @@ from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.checks import Checklist, StudyResult
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
 
 STATES: Final = {
     "cracked elastic": ModelOptions(elastic_columns=True),

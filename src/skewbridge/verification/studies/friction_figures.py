@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.units import KN, MM
-from skewbridge.verification.bridge_cycles import HalfCycle
-from skewbridge.verification.bridge_records import PaperMotion
-from skewbridge.verification.figure_style import BLUE, ORANGE, label, legend, panels
+from skewbridge.verification.studies.figure_style import BLUE, ORANGE, label, legend, panels
+from skewbridge.verification.studies.half_cycles import HalfCycle
+from skewbridge.verification.studies.paper_motions import PaperMotion
 
 type Histories = Mapping[str, NDArray[np.float64]]
 type Pair = tuple[AnalysisResult, AnalysisResult]

@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from skewbridge.verification.case_files import DeckCase
-from skewbridge.verification.deck_model import (
+from skewbridge.verification.references.case_files import DeckCase
+from skewbridge.verification.references.deck_model import (
     Array,
     Deck,
     DeckHistory,

@@ -7,17 +7,17 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.verification.cases import C1, C3, NAMED_CASES, SCALE_M, deck_case
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.deck_impacts import (
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C1, C3, NAMED_CASES, SCALE_M, deck_case
+from skewbridge.verification.references.deck_model import DeckHistory, make_deck, pulse_of
+from skewbridge.verification.references.deck_opensees import run_opensees
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.deck_impacts import (
     locked_rotation,
     numerical_restitution,
     perimeter_beams,
 )
-from skewbridge.verification.deck_model import DeckHistory, make_deck, pulse_of
-from skewbridge.verification.deck_opensees import run_opensees
-from skewbridge.verification.figure_style import (
+from skewbridge.verification.studies.figure_style import (
     BLUE,
     GREEN,
     GREY,

@@ -14,10 +14,10 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.units import KJ, KN, MM
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.bridge_cycles import half_cycles, stick_slip_changes
-from skewbridge.verification.bridge_records import PaperMotion, tarzana
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.figure_style import BLUE, ORANGE, label, legend, panels
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import BLUE, ORANGE, label, legend, panels
+from skewbridge.verification.studies.half_cycles import half_cycles, stick_slip_changes
+from skewbridge.verification.studies.paper_motions import PaperMotion, tarzana
 
 FRICTION_PCT: Final = 50  # source: the paper, section 4
 GAP_MM: Final = 51  # source: the paper, section 4

@@ -18,11 +18,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw
-from skewbridge.verification.cases import C1, C2, C3, C5, NamedCase, deck_case
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.deck_model import CORNERS, make_deck, pulse_of
-from skewbridge.verification.deck_opensees import (
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C1, C2, C3, C5, NamedCase, deck_case
+from skewbridge.verification.references.deck_model import CORNERS, make_deck, pulse_of
+from skewbridge.verification.references.deck_opensees import (
     CENTRE,
     FIRST_CORNER,
     FIRST_WALL,
@@ -31,8 +30,9 @@ from skewbridge.verification.deck_opensees import (
     prepare_analysis,
     rigid_links,
 )
-from skewbridge.verification.figure_style import BLUE, ORANGE, label, legend_above, panels
-from skewbridge.verification.unit_path import clean_domain, drive_unit, path_work_j
+from skewbridge.verification.references.unit_path import clean_domain, drive_unit, path_work_j
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import BLUE, ORANGE, label, legend_above, panels
 
 type Matrix = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from skewbridge.contact import ContactSet, UnitLedger
 from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
-from skewbridge.verification.block import BlockError
-from skewbridge.verification.lcp import LcpHistory, RigidContacts, moreau_jean
-from skewbridge.verification.unit_path import clean_domain
+from skewbridge.verification.references.block import BlockError
+from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
+from skewbridge.verification.references.unit_path import clean_domain
 
 type Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ import pandas as pd
 
 from skewbridge.contact import ContactLaw
 from skewbridge.errors import InputError
-from skewbridge.verification.case_files import ContactCase, beside, read_case, read_path
-from skewbridge.verification.unit_path import drive_unit, path_work_j
+from skewbridge.verification.references.case_files import ContactCase, beside, read_case, read_path
+from skewbridge.verification.references.unit_path import drive_unit, path_work_j
 
 
 def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]:

@@ -10,14 +10,22 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, Coupling
-from skewbridge.verification.cases import C5, deck_case
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.deck_impacts import contact_speed
-from skewbridge.verification.deck_model import make_deck, pulse_of
-from skewbridge.verification.deck_opensees import run_opensees
-from skewbridge.verification.figure_style import BLUE, GREEN, GREY, ORANGE, label, legend, panels
-from skewbridge.verification.unit_path import drive_unit, follow_law
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C5, deck_case
+from skewbridge.verification.references.deck_model import make_deck, pulse_of
+from skewbridge.verification.references.deck_opensees import run_opensees
+from skewbridge.verification.references.unit_path import drive_unit, follow_law
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.deck_impacts import contact_speed
+from skewbridge.verification.studies.figure_style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    label,
+    legend,
+    panels,
+)
 
 type Matrix = NDArray[np.float64]
 type PathKind = Literal["closed", "opening and closing", "reversals"]

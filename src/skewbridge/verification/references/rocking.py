@@ -10,8 +10,8 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet
-from skewbridge.verification.block import BlockError
-from skewbridge.verification.unit_path import clean_domain
+from skewbridge.verification.references.block import BlockError
+from skewbridge.verification.references.unit_path import clean_domain
 
 type Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ import openseespy.opensees as ops
 
 from skewbridge.contact import ContactSet, Drive, make_step
 from skewbridge.contact.drives import kelvin_voigt_drive
-from skewbridge.verification.case_files import DeckCase
-from skewbridge.verification.deck_model import (
+from skewbridge.verification.references.case_files import DeckCase
+from skewbridge.verification.references.deck_model import (
     CORNERS,
     Array,
     Deck,
@@ -18,7 +18,7 @@ from skewbridge.verification.deck_model import (
     Excitation,
     step_times,
 )
-from skewbridge.verification.unit_path import clean_domain
+from skewbridge.verification.references.unit_path import clean_domain
 
 CENTRE: Final = 1
 _GROUND: Final = 2

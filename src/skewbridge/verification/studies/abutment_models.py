@@ -15,11 +15,9 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.units import MM
 from skewbridge.variant.variant import ABUTMENT_CODES, Variant
-from skewbridge.verification.bridge_figures_11_12 import DURATION_S, FRICTION_PCT, GAP_MM
-from skewbridge.verification.bridge_history_figures import histories_of
-from skewbridge.verification.bridge_records import PaperMotion, waho
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.figure_style import (
+from skewbridge.verification.studies.bridge_friction import DURATION_S, FRICTION_PCT, GAP_MM
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import (
     BLACK,
     BLUE,
     GREEN,
@@ -30,6 +28,8 @@ from skewbridge.verification.figure_style import (
     legend,
     panels,
 )
+from skewbridge.verification.studies.friction_figures import histories_of
+from skewbridge.verification.studies.paper_motions import PaperMotion, waho
 
 SKEWS_DEG: Final = (0, 30)
 _COLOURS: Final = dict(zip(ABUTMENT_CODES, (GREY, PINK, GREEN, ORANGE, BLUE), strict=True))

@@ -15,16 +15,24 @@ from skewbridge.contact.drives import (
     stribeck_drive,
 )
 from skewbridge.contact.restitution import hunt_crossley_damping, kelvin_voigt_damping_ratio
-from skewbridge.verification.block import Block, BlockHistory, run_block
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.closed_forms import (
+from skewbridge.verification.references.block import Block, BlockHistory, run_block
+from skewbridge.verification.references.closed_forms import (
     belt_stick_slip,
     falling_mass_impact,
     forced_amplitude,
     free_decay_turning_points,
     power_law_penetration,
 )
-from skewbridge.verification.figure_style import BLACK, BLUE, GREY, ORANGE, label, legend, panels
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    label,
+    legend,
+    panels,
+)
 
 type Array = NDArray[np.float64]
 

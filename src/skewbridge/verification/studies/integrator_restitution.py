@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.verification.block import Block, run_block
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.figure_style import BLUE, GREY, ORANGE, label, legend, panels
+from skewbridge.verification.references.block import Block, run_block
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import BLUE, GREY, ORANGE, label, legend, panels
 
 PHASES: Final = 40
 _FREE_STEPS: Final = 6

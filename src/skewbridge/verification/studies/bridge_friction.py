@@ -13,21 +13,21 @@ from skewbridge.analysis.settings import AnalysisSettings, Scheme
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.bridge_cycles import (
-    HalfCycle,
-    half_cycles,
-    stick_slip_changes,
-    together_correlation,
-)
-from skewbridge.verification.bridge_history_figures import (
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.friction_figures import (
     Pair,
     cycle_figure,
     displacement_figure,
     histories_of,
     hysteresis_figure,
 )
-from skewbridge.verification.bridge_records import PaperMotion, waho
-from skewbridge.verification.checks import Checklist, StudyResult
+from skewbridge.verification.studies.half_cycles import (
+    HalfCycle,
+    half_cycles,
+    stick_slip_changes,
+    together_correlation,
+)
+from skewbridge.verification.studies.paper_motions import PaperMotion, waho
 
 FRICTION_PCT: Final = 50  # source: the paper, section 4
 GAP_MM: Final = 51  # source: the paper, section 4

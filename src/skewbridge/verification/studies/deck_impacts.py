@@ -7,10 +7,10 @@ import openseespy.opensees as ops
 import pandas as pd
 from numpy.typing import NDArray
 
-from skewbridge.verification.case_files import DeckCase
-from skewbridge.verification.cases import C1, SCALE_M, deck_case
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.deck_model import CORNERS, DeckHistory, make_deck
+from skewbridge.verification.references.case_files import DeckCase
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C1, SCALE_M, deck_case
+from skewbridge.verification.references.deck_model import CORNERS, DeckHistory, make_deck
 
 type Array = NDArray[np.float64]
 

@@ -9,19 +9,19 @@ import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
 from skewbridge.motions.read import read_motion
-from skewbridge.verification.case_files import DeckCase, beside, read_case
-from skewbridge.verification.contact_case import require_writable
-from skewbridge.verification.deck_lcp import run_lcp
-from skewbridge.verification.deck_model import (
+from skewbridge.verification.references.case_files import DeckCase, beside, read_case
+from skewbridge.verification.references.contact_case import require_writable
+from skewbridge.verification.references.deck_lcp import run_lcp
+from skewbridge.verification.references.deck_model import (
     CORNERS,
     DeckHistory,
     Excitation,
     make_deck,
     pulse_of,
 )
-from skewbridge.verification.deck_opensees import DeckFailedError, run_opensees
-from skewbridge.verification.deck_penalty import run_penalty
-from skewbridge.verification.lcp import LcpError
+from skewbridge.verification.references.deck_opensees import DeckFailedError, run_opensees
+from skewbridge.verification.references.deck_penalty import run_penalty
+from skewbridge.verification.references.lcp import LcpError
 
 __all__ = ["DeckFailedError", "run_deck", "run_deck_case"]
 

@@ -13,7 +13,7 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet, Coupling, Drive, Scheme, UnitLedger
-from skewbridge.verification.unit_path import clean_domain
+from skewbridge.verification.references.unit_path import clean_domain
 
 type Array = NDArray[np.float64]
 type History = Callable[[Array], Array]

@@ -9,8 +9,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, Coupling, Scheme
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.figure_style import (
+from skewbridge.verification.references.paths import figure_3
+from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import (
     BLACK,
     BLUE,
     GREEN,
@@ -21,8 +23,6 @@ from skewbridge.verification.figure_style import (
     legend,
     panels,
 )
-from skewbridge.verification.paths import figure_3
-from skewbridge.verification.unit_path import drive_unit, follow_law, path_work_j
 
 type Matrix = NDArray[np.float64]
 

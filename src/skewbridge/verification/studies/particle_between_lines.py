@@ -5,8 +5,15 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.figure_style import (
+from skewbridge.verification.references.lcp import LcpHistory
+from skewbridge.verification.references.particle import (
+    Particle,
+    ParticleHistory,
+    run_particle,
+    run_particle_lcp,
+)
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import (
     BLACK,
     BLUE,
     GREEN,
@@ -15,13 +22,6 @@ from skewbridge.verification.figure_style import (
     label,
     legend,
     panels,
-)
-from skewbridge.verification.lcp import LcpHistory
-from skewbridge.verification.particle import (
-    Particle,
-    ParticleHistory,
-    run_particle,
-    run_particle_lcp,
 )
 
 DURATION_S: Final = 3.0

@@ -13,13 +13,17 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.units import MM
-from skewbridge.verification.bridge_records import PaperMotion, el_centro
-from skewbridge.verification.case_files import DeckCase
-from skewbridge.verification.cases import rotation_period_s
-from skewbridge.verification.checks import Checklist, StudyResult
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.deck_model import CORNERS, DeckHistory, Excitation, make_deck
-from skewbridge.verification.figure_style import (
+from skewbridge.verification.references.case_files import DeckCase
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import rotation_period_s
+from skewbridge.verification.references.deck_model import (
+    CORNERS,
+    DeckHistory,
+    Excitation,
+    make_deck,
+)
+from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.figure_style import (
     BLUE,
     GREEN,
     GREY,
@@ -29,6 +33,7 @@ from skewbridge.verification.figure_style import (
     legend_above,
     panels,
 )
+from skewbridge.verification.studies.paper_motions import PaperMotion, el_centro
 
 GAPS_MM: Final = (3.18, 6.35)  # source: the paper, runs 123 and 213
 FRICTION: Final = 0.4  # source: the paper
