@@ -1,10 +1,9 @@
 """Figure 4 of the paper: the particle between two lines, rigid and with a penalty."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from shared import shared_path
+from reference_data import reference_table
 from skewbridge.verification.references.particle import Particle, run_particle, run_particle_lcp
 from skewbridge.verification.studies.comparison import Checklist
 from skewbridge.verification.studies.particle_between_lines import (
@@ -33,7 +32,7 @@ def test_moreau_jean_meets_the_tabulated_peaks(restitution):
 
 
 def test_moreau_jean_follows_the_tabulated_history(rigid):
-    reference = pd.read_csv(shared_path("cases/ref_fig4_lcp_Tn1_mu0.1_e0.6.csv"))
+    reference = reference_table("particle_history")
     normal = rigid.q @ np.array(Particle().normal)
     found = np.interp(reference["t_s"], rigid.t_s, normal)
     error = np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2))
