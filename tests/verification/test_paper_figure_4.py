@@ -5,7 +5,7 @@ import pytest
 
 from reference_data import reference_table
 from skewbridge.verification.references.particle import Particle, run_particle, run_particle_lcp
-from skewbridge.verification.studies.comparison import Checklist
+from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.particle_between_lines import (
     FIRST_CONTACT_S,
     LCP_PEAKS,
@@ -45,8 +45,8 @@ def test_free_flight_ends_at_the_exact_time(rigid):
 
 
 def test_the_penalty_particle_stays_between_the_lines_and_near_the_rigid_one(rigid):
-    checks = Checklist("fig4")
+    study = Study("fig4")
     particle = Particle(kn_n_per_m=1.0e9)
     history = run_particle(particle, 5e-5, 2.0, keep=lambda k: k % 10 == 0)
-    compare_with_lcp(checks, particle, history, rigid)
-    assert [check.quantity for check in checks.checks if not check.is_passed] == []
+    compare_with_lcp(study, particle, history, rigid)
+    assert [found.quantity for found in study.comparisons if not found.is_passed] == []

@@ -4,28 +4,31 @@ The plane model behind the closed forms B1 to B8: x along the surface, y along i
 contact unit. Time steps and penalties are the caller's.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet, Coupling, Drive, Scheme, UnitLedger
-from skewbridge.verification.references.unit_path import clean_domain
-
-type Array = NDArray[np.float64]
-type History = Callable[[Array], Array]
+from skewbridge.verification.references.live_model import (
+    Array,
+    History,
+    SolutionError,
+    Solver,
+    clean_domain,
+    even_times,
+    hold_load,
+    load_node,
+    march,
+    path_series,
+)
 
 _GROUND: Final = 1
 _MASS: Final = 2
 _ANCHOR: Final = 3
 _SETTLING_S: Final = 1e-6
-
-
-class BlockError(RuntimeError):
-    """OpenSees could not make a step of a block study."""
+_G_MPS2: Final = 9.81  # source: value used in the reference computations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,9 +109,9 @@ def run_block(
         integrator: Arguments of the OpenSees command.
 
     Raises:
-        BlockError: A step does not converge.
+        SolutionError: A step does not converge.
     """
-    times = np.arange(round(duration_s / dt_s) + 1, dtype=np.float64) * dt_s
+    times = even_times(duration_s, dt_s)
     with clean_domain():
         contacts = _model(block)
         force = np.zeros_like(times)
@@ -116,16 +119,16 @@ def run_block(
             force = force + force_n(times)
         if base_mps2 is not None:
             force = force - block.mass_kg * base_mps2(times)
-        _load(block, times, dt_s, force, anchor_m)
-        ops.integrator(*integrator)
-        ops.analysis("Transient")
+        hold_load(_MASS, 1, (0.0, -block.normal_load_n))
+        load_node(_MASS, 2, dt_s, force, (1.0, 0.0))
+        path_series(3, dt_s, np.zeros_like(times) if anchor_m is None else anchor_m(times))
+        ops.pattern("Plain", 3, 3)
+        ops.sp(_ANCHOR, 1, 1.0)
+        Solver(tolerance_m=1e-13, integrator=integrator).prepare()
         _settle(block, contacts)
         rows = np.zeros((len(times), 6))
         rows[0] = _row(contacts)
-        for k in range(1, len(times)):
-            if ops.analyze(1, dt_s) != 0:
-                raise BlockError(f"OpenSees stopped at {times[k]:.6g} s")
-            contacts.after_step(dt_s)
+        for k in march(contacts, times, dt_s):
             rows[k] = _row(contacts)
         ledger = contacts.ledger()[0]
     return BlockHistory(
@@ -161,31 +164,12 @@ def _model(block: Block) -> ContactSet:
     return contacts
 
 
-def _load(block: Block, times: Array, dt_s: float, force: Array, anchor_m: History | None) -> None:
-    ops.timeSeries("Constant", 1)
-    ops.pattern("Plain", 1, 1)
-    ops.load(_MASS, 0.0, -block.normal_load_n)
-    values = force.tolist()
-    ops.timeSeries("Path", 2, "-dt", dt_s, "-values", *values, values[-1])
-    ops.pattern("Plain", 2, 2)
-    ops.load(_MASS, 1.0, 0.0)
-    moved = np.zeros_like(times) if anchor_m is None else anchor_m(times)
-    ops.timeSeries("Path", 3, "-dt", dt_s, "-values", *moved.tolist(), float(moved[-1]))
-    ops.pattern("Plain", 3, 3)
-    ops.sp(_ANCHOR, 1, 1.0)
-    ops.constraints("Transformation")
-    ops.numberer("Plain")
-    ops.system("FullGeneral")
-    ops.test("NormDispIncr", 1e-13, 50)
-    ops.algorithm("NewtonLineSearch")
-
-
 def _settle(block: Block, contacts: ContactSet) -> None:
     """Press the block onto the surface in a step too short for it to move along."""
     if block.bounces:
         return
     if ops.analyze(1, _SETTLING_S) != 0:
-        raise BlockError("the block does not settle on its surface")
+        raise SolutionError("the block does not settle on its surface")
     contacts.after_step(_SETTLING_S)
     contacts.start_from_rest()
     ops.setTime(0.0)
@@ -199,3 +183,26 @@ def _row(contacts: ContactSet) -> list[float]:
         -contacts.tangentials_n[0][0],
         contacts.normals_n[0],
     ]
+
+
+def sliding_block(friction: float, *, kt_n_per_m: float = 1e10) -> Block:
+    """Return a block of 1000 kg that rests on a surface under its own weight."""
+    return Block(
+        mass_kg=1000.0,
+        kn_n_per_m=1e9,
+        kt_n_per_m=kt_n_per_m,
+        friction=friction,
+        normal_load_n=1000.0 * _G_MPS2,
+    )
+
+
+def falling_block() -> Block:
+    """Return a mass of 1000 kg that meets a penalty of 10 MN/m at 1 m/s under its own weight."""
+    return Block(
+        mass_kg=1000.0,
+        kn_n_per_m=1e7,
+        kt_n_per_m=1e7,
+        normal_load_n=1000.0 * _G_MPS2,
+        v0_mps=(0.0, -1.0),
+        bounces=True,
+    )

@@ -25,7 +25,7 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
 
     Raises:
         InputError: The case, the path or the output folder is wrong.
-        DrivenPathError: OpenSees does not make a step.
+        SolutionError: OpenSees does not make a step.
     """
     case = read_case(case_file, ContactCase)
     path = read_path(beside(case_file, case.path))

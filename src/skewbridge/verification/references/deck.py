@@ -19,11 +19,9 @@ from skewbridge.verification.references.deck_model import (
     make_deck,
     pulse_of,
 )
-from skewbridge.verification.references.deck_opensees import DeckFailedError, run_opensees
+from skewbridge.verification.references.deck_opensees import run_opensees
 from skewbridge.verification.references.deck_penalty import run_penalty
-from skewbridge.verification.references.lcp import LcpError
-
-__all__ = ["DeckFailedError", "run_deck", "run_deck_case"]
+from skewbridge.verification.references.live_model import SolutionError
 
 _DESCRIPTIONS: Final = {
     "t_s": ("s", "time"),
@@ -44,17 +42,14 @@ def run_deck(case: DeckCase, excitation: Excitation | None = None) -> DeckHistor
         excitation: Ground acceleration; by default the pulse of the case.
 
     Raises:
-        DeckFailedError: The solver could not finish.
+        SolutionError: The solver could not finish.
     """
     deck, ground = make_deck(case), excitation or pulse_of(case)
     if case.solver == "opensees":
         return run_opensees(case, deck, ground)
     if case.solver == "penalty":
         return run_penalty(case, deck, ground)
-    try:
-        return run_lcp(case, deck, ground)
-    except LcpError as error:
-        raise DeckFailedError(str(error)) from error
+    return run_lcp(case, deck, ground)
 
 
 def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
@@ -65,14 +60,14 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
 
     Raises:
         InputError: The case, a motion or the output folder is wrong.
-        DeckFailedError: The solver could not finish.
+        SolutionError: The solver could not finish.
     """
     case = read_case(case_file, DeckCase)
     excitation = _excitation(case, case_file)
     require_writable(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
-        raise DeckFailedError("the response is not finite: use a smaller dt_s")
+        raise SolutionError("the response is not finite: use a smaller dt_s")
     pq.write_table(_table(history), out)
     return {
         "peaks": history.peaks(),

@@ -13,7 +13,8 @@ from skewbridge.verification.references.deck_model import (
     Excitation,
     step_times,
 )
-from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
+from skewbridge.verification.references.impact import RigidContacts
+from skewbridge.verification.references.lcp import LcpHistory, moreau_jean
 
 # At this step the tabulated peaks with e <= 0.6 are within 0.05 % of the converged ones.
 _LARGEST_STEP_S: Final = 2.0e-5
@@ -25,7 +26,7 @@ def run_lcp(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHistory:
     The time stepping is of first order, so it is done in parts of the case's step.
 
     Raises:
-        LcpError: A step has no solution.
+        SolutionError: A step has no solution.
     """
     parts = max(1, ceil(case.dt_s / _LARGEST_STEP_S - 1e-9))
     times = step_times(case)

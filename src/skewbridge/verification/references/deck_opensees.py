@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.contact import ContactSet, Drive, make_step
+from skewbridge.contact import ContactSet, Drive
 from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.verification.references.case_files import DeckCase
 from skewbridge.verification.references.deck_model import (
@@ -18,23 +18,19 @@ from skewbridge.verification.references.deck_model import (
     Excitation,
     step_times,
 )
-from skewbridge.verification.references.unit_path import clean_domain
+from skewbridge.verification.references.live_model import Solver, clean_domain, march, shake_base
 
 CENTRE: Final = 1
 _GROUND: Final = 2
 FIRST_CORNER: Final = 11
 FIRST_WALL: Final = 21
-_INTEGRATORS: Final = {
+_INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
     "newmark": ("Newmark", 0.5, 0.25),
     "houbolt": ("Houbolt",),
     "hht": ("HHT", 0.8),
 }
 # Far below every displacement of interest, far above rounding: the problem is linear by pieces.
 _TOLERANCE_M: Final = 1e-12
-
-
-class DeckFailedError(RuntimeError):
-    """A solver could not finish a deck case."""
 
 
 type Connect = Callable[[int, list[int], DeckCase], None]
@@ -58,7 +54,7 @@ def run_opensees(
         parts_on_change: Parts of a step in which a contact is expected to open or close.
 
     Raises:
-        DeckFailedError: A step does not converge.
+        SolutionError: A step does not converge.
     """
     with clean_domain():
         corners = deck.corners
@@ -73,9 +69,7 @@ def run_opensees(
         openings[0] = case.gap_normal_m
         # The units count slip along the normal turned counter-clockwise.
         signs = [1.0 if _turned(c.normal) @ np.array(c.tangent) > 0.0 else -1.0 for c in corners]
-        for k in range(1, len(times)):
-            if not make_step(contacts, case.dt_s, parts_on_change=parts_on_change):
-                raise DeckFailedError(f"OpenSees stopped at {times[k]:.6g} s of {times[-1]:.6g} s")
+        for k in march(contacts, times, case.dt_s, parts_on_change):
             q[k], v[k] = ops.nodeDisp(CENTRE), ops.nodeVel(CENTRE)
             openings[k], normals[k] = contacts.openings_m, contacts.normals_n
             forces = contacts.tangentials_n
@@ -153,21 +147,15 @@ def excite_deck(case: DeckCase, excitation: Excitation) -> tuple[Array, Array]:
     # Means over the step around each time: a jump between two steps keeps its impulse.
     accel = excitation.mean(times - half, times + half)
     accel[:, 0] = excitation.at(times[:1])[:, 0]
-    for dof, component in enumerate(accel, start=1):
-        values = component.tolist()
-        ops.timeSeries("Path", dof, "-dt", case.dt_s, "-values", *values, values[-1])
-        ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
-        # The pulse starts with a jump: the deck has its acceleration from the start.
-        ops.setNodeAccel(CENTRE, dof, -values[0], "-commit")
+    shake_base(CENTRE, case.dt_s, accel)
     return times, accel
 
 
 def prepare_analysis(integrator: str, system: str = "ProfileSPD") -> None:
     """Define the transient analysis."""
-    ops.constraints("Transformation")
-    ops.numberer("RCM")
-    ops.system(system)
-    ops.test("NormDispIncr", _TOLERANCE_M, 50)
-    ops.algorithm("NewtonLineSearch")
-    ops.integrator(*_INTEGRATORS[integrator])
-    ops.analysis("Transient")
+    Solver(
+        numberer="RCM",
+        system=system,
+        tolerance_m=_TOLERANCE_M,
+        integrator=_INTEGRATORS[integrator],
+    ).prepare()

@@ -15,19 +15,14 @@ from itertools import product
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-type Array = NDArray[np.float64]
+from skewbridge.verification.references.live_model import Array, SolutionError
 
 # Relative to the largest velocity or impulse: a state may violate a condition by rounding only.
 _ROUNDING: Final = 1e-10
 
 OPEN, CLOSED = 0, 1
 STICK, SLIP_FORWARD, SLIP_BACKWARD = 0, 1, -1
-
-
-class LcpError(RuntimeError):
-    """No contact state satisfies the conditions of a step."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,7 +93,7 @@ class ImpactSolver:
             h: Step.
 
         Raises:
-            LcpError: No state fits.
+            SolutionError: No state fits.
         """
         count = len(self.contacts.groups)
         for state in self._states(active):
@@ -109,7 +104,7 @@ class ImpactSolver:
             if self._fits(state, impulses, after, (u_free, u_before), h):
                 self._last = state
                 return impulses[:count], -impulses[count:]
-        raise LcpError(f"no contact state fits the contacts {active}")
+        raise SolutionError(f"no contact state fits the contacts {active}")
 
     def _states(self, active: tuple[int, ...]) -> Generator[ContactState]:
         if self._last is not None and self._last.active == active:

@@ -14,14 +14,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from skewbridge.verification.references.impact import ImpactSolver, LcpError, RigidContacts
-
-__all__ = ["LcpError", "LcpHistory", "RigidContacts", "moreau_jean"]
-
-type Array = NDArray[np.float64]
+from skewbridge.verification.references.impact import ImpactSolver, RigidContacts
+from skewbridge.verification.references.live_model import Array
 
 _THETA: Final = 0.5
 
@@ -62,7 +58,7 @@ def moreau_jean(
         h_s: Step.
 
     Raises:
-        LcpError: A step has no solution.
+        SolutionError: A step has no solution.
     """
     mass, damping, stiffness = matrices
     steps, dofs = mean_loads_n.shape

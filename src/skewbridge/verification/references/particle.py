@@ -7,16 +7,19 @@ from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet, UnitLedger
 from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
-from skewbridge.verification.references.block import BlockError
-from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
-from skewbridge.verification.references.unit_path import clean_domain
-
-type Array = NDArray[np.float64]
+from skewbridge.verification.references.impact import RigidContacts
+from skewbridge.verification.references.lcp import LcpHistory, moreau_jean
+from skewbridge.verification.references.live_model import (
+    Array,
+    Solver,
+    clean_domain,
+    march,
+    shake_base,
+)
 
 _GROUND: Final = 1
 _PARTICLE: Final = 2
@@ -106,18 +109,18 @@ def run_particle(
     """Run the particle in OpenSees by the trapezoidal rule; keep the steps that `keep` accepts.
 
     Raises:
-        BlockError: A step does not converge.
+        SolutionError: A step does not converge.
     """
     count = ceil(duration_s / dt_s - 1e-9)
     times = np.arange(count + 1, dtype=np.float64) * dt_s
     with clean_domain():
         contacts = _model(particle)
-        _excite(particle, times, dt_s)
+        accel = particle.mean_accel(times - 0.5 * dt_s, times + 0.5 * dt_s)
+        accel[0] = particle.pulse_mps2
+        shake_base(_PARTICLE, dt_s, accel.T)
+        Solver(constraints="Plain").prepare()
         rows: list[list[float]] = [[0.0] * 7]
-        for k in range(1, count + 1):
-            if ops.analyze(1, dt_s) != 0:
-                raise BlockError(f"OpenSees stopped at {times[k]:.6g} s")
-            contacts.after_step(dt_s)
+        for k in march(contacts, times, dt_s):
             if keep(k):
                 (lower, _), (upper, _) = contacts.tangentials_n
                 # The unit of the lower line counts slip along minus the tangent.
@@ -179,21 +182,3 @@ def _model(particle: Particle) -> ContactSet:
             name=name,
         )
     return contacts
-
-
-def _excite(particle: Particle, times: Array, dt_s: float) -> None:
-    half = 0.5 * dt_s
-    accel = particle.mean_accel(times - half, times + half)
-    accel[0] = particle.pulse_mps2
-    for dof in (1, 2):
-        values = accel[:, dof - 1].tolist()
-        ops.timeSeries("Path", dof, "-dt", dt_s, "-values", *values, values[-1])
-        ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
-        ops.setNodeAccel(_PARTICLE, dof, -values[0], "-commit")
-    ops.constraints("Plain")
-    ops.numberer("Plain")
-    ops.system("FullGeneral")
-    ops.test("NormDispIncr", 1e-12, 50)
-    ops.algorithm("NewtonLineSearch")
-    ops.integrator("Newmark", 0.5, 0.25)
-    ops.analysis("Transient")

@@ -1,19 +1,23 @@
 """A rigid block on two corners in OpenSees: slides, tips or rocks."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, hypot, sin
 from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet
-from skewbridge.verification.references.block import BlockError
-from skewbridge.verification.references.unit_path import clean_domain
-
-type Array = NDArray[np.float64]
+from skewbridge.verification.references.live_model import (
+    Array,
+    History,
+    Solver,
+    clean_domain,
+    even_times,
+    hold_load,
+    load_node,
+    march,
+)
 
 _CENTRE: Final = 1
 _FOOT: Final = 2
@@ -21,6 +25,14 @@ _CORNERS: Final = (3, 4)
 _FLOOR: Final = (5, 6)
 # Stiffness of the members of the block over the penalty: rigid for these purposes.
 _RIGIDITY: Final = 1.0e3
+# Some numerical damping quiets the penalty after touch-down; the rocking itself is far slower.
+_SOLVER: Final = Solver(
+    constraints="Plain",
+    numberer="RCM",
+    tolerance_m=1e-11,
+    algorithm="KrylovNewton",
+    integrator=("HHT", 0.8),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +79,7 @@ def run_upright(
     block: UprightBlock,
     dt_s: float,
     duration_s: float,
-    base_mps2: Callable[[Array], Array] | None = None,
+    base_mps2: History | None = None,
 ) -> UprightHistory:
     """Run a block by the trapezoidal rule, with large rotations.
 
@@ -78,18 +90,18 @@ def run_upright(
         base_mps2: Horizontal acceleration of the floor.
 
     Raises:
-        BlockError: A step does not converge.
+        SolutionError: A step does not converge.
     """
-    times = np.arange(round(duration_s / dt_s) + 1, dtype=np.float64) * dt_s
+    times = even_times(duration_s, dt_s)
     with clean_domain():
         contacts = _model(block)
-        _load(block, times, dt_s, base_mps2)
+        hold_load(_CENTRE, 1, (0.0, -block.mass_kg * block.gravity_mps2, 0.0))
+        push = np.zeros_like(times) if base_mps2 is None else -block.mass_kg * base_mps2(times)
+        load_node(_CENTRE, 2, dt_s, push, (1.0, 0.0, 0.0))
+        _SOLVER.prepare()
         rows = np.zeros((len(times), 5))
         rows[0, 0], rows[0, 3:] = block.angle_rad, contacts.openings_m
-        for k in range(1, len(times)):
-            if ops.analyze(1, dt_s) != 0:
-                raise BlockError(f"OpenSees stopped at {times[k]:.6g} s")
-            contacts.after_step(dt_s)
+        for k in march(contacts, times, dt_s):
             feet = [ops.nodeDisp(corner, 1) for corner in _CORNERS]
             angle = block.angle_rad + ops.nodeDisp(_CENTRE, 3)
             rows[k] = [angle, *feet, *contacts.openings_m]
@@ -133,24 +145,3 @@ def _model(block: UprightBlock) -> ContactSet:
             kt=block.penalty_n_per_m,
         )
     return contacts
-
-
-def _load(
-    block: UprightBlock, times: Array, dt_s: float, base_mps2: Callable[[Array], Array] | None
-) -> None:
-    weight = block.mass_kg * block.gravity_mps2
-    ops.timeSeries("Constant", 1)
-    ops.pattern("Plain", 1, 1)
-    ops.load(_CENTRE, 0.0, -weight, 0.0)
-    push = np.zeros_like(times) if base_mps2 is None else -block.mass_kg * base_mps2(times)
-    ops.timeSeries("Path", 2, "-dt", dt_s, "-values", *push.tolist(), float(push[-1]))
-    ops.pattern("Plain", 2, 2)
-    ops.load(_CENTRE, 1.0, 0.0, 0.0)
-    ops.constraints("Plain")
-    ops.numberer("RCM")
-    ops.system("FullGeneral")
-    ops.test("NormDispIncr", 1e-11, 50)
-    ops.algorithm("KrylovNewton")
-    # Some numerical damping quiets the penalty after touch-down; the rocking itself is far slower.
-    ops.integrator("HHT", 0.8)
-    ops.analysis("Transient")

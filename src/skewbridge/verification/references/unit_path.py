@@ -1,7 +1,5 @@
 """A contact unit driven along a path of displacements, in OpenSees and by the law itself."""
 
-from collections.abc import Generator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,16 +9,18 @@ from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLedger
 from skewbridge.contact.law import advance_pair
+from skewbridge.verification.references.live_model import (
+    SolutionError,
+    Solver,
+    clean_domain,
+    path_series,
+)
 
 type Matrix = NDArray[np.float64]
 
 
 # Part of the first step of a path that is made first.
 _START_SHARE: Final = 1e-3
-
-
-class DrivenPathError(RuntimeError):
-    """OpenSees could not make a step of a driven path."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,16 +34,6 @@ class PathResult:
 
     forces_n: Matrix
     ledger: UnitLedger | None
-
-
-@contextmanager
-def clean_domain() -> Generator[None]:
-    """Own the OpenSees domain of the process: wiped on entry and exit."""
-    ops.wipe()
-    try:
-        yield
-    finally:
-        ops.wipe()
 
 
 def drive_unit(
@@ -65,7 +55,7 @@ def drive_unit(
         coupling: See `ContactSet`.
 
     Raises:
-        DrivenPathError: OpenSees does not make a step.
+        SolutionError: OpenSees does not make a step.
     """
     times, forces = path[:, 0], np.zeros((len(path), 3))
     with clean_domain():
@@ -134,19 +124,23 @@ def _unit_model(law: ContactLaw, path: Matrix, scheme: Scheme, coupling: Couplin
         gap_closing_m=law.gap_closing_m,
         name="driven unit",
     )
-    for dof in (1, 2, 3):
-        values = [0.0, *path[:, dof].tolist(), float(path[-1, dof])]
-        ops.timeSeries("Path", dof, "-dt", 1.0, "-values", *values)
-        ops.pattern("Plain", dof, dof)
-        ops.sp(body, dof, 1.0)
-    ops.constraints("Transformation")
-    ops.numberer("Plain")
-    ops.system("ProfileSPD")
-    ops.test("NormDispIncr", 1e-12, 10)
-    ops.algorithm("Linear")
-    ops.integrator("LoadControl", 1.0)
-    ops.analysis("Static")
+    drive_node(body, path, system="ProfileSPD")
     return contacts
+
+
+def drive_node(node: int, path: Matrix, *, system: str) -> None:
+    """Prescribe the displacements of a node; pseudo-time counts the rows of the path from one."""
+    for dof in (1, 2, 3):
+        path_series(dof, 1.0, np.append(0.0, path[:, dof]))
+        ops.pattern("Plain", dof, dof)
+        ops.sp(node, dof, 1.0)
+    Solver(
+        system=system,
+        iterations=10,
+        algorithm="Linear",
+        integrator=("LoadControl", 1.0),
+        analysis="Static",
+    ).prepare()
 
 
 def _shares(substeps: int, *, is_first: bool) -> list[float]:
@@ -163,4 +157,4 @@ def _shares(substeps: int, *, is_first: bool) -> list[float]:
 
 def _analyze_to_next_row(row: int) -> None:
     if ops.analyze(1) != 0:
-        raise DrivenPathError(f"OpenSees did not make the step to row {row} of the path")
+        raise SolutionError(f"OpenSees did not make the step to row {row} of the path")

@@ -15,24 +15,23 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.units import MM
 from skewbridge.variant.variant import ABUTMENT_CODES, Variant
-from skewbridge.verification.studies.bridge_friction import DURATION_S, FRICTION_PCT, GAP_MM
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
-from skewbridge.verification.studies.figure_style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PINK,
-    label,
-    legend,
-    panels,
-)
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import label, legend, line, panels
 from skewbridge.verification.studies.friction_figures import histories_of
+from skewbridge.verification.studies.friction_pairs import (
+    DURATION_S,
+    paper_variant,
+    with_and_without,
+)
 from skewbridge.verification.studies.paper_motions import PaperMotion, waho
 
 SKEWS_DEG: Final = (0, 30)
-_COLOURS: Final = dict(zip(ABUTMENT_CODES, (GREY, PINK, GREEN, ORANGE, BLUE), strict=True))
+_COLOURS: Final = dict(
+    zip(
+        ABUTMENT_CODES, (style.GREY, style.PINK, style.GREEN, style.ORANGE, style.BLUE), strict=True
+    )
+)
 _DEMANDS: Final = (
     "deck_disp_m",
     "deck_rotation_rad",
@@ -48,77 +47,46 @@ _DEMANDS: Final = (
 type Runs = dict[tuple[str, int], AnalysisResult]
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
     motion = waho()
-    checks = Checklist("ladder")
+
+    def result(variant: Variant) -> AnalysisResult:
+        settings = AnalysisSettings(duration_s=DURATION_S)
+        plain = variant.normalised()
+        return analyse(plain, motion.motion, 1.0, 0.0, settings, ModelOptions(), histories=True)
+
     runs: Runs = {
-        (abutment, skew): _analyse("osb1", abutment, skew, motion)
+        (abutment, skew): result(paper_variant(abutment=abutment, skew_deg=skew))
         for abutment in ABUTMENT_CODES
         for skew in SKEWS_DEG
     }
-    checks.holds(
-        "OSB1: every abutment model and skew ends with status ok or collapse",
-        truth=all(result.status in RAN for result in runs.values()),
-        source="this model",
-    )
-    _skew_statements(checks, runs)
-    second = {
-        friction: _analyse("osb2s", "contact_friction", 20, motion, friction)
-        for friction in (FRICTION_PCT, 0)
-    }
+    text = "OSB1: every abutment model and skew ends with status ok or collapse"
+    has_run = all(found.status in RAN for found in runs.values())
+    study.holds(text, truth=has_run, source="this model")
+    _skew_statements(study, runs)
+    rough, smooth = with_and_without(result, bridge="osb2s", skew_deg=20)
     for demand in _DEMANDS:
-        checks.report(
-            f"OSB2S (surrogate), skew 20: {demand}, friction 0.5 against 0",
-            second[FRICTION_PCT].demands[demand],
-            second[0].demands[demand],
-            "paper, section 6",
-        )
-    return StudyResult(
-        checks=checks.checks,
-        figures={f"skew{skew:02d}": _figure(runs, skew, motion) for skew in SKEWS_DEG},
-        tables={"demands": _table(runs)},
-    )
+        text = f"OSB2S (surrogate), skew 20: {demand}, friction 0.5 against 0"
+        study.report(text, rough.demands[demand], smooth.demands[demand], "paper, section 6")
+    for skew in SKEWS_DEG:
+        study.figures[f"skew{skew:02d}"] = _figure(runs, skew, motion)
+    study.tables["demands"] = _table(runs)
 
 
-def _analyse(
-    bridge: str, abutment: str, skew_deg: int, motion: PaperMotion, friction_pct: int = FRICTION_PCT
-) -> AnalysisResult:
-    variant = Variant(
-        bridge=bridge,
-        abutment=abutment,
-        skew_deg=skew_deg,
-        gap_mm=GAP_MM,
-        friction_pct=friction_pct,
-    )
-    settings = AnalysisSettings(duration_s=DURATION_S)
-    return analyse(
-        variant.normalised(), motion.motion, 1.0, 0.0, settings, ModelOptions(), histories=True
-    )
-
-
-def _skew_statements(checks: Checklist, runs: Runs) -> None:
+def _skew_statements(study: Study, runs: Runs) -> None:
     source = "paper, section 1 and 3.2"
-    straight, skewed = (runs["contact", skew].demands for skew in SKEWS_DEG)
-    turns = [1e3 * demands["deck_rotation_rad"] for demands in (straight, skewed)]
-    checks.holds(
-        f"without friction the skewed deck rotates, the straight one hardly "
-        f"({turns[1]:.2f} against {turns[0]:.2f} mrad)",
-        truth=turns[1] > 2.0 * turns[0],
-        source=source,
-    )
-    straight, skewed = (runs["contact_friction", skew].demands for skew in SKEWS_DEG)
-    checks.report(
-        "deck_rotation_rad with friction, skew 30 against 0",
-        *(skewed["deck_rotation_rad"], straight["deck_rotation_rad"], source),
-    )
-    checks.relative(
-        "skew 30: the acute corner moves farthest from its seat (m)",
-        *(skewed["acute_corner_unseating_m"], skewed["unseating_m"], 1e-12, source),
-    )
-    checks.report(
-        "unseating_m, skew 30 against 0", skewed["unseating_m"], straight["unseating_m"], source
-    )
+    straight, skewed = (1e3 * runs["contact", s].demands["deck_rotation_rad"] for s in SKEWS_DEG)
+    text = "without friction the skewed deck rotates, the straight one hardly"
+    turns = f"({skewed:.2f} against {straight:.2f} mrad)"
+    study.holds(f"{text} {turns}", truth=skewed > 2.0 * straight, source=source)
+    plain, found = (runs["contact_friction", skew].demands for skew in SKEWS_DEG)
+    rotation, unseating = "deck_rotation_rad", "unseating_m"
+    text = f"{rotation} with friction, skew 30 against 0"
+    study.report(text, found[rotation], plain[rotation], source)
+    text = "skew 30: the acute corner moves farthest from its seat (m)"
+    study.relative(text, found["acute_corner_unseating_m"], found[unseating], 1e-12, source)
+    study.report(f"{unseating}, skew 30 against 0", found[unseating], plain[unseating], source)
 
 
 def _table(runs: Runs) -> pd.DataFrame:
@@ -140,15 +108,11 @@ def _figure(runs: Runs, skew: int, motion: PaperMotion) -> Figure:
     ):
         for abutment, colour in _COLOURS.items():
             table = histories_of(runs[abutment, skew])
-            axis.plot(
-                *(table["t_s"], table[column] / unit),
-                color=colour,
-                lw=0.9,
-                label=abutment.replace("_", " "),
-            )
-        axis.axhline(0.0, color=BLACK, lw=0.4)
+            text = abutment.replace("_", " ")
+            line(axis, table["t_s"], table[column] / unit, colour, text, lw=0.9)
+        axis.axhline(0.0, color=style.BLACK, lw=0.4)
         label(axis, "", name)
-    label(axes[2, 0], "time (s)", "rotation (mrad)")
+    axes[2, 0].set_xlabel("time (s)", fontsize=8)
     legend(axes[0, 0], loc="upper right", ncols=5)
     figure.suptitle(f"OSB1, skew {skew}; {motion.label}", fontsize=9)
     return figure

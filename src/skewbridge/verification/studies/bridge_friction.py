@@ -3,6 +3,7 @@
 The paper's record is WAHO; whatever stands in for it is named on the figures.
 """
 
+from dataclasses import asdict
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from skewbridge.analysis.settings import AnalysisSettings, Scheme
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.friction_figures import (
     Pair,
     cycle_figure,
@@ -21,17 +22,20 @@ from skewbridge.verification.studies.friction_figures import (
     histories_of,
     hysteresis_figure,
 )
+from skewbridge.verification.studies.friction_pairs import (
+    DURATION_S,
+    FRICTION_PCT,
+    Series,
+    stick_slip_changes,
+    with_and_without,
+)
 from skewbridge.verification.studies.half_cycles import (
     HalfCycle,
     half_cycles,
-    stick_slip_changes,
     together_correlation,
 )
 from skewbridge.verification.studies.paper_motions import PaperMotion, waho
 
-FRICTION_PCT: Final = 50  # source: the paper, section 4
-GAP_MM: Final = 51  # source: the paper, section 4
-DURATION_S: Final = 25.0
 FEW_PERCENT: Final = 0.05  # source: the paper gives 2-3 % for its record; others vary
 _PAPER: Final = "paper, section 5"
 _DEMANDS: Final = (
@@ -46,59 +50,38 @@ _DEMANDS: Final = (
 )
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
     motion = waho()
-    checks = Checklist("fig11-12")
     pair = friction_pair(motion, "default")
-    report_ratios(checks, "default scheme", pair)
-    report_ratios(checks, "paper scheme", friction_pair(motion, "paper"))
+    report_ratios(study, "default scheme", pair)
+    report_ratios(study, "paper scheme", friction_pair(motion, "paper"))
     cycles = _cycles(pair)
-    _peak_statements(checks, pair)
-    _contact_statements(checks, pair, cycles)
-    return StudyResult(
-        checks=checks.checks,
-        figures={
-            "displacements": displacement_figure(pair, motion),
-            "hysteresis": hysteresis_figure(pair, motion),
-            "cycles": cycle_figure(cycles, motion),
-        },
-        tables={"cycles": pd.DataFrame([_row(cycle) for cycle in cycles])},
-    )
+    _peak_statements(study, pair)
+    _contact_statements(study, pair, cycles)
+    study.figures["displacements"] = displacement_figure(pair, motion)
+    study.figures["hysteresis"] = hysteresis_figure(pair, motion)
+    study.figures["cycles"] = cycle_figure(cycles, motion)
+    study.tables["cycles"] = pd.DataFrame([_row(cycle) for cycle in cycles])
 
 
-def friction_pair(motion: PaperMotion, scheme: Scheme, skew_deg: int = 0) -> Pair:
-    """Return the analyses of OSB1 with and without friction."""
-    with_friction, without = (
-        analyse(
-            Variant(
-                bridge="osb1",
-                abutment="contact_friction",
-                skew_deg=skew_deg,
-                gap_mm=GAP_MM,
-                friction_pct=friction,
-            ),
-            motion.motion,
-            1.0,
-            0.0,
-            AnalysisSettings(scheme=scheme, duration_s=DURATION_S),
-            ModelOptions(),
-            histories=True,
-        )
-        for friction in (FRICTION_PCT, 0)
-    )
-    return with_friction, without
+def friction_pair(motion: PaperMotion, scheme: Scheme) -> Pair:
+    """Return the analyses of OSB1 without skew, with and without friction."""
+    settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
+
+    def result(variant: Variant) -> AnalysisResult:
+        return analyse(variant, motion.motion, 1.0, 0.0, settings, ModelOptions(), histories=True)
+
+    return with_and_without(result)
 
 
-def report_ratios(checks: Checklist, name: str, pair: Pair) -> None:
+def report_ratios(study: Study, name: str, pair: Pair) -> None:
     """Put the demands with friction beside those without."""
+    with_friction, without = (result.demands for result in pair)
     for demand in _DEMANDS:
-        checks.report(
-            f"{name}: {demand}, friction 0.5 against 0",
-            *(pair[0].demands[demand], pair[1].demands[demand], _PAPER),
-        )
-    slip = pair[0].demands["slip_work_kj"]
-    checks.report(f"{name}: slip_work_kj", slip, 0.0, _PAPER)
+        text = f"{name}: {demand}, friction 0.5 against 0"
+        study.report(text, with_friction[demand], without[demand], _PAPER)
+    study.report(f"{name}: slip_work_kj", with_friction["slip_work_kj"], 0.0, _PAPER)
 
 
 def _cycles(pair: Pair) -> list[HalfCycle]:
@@ -118,56 +101,39 @@ def _cycles(pair: Pair) -> list[HalfCycle]:
     )
 
 
-def _peak_statements(checks: Checklist, pair: Pair) -> None:
+def _peak_statements(study: Study, pair: Pair) -> None:
     """Check what the paper says about the peaks of the straight bridge."""
     with_friction, without = (result.demands for result in pair)
-    checks.holds(
+    study.holds(
         "both analyses end with status ok and without a failed step",
         truth=all(result.status == "ok" and result.failed_attempts == 0 for result in pair),
         source="this model",
     )
-    checks.holds(
-        "the backwalls close",
-        truth=min(with_friction["backwall_force_kn"], without["backwall_force_kn"]) > 0.0,
-        source="this motion",
-    )
+    least_kn = min(with_friction["backwall_force_kn"], without["backwall_force_kn"])
+    study.holds("the backwalls close", truth=least_kn > 0.0, source="this motion")
     for demand in ("deck_disp_x_m", "deck_disp_m", "column_shear_kn"):
-        checks.relative(
-            f"{demand} changes by a few percent",
-            *(with_friction[demand], without[demand], FEW_PERCENT, _PAPER),
-        )
-    checks.holds(
-        "the transverse peak is lower with friction",
-        truth=with_friction["deck_disp_y_m"] < without["deck_disp_y_m"],
-        source=_PAPER,
-    )
+        text = f"{demand} changes by a few percent"
+        study.relative(text, with_friction[demand], without[demand], FEW_PERCENT, _PAPER)
+    is_lower = with_friction["deck_disp_y_m"] < without["deck_disp_y_m"]
+    study.holds("the transverse peak is lower with friction", truth=is_lower, source=_PAPER)
     changes = _key_changes(pair[0])
-    checks.holds(f"the keys stick and slip ({changes} changes)", truth=changes >= 10, source=_PAPER)
+    study.holds(f"the keys stick and slip ({changes} changes)", truth=changes >= 10, source=_PAPER)
 
 
-def _contact_statements(checks: Checklist, pair: Pair, cycles: list[HalfCycle]) -> None:
+def _contact_statements(study: Study, pair: Pair, cycles: list[HalfCycle]) -> None:
     """Check what the paper says about cycles in contact."""
     closed = sum(cycle.has_contact for cycle in cycles)
     reduced = sum(cycle.has_contact and cycle.change < 0.0 for cycle in cycles)
-    checks.holds(
-        f"transverse peaks are lower in most half cycles with backwall contact "
-        f"({reduced} of {closed})",
-        truth=closed > 0 and 2 * reduced > closed,
-        source=_PAPER,
-    )
+    text = "transverse peaks are lower in most half cycles with backwall contact"
+    is_most = closed > 0 and 2 * reduced > closed
+    study.holds(f"{text} ({reduced} of {closed})", truth=is_most, source=_PAPER)
     largest = _largest_change(pair, "deck_uy_m")
-    checks.holds(
-        f"friction couples the axes without skew: the transverse history changes by {largest:.1%}",
-        truth=largest > FEW_PERCENT,
-        source=_PAPER,
-    )
-    correlation = together_correlation(cycles)
-    checks.holds(
-        f"friction changes most where both axes peak together (rank correlation {correlation:.2f} "
-        f"over {len(cycles)} half cycles)",
-        truth=correlation > 0.0,
-        source=_PAPER,
-    )
+    text = "friction couples the axes without skew: the transverse history changes by"
+    study.holds(f"{text} {largest:.1%}", truth=largest > FEW_PERCENT, source=_PAPER)
+    found = together_correlation(cycles)
+    text = "friction changes most where both axes peak together (rank correlation"
+    count = f"over {len(cycles)} half cycles)"
+    study.holds(f"{text} {found:.2f} {count}", truth=found > 0.0, source=_PAPER)
 
 
 def _largest_change(pair: Pair, column: str) -> float:
@@ -179,26 +145,18 @@ def _largest_change(pair: Pair, column: str) -> float:
 def _key_changes(result: AnalysisResult) -> int:
     table = histories_of(result)
     keys = [name for name in table if "key" in name and name.endswith("_normal_kn")]
+
+    def column(name: str, part: str) -> Series:
+        return table[name.replace("normal", part)]
+
     normals = np.column_stack([table[name] for name in keys])
     frictions = np.column_stack(
-        [
-            np.hypot(
-                table[name.replace("normal", "friction_1")],
-                table[name.replace("normal", "friction_2")],
-            )
-            for name in keys
-        ]
+        [np.hypot(column(name, "friction_1"), column(name, "friction_2")) for name in keys]
     )
     return stick_slip_changes(normals, frictions, FRICTION_PCT / 100)
 
 
 def _row(cycle: HalfCycle) -> dict[str, float | bool]:
-    return {
-        "start_s": cycle.start_s,
-        "end_s": cycle.end_s,
-        "peak_without_m": cycle.peak_without_m,
-        "peak_with_m": cycle.peak_with_m,
-        "change": cycle.change,
-        "together": cycle.together,
-        "has_contact": cycle.has_contact,
-    }
+    row = {"change": cycle.change, **asdict(cycle)}
+    order = ("start_s", "end_s", "peak_without_m", "peak_with_m", "change", "together")
+    return {name: row[name] for name in (*order, "has_contact")}

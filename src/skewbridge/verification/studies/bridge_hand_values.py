@@ -22,8 +22,8 @@ from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
-from skewbridge.variant.variant import Variant
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.friction_pairs import paper_variant
 
 STATES: Final = {
     "cracked elastic": ModelOptions(elastic_columns=True),
@@ -77,70 +77,63 @@ PASSIVE_KN: Final = {
 }
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Compare every figure that the catalogue's sources give."""
-    checks = Checklist("bridges")
-    _dead_load(checks)
+    _dead_load(study)
     for bridge, abutment, state, direction, period_s, source in PERIODS:
         found = _modes(bridge, abutment, state).period_s(direction)
         name = f"{bridge} period {direction}, {abutment}, {state} (s)"
-        checks.relative(name, found, period_s, 0.05, source)
-    checks.relative(
-        "bridge_a period y, ends held, fiber (s)",
-        _held_period_s("bridge_a", STATES["fiber"]),
-        0.374,
-        0.05,
-        "PyPBEE as it is: keys without a gap, of a stiffness not given, hold the ends",
-    )
+        study.relative(name, found, period_s, 0.05, source)
+    source = "PyPBEE as it is: keys without a gap, of a stiffness not given, hold the ends"
+    held_s = _held_period_s("bridge_a", STATES["fiber"])
+    study.relative("bridge_a period y, ends held, fiber (s)", held_s, 0.374, 0.05, source)
     for bridge, state, angle, end_m, strength_kn in PUSHES:
-        curve = push_bridge(
-            _variant(bridge, "roller"), STATES[state], angle_deg=angle, max_disp_m=end_m, steps=60
-        )
+        variant = paper_variant(bridge=bridge, abutment="roller")
+        curve = push_bridge(variant, STATES[state], angle_deg=angle, max_disp_m=end_m, steps=60)
         name = f"{bridge} pushover at {angle:g} degrees, {state} (kN)"
-        checks.relative(name, curve.peak_n / KN, strength_kn, 0.05, "independent")
-    _capacities(checks)
-    _backbones(checks)
-    return StudyResult(checks=checks.checks)
+        study.relative(name, curve.peak_n / KN, strength_kn, 0.05, "independent")
+    _capacities(study)
+    _backbones(study)
 
 
-def _dead_load(checks: Checklist) -> None:
+def _dead_load(study: Study) -> None:
     for bridge, weight_kn in WEIGHTS_KN.items():
         found = _modes(bridge, "contact", "hinge").weight_kn
-        checks.relative(f"{bridge} weight (kN)", found, weight_kn, 0.01, "hand")
+        study.relative(f"{bridge} weight (kN)", found, weight_kn, 0.01, "hand")
     for bridge in ("bridge_a", "bridge_b", "bridge_c"):
         data, result = load_bridge(bridge), _modes(bridge, "contact", "hinge")
         by_hand = total_weight_n(data) / KN
-        checks.relative(f"{bridge} weight (kN)", result.weight_kn, by_hand, 0.01, "hand")
+        study.relative(f"{bridge} weight (kN)", result.weight_kn, by_hand, 0.01, "hand")
     for bridge, axial_kn in AXIAL_KN.items():
         found = _modes(bridge, "roller", "hinge").column_axial_kn[0]
-        checks.relative(f"{bridge} base axial force (kN)", found, axial_kn, 0.01, "independent")
+        study.relative(f"{bridge} base axial force (kN)", found, axial_kn, 0.01, "independent")
     data = load_bridge("bridge_c")
     axial = _modes("bridge_c", "roller", "hinge").column_axial_kn
     for number in (0, 1):
         mean = sum(axial[3 * number : 3 * number + 3]) / 3
         by_hand = column_axial_n(data, number) / KN
         name = f"bridge_c mean base axial force, bent {number + 1} (kN)"
-        checks.relative(name, mean, by_hand, 0.01, "hand, three moments")
+        study.relative(name, mean, by_hand, 0.01, "hand, three moments")
 
 
-def _capacities(checks: Checklist) -> None:
+def _capacities(study: Study) -> None:
     for bridge, plastic_mnm, capacity_m in (("osb1", 17.01, 0.211), ("osb2s", 17.82, 0.908)):
         data = load_bridge(bridge)
         bent = bent_capacities(data)[0]
         name = f"{bridge} plastic moment (MNm)"
-        checks.relative(name, bent.plastic_moment_nm / 1e6, plastic_mnm, 0.02, "independent")
+        study.relative(name, bent.plastic_moment_nm / 1e6, plastic_mnm, 0.02, "independent")
         name = f"{bridge} displacement capacity (m)"
-        checks.relative(name, bent.capacity_m, capacity_m, 0.05, "hand, SDC 1.7")
+        study.relative(name, bent.capacity_m, capacity_m, 0.05, "hand, SDC 1.7")
         axial_n = AXIAL_KN[bridge] * KN
         curve = section_response(data.column, axial_n)
         shear = shear_section(data.column, data.bents[0].clear_height_m, curve)
         strength_kn = {"osb1": 4_965.0, "osb2s": 5_548.0}[bridge]
         found = float(sdc_shear_strength(shear, axial_n, 5.0)) / KN
         name = f"{bridge} shear strength at ductility 5 (kN)"
-        checks.relative(name, found, strength_kn, 0.005, "hand, SDC 1.7")
+        study.relative(name, found, strength_kn, 0.005, "hand, SDC 1.7")
 
 
-def _backbones(checks: Checklist) -> None:
+def _backbones(study: Study) -> None:
     """Push one abutment normal to its wall, past the gap and the bilinear backfill's yield."""
     end_m = 0.09
     for bridge, forces in PASSIVE_KN.items():
@@ -152,7 +145,7 @@ def _backbones(checks: Checklist) -> None:
         )
         for skew_deg, force_kn in forces.items():
             curve = push_abutment(
-                _variant(bridge, "contact_friction", skew_deg),
+                paper_variant(bridge=bridge, skew_deg=skew_deg),
                 ModelOptions(backfill="sdc"),
                 angle_deg=float(skew_deg),
                 max_disp_m=end_m,
@@ -160,18 +153,18 @@ def _backbones(checks: Checklist) -> None:
             )
             found = curve.force_n[-1] / KN - pads_kn
             name = f"{bridge} passive force at skew {skew_deg} degrees (kN)"
-            checks.relative(name, found, force_kn, 0.005, "hand, SDC 2.0")
+            study.relative(name, found, force_kn, 0.005, "hand, SDC 2.0")
 
 
 @cache
 def _modes(bridge: str, abutment: str, state: str) -> ModalResult:
-    return modal_properties(_variant(bridge, abutment), STATES[state])
+    return modal_properties(paper_variant(bridge=bridge, abutment=abutment), STATES[state])
 
 
 def _held_period_s(bridge: str, options: ModelOptions) -> float:
     """Return the transverse period with both deck ends held across."""
     with domain():
-        model = build(_variant(bridge, "contact"), options)
+        model = build(paper_variant(bridge=bridge, abutment="contact"), options)
         stiff = model.tags.material()
         ops.uniaxialMaterial("Elastic", stiff, LINK_N_PER_M)
         for abutment in model.abutments:
@@ -183,7 +176,3 @@ def _held_period_s(bridge: str, options: ModelOptions) -> float:
         apply_gravity(model)
         modes = modes_of(model, 12)
     return max(modes, key=lambda mode: mode.mass_y).period_s
-
-
-def _variant(bridge: str, abutment: str, skew_deg: int = 0) -> Variant:
-    return Variant(bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50)

@@ -1,6 +1,6 @@
-"""One row of a verification table: a value, its reference, the tolerance and where it is from."""
+"""What a study finds: values beside their references, figures and tables."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 
@@ -11,11 +11,10 @@ COLUMNS = ("study", "quantity", "value", "reference", "tolerance", "pass", "sour
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Check:
-    """A compared quantity.
+class Comparison:
+    """A quantity beside its reference.
 
     Attributes:
-        study: Name of the study.
         quantity: What is compared, with its unit.
         value: Computed here.
         reference: What it is compared with.
@@ -23,7 +22,6 @@ class Check:
         source: Where the reference is from.
     """
 
-    study: str
     quantity: str
     value: float
     reference: float
@@ -37,36 +35,46 @@ class Check:
             return True
         return isfinite(self.value) and abs(self.value - self.reference) <= self.tolerance
 
-    def row(self) -> dict[str, str | float | bool | None]:
-        """Return the row of the table."""
-        return {
-            "study": self.study,
-            "quantity": self.quantity,
-            "value": self.value,
-            "reference": self.reference,
-            "tolerance": self.tolerance,
-            "pass": self.is_passed,
-            "source": self.source,
-        }
-
 
 @dataclass(frozen=True, slots=True)
-class Checklist:
-    """Collects the checks of one study.
+class Study:
+    """Collects what a study finds.
 
     Attributes:
-        study: Name of the study.
-        checks: What has been compared so far.
+        name: Name of the study.
+        comparisons: What has been compared so far.
+        figures: Figures by name.
+        tables: Further tables by name.
     """
 
-    study: str
-    checks: list[Check] = field(default_factory=list[Check])
+    name: str
+    comparisons: list[Comparison] = field(default_factory=list[Comparison])
+    figures: dict[str, Figure] = field(default_factory=dict[str, Figure])
+    tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
 
     def relative(
         self, quantity: str, value: float, reference: float, tolerance: float, source: str
     ) -> None:
         """Compare with a tolerance relative to the reference."""
-        self.absolute(quantity, value, reference, tolerance * abs(reference), source)
+        self._add(quantity, value, reference, tolerance * abs(reference), source)
+
+    def relative_each(
+        self,
+        quantity: str,
+        values: Mapping[str, float],
+        references: Mapping[str, tuple[float, float]],
+        source: str,
+    ) -> None:
+        """Compare several values, each with its reference and relative tolerance.
+
+        Args:
+            quantity: What the names of the values follow, such as "case C1: peak".
+            values: By name; more than are compared.
+            references: Reference and relative tolerance by name.
+            source: Where the references are from.
+        """
+        for name, (reference, tolerance) in references.items():
+            self.relative(f"{quantity} {name}", values[name], reference, tolerance, source)
 
     def absolute(
         self, quantity: str, value: float, reference: float, tolerance: float, source: str
@@ -89,9 +97,8 @@ class Checklist:
     def _add(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
-        self.checks.append(
-            Check(
-                study=self.study,
+        self.comparisons.append(
+            Comparison(
                 quantity=quantity,
                 value=float(value),
                 reference=float(reference),
@@ -100,22 +107,21 @@ class Checklist:
             )
         )
 
+    def rows(self) -> list[dict[str, str | float | bool | None]]:
+        """Return one row per comparison, with the columns of the `verify` command."""
+        return [
+            {
+                "study": self.name,
+                "quantity": found.quantity,
+                "value": found.value,
+                "reference": found.reference,
+                "tolerance": found.tolerance,
+                "pass": found.is_passed,
+                "source": found.source,
+            }
+            for found in self.comparisons
+        ]
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StudyResult:
-    """Outcome of a study.
-
-    Attributes:
-        checks: The compared quantities.
-        figures: Figures by name.
-        tables: Further tables by name.
-    """
-
-    checks: Sequence[Check]
-    figures: dict[str, Figure] = field(default_factory=dict[str, Figure])
-    tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
-
-
-def table_of(checks: Sequence[Check]) -> pd.DataFrame:
-    """Return the checks as a table with the columns of the `verify` command."""
-    return pd.DataFrame([check.row() for check in checks], columns=list(COLUMNS))
+    def table(self) -> pd.DataFrame:
+        """Return the rows as a table."""
+        return pd.DataFrame(self.rows(), columns=list(COLUMNS))

@@ -15,17 +15,10 @@ from skewbridge.verification.references.deck_cases import C5, deck_case
 from skewbridge.verification.references.deck_model import make_deck, pulse_of
 from skewbridge.verification.references.deck_opensees import run_opensees
 from skewbridge.verification.references.unit_path import drive_unit, follow_law
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.deck_impacts import contact_speed
-from skewbridge.verification.studies.figure_style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    label,
-    legend,
-    panels,
-)
+from skewbridge.verification.studies.figure_style import label, legend, line, panels
 
 type Matrix = NDArray[np.float64]
 type PathKind = Literal["closed", "opening and closing", "reversals"]
@@ -37,24 +30,26 @@ _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
 _DECK_STEPS: Final = (0.2, 0.1, 0.05, 0.02, 0.01)
 _DECK_DURATION_S: Final = 0.6
 _PARTS: Final = 8
-_COLOURS: Final = {"extrapolated": BLUE, "lagged": ORANGE, "extrapolated, sub-steps": GREEN}
+_COLOURS: Final = {
+    "extrapolated": style.BLUE,
+    "lagged": style.ORANGE,
+    "extrapolated, sub-steps": style.GREEN,
+}
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
-    checks = Checklist("coupling")
     table = pd.DataFrame([*_path_errors(), *_deck_errors()])
     source = "radial return on a fine grid"
-    for (study, coupling), group in table.groupby(["study", "coupling"]):
+    for (kind, coupling), group in table.groupby(["study", "coupling"]):
         order = _order(group)
-        if study == "closed" and coupling == "extrapolated":
+        if kind == "closed" and coupling == "extrapolated":
             at_1000 = float(group.loc[group["rows"] == 1000, "error_ratio"].iloc[0])
-            checks.at_most("closed path, 1000 rows per period: RMS error", at_1000, 0.012, source)
-            checks.holds("closed path: order at least 0.9", truth=order >= 0.9, source=source)
-        checks.report(f"{study}, {coupling}: order", order, 1.0, source)
-    return StudyResult(
-        checks=checks.checks, figures={"order": _figure(table)}, tables={"errors": table}
-    )
+            study.at_most("closed path, 1000 rows per period: RMS error", at_1000, 0.012, source)
+            study.holds("closed path: order at least 0.9", truth=order >= 0.9, source=source)
+        study.report(f"{kind}, {coupling}: order", order, 1.0, source)
+    study.figures["order"] = _figure(table)
+    study.tables["errors"] = table
 
 
 def smooth_path(rows: int, kind: PathKind) -> Matrix:
@@ -131,32 +126,26 @@ def _order(group: pd.DataFrame) -> float:
 
 def _figure(table: pd.DataFrame) -> Figure:
     figure, axes = panels(2, 2, height_in=5.2)
-    for axis, (study, x, title) in zip(
-        np.ravel(axes),
-        (
-            ("closed", "step / period (-)", "path that stays closed"),
-            ("opening and closing", "step / period (-)", "path that opens and closes"),
-            ("reversals", "step / period (-)", "path that goes to and fro"),
-            ("deck C5", "step x contact frequency (-)", "frictional deck C5"),
-        ),
-        strict=True,
-    ):
-        part = table[table["study"] == study]
+    titles = {
+        "closed": "path that stays closed",
+        "opening and closing": "path that opens and closes",
+        "reversals": "path that goes to and fro",
+        "deck C5": "frictional deck C5",
+    }
+    for axis, (kind, title) in zip(np.ravel(axes), titles.items(), strict=True):
+        part = table[table["study"] == kind]
         for coupling, group in part.groupby("coupling"):
-            name = str(coupling)
-            axis.loglog(
-                group["step"],
-                group["error_ratio"],
-                "o-",
-                ms=3,
-                lw=1.1,
-                color=_COLOURS[name],
-                label=f"{name}: {_order(group):.2f}",
-            )
+            name = f"{coupling}: {_order(group):.2f}"
+            look = {"marker": "o", "ms": 3}
+            line(axis, group["step"], group["error_ratio"], _COLOURS[str(coupling)], name, **look)
         steps = np.array([part["step"].min(), part["step"].max()])
-        axis.loglog(steps, part["error_ratio"].min() * steps / steps[0] / 2, color=GREY, lw=0.8)
-        axis.set_ylim(part["error_ratio"].min() / 4, part["error_ratio"].max() * 30)
+        least = part["error_ratio"].min()
+        line(axis, steps, least * steps / steps[0] / 2, style.GREY, lw=0.8)
+        axis.set_xscale("log")
+        axis.set_yscale("log")
+        axis.set_ylim(least / 4, part["error_ratio"].max() * 30)
         axis.xaxis.set_minor_formatter(NullFormatter())
+        x = "step x contact frequency (-)" if kind == "deck C5" else "step / period (-)"
         label(axis, x, "RMS error (-)", title)
         legend(axis, title="order of convergence", title_fontsize=7, loc="upper left")
     return figure

@@ -5,6 +5,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 # Colours that differ in print and for colour-blind readers.
 # source: Okabe and Ito (2008), Color Universal Design.
@@ -12,7 +13,6 @@ BLUE: Final = "#0072B2"
 ORANGE: Final = "#D55E00"
 GREEN: Final = "#009E73"
 PINK: Final = "#CC79A7"
-YELLOW: Final = "#E69F00"
 GREY: Final = "0.55"
 BLACK: Final = "0.1"
 _WIDTH_IN: Final = 7.2
@@ -27,6 +27,23 @@ def panels(rows: int, columns: int, *, height_in: float, **options: Any) -> tupl
         axis.tick_params(labelsize=8)
         axis.grid(visible=True, linewidth=0.4, alpha=0.4)
     return figure, axes
+
+
+def panel(*, height_in: float) -> tuple[Figure, Axes]:
+    """Return a figure and its only axes."""
+    figure, axes = panels(1, 1, height_in=height_in)
+    return figure, axes[0, 0]
+
+
+def line(axis: Axes, x: ArrayLike, y: ArrayLike, colour: str, text: str = "", **look: Any) -> None:
+    """Draw a line; `text` is its entry in the legend, `look` further matplotlib keywords."""
+    options: dict[str, Any] = {"color": colour, "label": text or None, "lw": 1.0} | look
+    axis.plot(x, y, **options)
+
+
+def dots(axis: Axes, x: ArrayLike, y: ArrayLike, colour: str, text: str = "", **look: Any) -> None:
+    """Draw points without a line."""
+    line(axis, x, y, colour, text, **({"marker": "o", "ls": "none", "ms": 3.5} | look))
 
 
 def label(axis: Axes, x: str, y: str, title: str = "") -> None:

@@ -85,20 +85,3 @@ def together_correlation(cycles: list[HalfCycle]) -> float:
     together = [cycle.together for cycle in cycles]
     change = [abs(cycle.peak_with_m - cycle.peak_without_m) for cycle in cycles]
     return float(spearmanr(together, change).statistic)
-
-
-def stick_slip_changes(
-    normal_n: Series, friction_n: Series, coefficient: float, *, near_limit: float = 0.98
-) -> int:
-    """Return how often closed contacts go from sticking to slipping or back.
-
-    Args:
-        normal_n: Normal forces, shape (n, units).
-        friction_n: Friction forces, resultant, shape (n, units).
-        coefficient: Coulomb coefficient.
-        near_limit: Share of the limit that counts as slipping.
-    """
-    closed = normal_n > 0.0
-    slipping = friction_n >= near_limit * coefficient * normal_n
-    stays = closed[1:] & closed[:-1]
-    return int((stays & (slipping[1:] != slipping[:-1])).sum())

@@ -13,8 +13,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.verification.references.block import Block, run_block
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
-from skewbridge.verification.studies.figure_style import BLUE, GREY, ORANGE, label, legend, panels
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import label, legend, line, panel
 
 PHASES: Final = 40
 _FREE_STEPS: Final = 6
@@ -38,26 +39,20 @@ TABLE: Final = {
 _SOURCE: Final = "same integrators without OpenSees (docs/theory/verification.md)"
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
-    checks = Checklist("restitution")
     rows: list[dict[str, Any]] = []
     for step, reference in TABLE.items():
         for k, integrator in enumerate(_INTEGRATORS):
             found = integrator_restitution(integrator, step)
-            values = (float(found.mean()), float(found.min()), float(found.max()))
-            rows.append(
-                {"integrator": integrator, "step_times_frequency": step}
-                | dict(zip(("mean", "least", "largest"), values, strict=True))
-            )
+            values = {"mean": found.mean(), "least": found.min(), "largest": found.max()}
+            rows.append({"integrator": integrator, "step_times_frequency": step} | values)
             text = f"{integrator}, step x frequency {step:g}: mean restitution"
             # The extremes depend on the phases tried; the mean of forty less so.
             tolerance = 0.01 + 0.05 * max(0.0, step - 1.0)
-            checks.absolute(text, values[0], reference[3 * k], tolerance, _SOURCE)
-    table = pd.DataFrame(rows)
-    return StudyResult(
-        checks=checks.checks, figures={"integrators": _figure(table)}, tables={"integrators": table}
-    )
+            study.absolute(text, values["mean"], reference[3 * k], tolerance, _SOURCE)
+    study.tables["integrators"] = pd.DataFrame(rows)
+    study.figures["integrators"] = _figure(study.tables["integrators"])
 
 
 def integrator_restitution(integrator: str, step: float, phases: int = PHASES) -> np.ndarray:
@@ -88,22 +83,18 @@ def integrator_restitution(integrator: str, step: float, phases: int = PHASES) -
 
 
 def _figure(table: pd.DataFrame) -> Figure:
-    figure, axes = panels(1, 1, height_in=3.0)
-    axis = axes[0, 0]
-    axis.axhspan(0.45, 0.71, color=GREY, alpha=0.25, lw=0, label="reported in the paper")
-    axis.axhline(1.0, color=GREY, lw=0.8)
+    figure, axis = panel(height_in=3.0)
+    name = "reported in the paper"
+    axis.axhspan(0.45, 0.71, color=style.GREY, alpha=0.25, lw=0, label=name)
+    axis.axhline(1.0, color=style.GREY, lw=0.8)
     for (integrator, group), colour in zip(
-        table.groupby("integrator"), (BLUE, ORANGE), strict=True
+        table.groupby("integrator"), (style.BLUE, style.ORANGE), strict=True
     ):
         x = group["step_times_frequency"]
         axis.fill_between(x, group["least"], group["largest"], color=colour, alpha=0.2, lw=0)
-        axis.plot(x, group["mean"], "o-", color=colour, ms=3.5, lw=1.1, label=str(integrator))
+        line(axis, x, group["mean"], colour, str(integrator), marker="o", ms=3.5)
     axis.set_xscale("log")
-    label(
-        axis,
-        "time step x contact frequency (-)",
-        "rebound / approach (-)",
-        "elastic penalty, 40 phases",
-    )
+    title = "elastic penalty, 40 phases"
+    label(axis, "time step x contact frequency (-)", "rebound / approach (-)", title)
     legend(axis, loc="upper left")
     return figure

@@ -30,9 +30,11 @@ from skewbridge.verification.references.deck_opensees import (
     prepare_analysis,
     rigid_links,
 )
-from skewbridge.verification.references.unit_path import clean_domain, drive_unit, path_work_j
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
-from skewbridge.verification.studies.figure_style import BLUE, ORANGE, label, legend_above, panels
+from skewbridge.verification.references.live_model import clean_domain
+from skewbridge.verification.references.unit_path import drive_node, drive_unit, path_work_j
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import label, legend_above, line, panels
 
 type Matrix = NDArray[np.float64]
 
@@ -61,25 +63,20 @@ class NativeDeck:
 
     t_s: Matrix
     q: Matrix
-    time_reached_s: float
+
+    @property
+    def time_reached_s(self) -> float:
+        """Time of the last step that converged."""
+        return float(self.t_s[-1])
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
-    checks = Checklist("native")
-    rows = [_compare_paths(checks, integration) for integration in (IMPLICIT, IMPLEX)]
-    decks = pd.DataFrame(
-        [
-            row
-            for named, integration, dt_s in _DECK_RUNS
-            for row in _compare_decks(checks, named, integration, dt_s)
-        ]
-    )
-    return StudyResult(
-        checks=checks.checks,
-        figures={"decks": _figure()},
-        tables={"paths": pd.DataFrame(rows), "decks": decks},
-    )
+    paths = [_compare_paths(study, integration) for integration in (IMPLICIT, IMPLEX)]
+    decks = [row for deck_run in _DECK_RUNS for row in _compare_decks(study, *deck_run)]
+    study.tables["paths"] = pd.DataFrame(paths)
+    study.tables["decks"] = pd.DataFrame(decks)
+    study.figures["decks"] = _figure()
 
 
 def curved_path(rows_per_period: int = 1000) -> Matrix:
@@ -106,22 +103,8 @@ def drive_native(law: ContactLaw, path: Matrix, integration: int, substeps: int 
             ops.fix(node, *fixed)
         ops.uniaxialMaterial("Elastic", 1, 1.0)
         ops.element("zeroLength", 1, 3, 4, "-mat", 1, "-dir", 1)
-        ops.element(
-            *("zeroLengthContactASDimplex", 2, 1, 2, law.kn_n_per_m, law.kt_n_per_m),
-            *(law.friction, "-orient", 0.0, 0.0, 1.0, "-intType", integration),
-        )
-        for dof in (1, 2, 3):
-            values = [0.0, *path[:, dof].tolist(), float(path[-1, dof])]
-            ops.timeSeries("Path", dof, "-dt", 1.0, "-values", *values)
-            ops.pattern("Plain", dof, dof)
-            ops.sp(2, dof, 1.0)
-        ops.constraints("Transformation")
-        ops.numberer("Plain")
-        ops.system("FullGeneral")
-        ops.test("NormDispIncr", 1e-12, 10)
-        ops.algorithm("Linear")
-        ops.integrator("LoadControl", 1.0)
-        ops.analysis("Static")
+        _native_contact(2, (1, 2), law, (0.0, 0.0, 1.0), integration)
+        drive_node(2, path, system="FullGeneral")
         ops.analyze(1)
         ops.integrator("LoadControl", 1.0 / substeps)
         for row in range(1, len(path)):
@@ -131,7 +114,20 @@ def drive_native(law: ContactLaw, path: Matrix, integration: int, substeps: int 
     return forces
 
 
-def _compare_paths(checks: Checklist, integration: int) -> dict[str, float | str]:
+def _native_contact(
+    tag: int,
+    nodes: tuple[int, int],
+    law: ContactLaw,
+    normal: tuple[float, float, float],
+    integration: int,
+) -> None:
+    """Define a native contact element between two nodes."""
+    stiffness = (law.kn_n_per_m, law.kt_n_per_m, law.friction)
+    orientation = ("-orient", *normal, "-intType", integration)
+    ops.element("zeroLengthContactASDimplex", tag, *nodes, *stiffness, *orientation)
+
+
+def _compare_paths(study: Study, integration: int) -> dict[str, float | str]:
     path = curved_path()
     ours = drive_unit(_LAW, path, substeps=10).forces_n
     native = drive_native(_LAW, path, integration, substeps=10)
@@ -139,13 +135,11 @@ def _compare_paths(checks: Checklist, integration: int) -> dict[str, float | str
     error = float(np.sqrt(np.mean(np.sum((ours - native)[:, :2] ** 2, axis=1)))) / limit
     name = "implicit" if integration == IMPLICIT else "IMPL-EX"
     if integration == IMPLICIT:
-        checks.at_most("driven path: RMS difference over the limit", error, 0.01, _SOURCE)
-        checks.relative(
-            "driven path: work (J)",
-            *(path_work_j(path, ours), path_work_j(path, native), 2e-3, _SOURCE),
-        )
+        study.at_most("driven path: RMS difference over the limit", error, 0.01, _SOURCE)
+        work, exact = path_work_j(path, ours), path_work_j(path, native)
+        study.relative("driven path: work (J)", work, exact, 2e-3, _SOURCE)
     else:
-        checks.report("driven path, IMPL-EX: RMS difference over the limit", error, 0.0, _SOURCE)
+        study.report("driven path, IMPL-EX: RMS difference over the limit", error, 0.0, _SOURCE)
     return {"integration": name, "rms_difference_ratio": error}
 
 
@@ -153,27 +147,29 @@ def run_native_deck(named: NamedCase, integration: int, dt_s: float = 1e-4) -> N
     """Run an elastic deck case with native contacts, as far as it converges."""
     case = deck_case(named, dt_s=dt_s)
     deck = make_deck(case)
+    law = ContactLaw(
+        kn_n_per_m=case.normal_stiffness_n_per_m,
+        kt_n_per_m=case.kt_n_per_m,
+        friction=case.friction,
+    )
     with clean_domain():
         build_deck(deck, wall_offset_m=case.gap_normal_m)
         rigid_links(CENTRE, [FIRST_CORNER + k for k in range(len(CORNERS))], case)
         for k, corner in enumerate(deck.corners):
-            ops.element(
-                *("zeroLengthContactASDimplex", 100 + k, FIRST_WALL + k, FIRST_CORNER + k),
-                *(case.normal_stiffness_n_per_m, case.kt_n_per_m, case.friction),
-                *("-orient", *corner.normal, 0.0, "-intType", integration),
-            )
+            nodes = (FIRST_WALL + k, FIRST_CORNER + k)
+            _native_contact(100 + k, nodes, law, (*corner.normal, 0.0), integration)
         times, _ = excite_deck(case, pulse_of(case))
         prepare_analysis(case.integrator, system="FullGeneral")
         q = np.zeros((len(times), 3))
         for k in range(1, len(times)):
             if ops.analyze(1, case.dt_s) != 0:
-                return NativeDeck(t_s=times[:k], q=q[:k], time_reached_s=float(times[k - 1]))
+                return NativeDeck(t_s=times[:k], q=q[:k])
             q[k] = ops.nodeDisp(CENTRE)
-    return NativeDeck(t_s=times, q=q, time_reached_s=float(times[-1]))
+    return NativeDeck(t_s=times, q=q)
 
 
 def _compare_decks(
-    checks: Checklist, named: NamedCase, integration: int, dt_s: float
+    study: Study, named: NamedCase, integration: int, dt_s: float
 ) -> list[dict[str, float | str]]:
     case = deck_case(named)
     ours, native = run_deck(case), run_native_deck(named, integration, dt_s)
@@ -181,7 +177,7 @@ def _compare_decks(
     finished = native.time_reached_s >= case.duration_s - case.dt_s
     if not finished:
         text = f"{named.name}, {name}, dt {dt_s:g} s: stops converging at (s)"
-        checks.report(text, native.time_reached_s, case.duration_s, _SOURCE)
+        study.report(text, native.time_reached_s, case.duration_s, _SOURCE)
     peaks = np.abs(native.q).max(axis=0)
     rows: list[dict[str, float | str]] = []
     for key, value, tolerance in zip(
@@ -190,9 +186,9 @@ def _compare_decks(
         text = f"{named.name}, {name}, dt {dt_s:g} s: peak {key}"
         is_judged = integration == IMPLICIT and (named.name, dt_s) in _JUDGED
         if finished and is_judged:
-            checks.relative(text, ours.peaks()[key], value, tolerance, _SOURCE)
+            study.relative(text, ours.peaks()[key], value, tolerance, _SOURCE)
         else:
-            checks.report(text, ours.peaks()[key], value, _SOURCE)
+            study.report(text, ours.peaks()[key], value, _SOURCE)
         rows.append(
             {
                 "case": named.name,
@@ -210,14 +206,11 @@ def _compare_decks(
 def _figure() -> Figure:
     figure, axes = panels(2, 1, height_in=4.2, sharex=True)
     ours, native = run_deck(deck_case(C5)), run_native_deck(C5, IMPLICIT, 2e-5)
-    for row, (column, factor, text) in enumerate(((1, 1e3, "uy (mm)"), (2, 1e3, "theta (mrad)"))):
-        axis = axes[row, 0]
-        axis.plot(
-            native.t_s, factor * native.q[:, column], color=BLUE, lw=2.2, label="native element"
-        )
-        axis.plot(
-            ours.t_s, factor * ours.q[:, column], color=ORANGE, lw=0.9, label="parameter updates"
-        )
-        label(axis, "time (s)" if row else "", text, "" if row else "case C5, elastic penalty")
+    for axis, column, text in ((axes[0, 0], 1, "uy (mm)"), (axes[1, 0], 2, "theta (mrad)")):
+        line(axis, native.t_s, 1e3 * native.q[:, column], style.BLUE, "native element", lw=2.2)
+        line(axis, ours.t_s, 1e3 * ours.q[:, column], style.ORANGE, "parameter updates")
+        label(axis, "", text)
+    axes[0, 0].set_title("case C5, elastic penalty", fontsize=9, loc="left")
+    axes[1, 0].set_xlabel("time (s)", fontsize=8)
     legend_above(figure, axes[0, 0])
     return figure

@@ -15,7 +15,7 @@ from skewbridge.contact.drives import (
     stribeck_drive,
 )
 from skewbridge.contact.restitution import hunt_crossley_damping, kelvin_voigt_damping_ratio
-from skewbridge.verification.references.block import Block, BlockHistory, run_block
+from skewbridge.verification.references.block import Block, BlockHistory, falling_block, run_block
 from skewbridge.verification.references.closed_forms import (
     belt_stick_slip,
     falling_mass_impact,
@@ -23,16 +23,9 @@ from skewbridge.verification.references.closed_forms import (
     free_decay_turning_points,
     power_law_penetration,
 )
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
-from skewbridge.verification.studies.figure_style import (
-    BLACK,
-    BLUE,
-    GREY,
-    ORANGE,
-    label,
-    legend,
-    panels,
-)
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import dots, label, legend, line, panels
 
 type Array = NDArray[np.float64]
 
@@ -46,33 +39,26 @@ _STEPS_PER_CYCLE: Final = 2000
 FORCED: Final = ((0.7, 0.3), (1.2, 0.4), (1.5, 0.3), (2.0, 0.2))
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
-    checks = Checklist("closed-forms")
     decay = free_decay()
     points = free_decay_turning_points(0.5, _FRICTION_N / _SPRING_N_PER_M)
     for k, (found, exact) in enumerate(
         zip(turning_points(decay)[: len(points) - 1], points[1:], strict=False), start=1
     ):
-        checks.absolute(f"free decay: turning point {k} (m)", found, exact, 0.5e-3, "B1")
+        study.absolute(f"free decay: turning point {k} (m)", found, exact, 0.5e-3, "B1")
     for ratio, friction_ratio in FORCED:
         found, exact = forced_response(ratio, friction_ratio)
-        checks.relative(
-            f"forced, r = {ratio}, F/P = {friction_ratio}: amplitude (m)", found, exact, 5e-3, "B2"
-        )
-    _check_impacts(checks)
+        text = f"forced, r = {ratio}, F/P = {friction_ratio}: amplitude (m)"
+        study.relative(text, found, exact, 5e-3, "B2")
+    _check_impacts(study)
     belt = belt_ride()
-    exact_belt = belt_stick_slip(
+    exact_s = belt_stick_slip(
         _MASS_KG, _SPRING_N_PER_M, 0.4 * _MASS_KG * _G, 0.3 * _MASS_KG * _G, 0.1
-    )
-    checks.relative(
-        "belt: period of stick-slip (s)",
-        belt_period(belt),
-        exact_belt.period_s,
-        0.02,
-        "B8, friction falling at once",
-    )
-    return StudyResult(checks=checks.checks, figures={"histories": _figure(decay, belt, points)})
+    ).period_s
+    text, source = "belt: period of stick-slip (s)", "B8, friction falling at once"
+    study.relative(text, belt_period(belt), exact_s, 0.02, source)
+    study.figures["histories"] = _figure(decay, belt, points)
 
 
 def spring_block(**changes: Any) -> Block:
@@ -131,54 +117,36 @@ def bounce(drive: Any, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> BlockHi
     return run_block(block, dt_s, 0.1 / speed_mps)
 
 
-def _check_impacts(checks: Checklist) -> None:
-    fall = run_block(
-        Block(
-            mass_kg=_MASS_KG,
-            kn_n_per_m=1e7,
-            kt_n_per_m=1e7,
-            normal_load_n=_MASS_KG * _G,
-            v0_mps=(0.0, -1.0),
-            bounces=True,
-        ),
-        1e-4,
-        0.05,
-    )
+def _check_impacts(study: Study) -> None:
+    fall = run_block(falling_block(), 1e-4, 0.05)
     exact = falling_mass_impact(_MASS_KG, 1e7, 1.0, _G)
     depth = float(-fall.position_m[:, 1].min())
-    checks.relative("ball on penalty: depth (m)", depth, exact.penetration_m, 5e-3, "B5")
+    study.relative("ball on penalty: depth (m)", depth, exact.penetration_m, 5e-3, "B5")
     contact = fall.ledger.contact_time_s
-    checks.relative("ball on penalty: time of contact (s)", contact, exact.contact_s, 0.01, "B5")
+    study.relative("ball on penalty: time of contact (s)", contact, exact.contact_s, 0.01, "B5")
     for e in (0.45, 0.6, 0.71, 0.9):
         dashpot = 2.0 * kelvin_voigt_damping_ratio(e) * (1e7 * _MASS_KG) ** 0.5
-        for name, drive in (
-            ("Kelvin-Voigt", kelvin_voigt_drive(kn_n_per_m=1e7, dashpot_n_s_per_m=dashpot)),
-            (
-                "Hunt-Crossley",
-                hunt_crossley_drive(
-                    stiffness_n_per_m_p=1e7, exponent=1.0, damping=hunt_crossley_damping(e)
-                ),
-            ),
-            (
-                "Hunt-Crossley, p = 3/2",
-                hunt_crossley_drive(
-                    stiffness_n_per_m_p=3e8, exponent=1.5, damping=hunt_crossley_damping(e)
-                ),
-            ),
+        drives = {"Kelvin-Voigt": kelvin_voigt_drive(kn_n_per_m=1e7, dashpot_n_s_per_m=dashpot)}
+        for name, stiffness, p in (
+            ("Hunt-Crossley", 1e7, 1.0),
+            ("Hunt-Crossley, p = 3/2", 3e8, 1.5),
         ):
+            drives[name] = hunt_crossley_drive(
+                stiffness_n_per_m_p=stiffness, exponent=p, damping=hunt_crossley_damping(e)
+            )
+        for name, drive in drives.items():
             rebound = float(bounce(drive).velocity_mps[-1, 1])
-            checks.absolute(f"{name}: restitution {e}", rebound, e, 0.01, "B4")
+            study.absolute(f"{name}: restitution {e}", rebound, e, 0.01, "B4")
     hertz = bounce(power_law_drive(stiffness_n_per_m_p=1e9, exponent=1.5), dt_s=1e-4)
     depth = hertz.ledger.max_penetration_m
     exact_depth = power_law_penetration(_MASS_KG, 1e9, 1.5, 1.0)
-    checks.relative("Hertz: depth (m)", depth, exact_depth, 5e-3, "energy")
+    study.relative("Hertz: depth (m)", depth, exact_depth, 5e-3, "energy")
     for speed in (0.5, 2.0):
         drive = approach_stiffness_drive(kn_n_per_m=1e7, reference_speed_mps=1.0, exponent=0.4)
         depth = bounce(drive, speed_mps=speed, dt_s=2e-4).ledger.max_penetration_m
         exact_depth = speed * (_MASS_KG / (1e7 * speed**0.4)) ** 0.5
-        checks.relative(
-            f"stiffness by approach at {speed} m/s: depth (m)", depth, exact_depth, 5e-3, "energy"
-        )
+        text = f"stiffness by approach at {speed} m/s: depth (m)"
+        study.relative(text, depth, exact_depth, 5e-3, "energy")
 
 
 def belt_ride(duration_s: float = 6.0) -> BlockHistory:
@@ -201,20 +169,13 @@ def belt_period(history: BlockHistory) -> float:
 def _figure(decay: BlockHistory, belt: BlockHistory, points: list[float]) -> Figure:
     figure, axes = panels(1, 2, height_in=2.8)
     left, right = axes[0]
-    left.plot(decay.t_s, decay.position_m[:, 0], color=BLUE, lw=1.1, label="OpenSees")
+    line(left, decay.t_s, decay.position_m[:, 0], style.BLUE, "OpenSees", lw=1.1)
     half = pi / _OMEGA
-    left.plot(
-        [k * half for k in range(len(points))],
-        points,
-        "o",
-        color=BLACK,
-        ms=3.5,
-        label="closed form",
-    )
+    dots(left, [k * half for k in range(len(points))], points, style.BLACK, "closed form")
     label(left, "time (s)", "x (m)", "free decay with friction")
     legend(left)
-    right.plot(belt.t_s, 0.1 * belt.t_s, color=GREY, lw=0.9, label="end of the spring")
-    right.plot(belt.t_s, belt.position_m[:, 0], color=ORANGE, lw=1.1, label="mass")
+    line(right, belt.t_s, 0.1 * belt.t_s, style.GREY, "end of the spring")
+    line(right, belt.t_s, belt.position_m[:, 0], style.ORANGE, "mass", lw=1.1)
     label(right, "time (s)", "x (m)", "stick-slip")
     legend(right)
     return figure

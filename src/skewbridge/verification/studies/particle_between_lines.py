@@ -12,17 +12,9 @@ from skewbridge.verification.references.particle import (
     run_particle,
     run_particle_lcp,
 )
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
-from skewbridge.verification.studies.figure_style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    label,
-    legend,
-    panels,
-)
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import label, legend, line, panels
 
 DURATION_S: Final = 3.0
 _LCP_STEP_S: Final = 2.0e-5
@@ -38,49 +30,43 @@ LCP_PEAKS: Final = {
 FIRST_CONTACT_S: Final = 0.0764011
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
-    checks = Checklist("fig4")
-    rigid = _rigid_particle(checks)
+    rigid = {e: _rigid_particle(study, e) for e in LCP_PEAKS}[0.6]
     particle = Particle(kn_n_per_m=1.0e9)
     # Step times the frequency of the mass on the penalty: 0.05.
     dt = 0.05 * (particle.mass_kg / particle.kn_n_per_m) ** 0.5
     history = run_particle(particle, dt, DURATION_S, keep=lambda k: k % 10 == 0)
-    compare_with_lcp(checks, particle, history, rigid)
-    return StudyResult(
-        checks=checks.checks, figures={"particle": _figure(particle, history, rigid)}
-    )
+    compare_with_lcp(study, particle, history, rigid)
+    study.figures["particle"] = _figure(particle, history, rigid)
 
 
-def _rigid_particle(checks: Checklist) -> LcpHistory:
-    """Run the rigid particle for the tabulated restitutions; return that with 0.6."""
-    kept: LcpHistory | None = None
-    for restitution, (ux, uy, ut, impulse) in LCP_PEAKS.items():
-        particle = Particle(restitution=restitution)
-        history = run_particle_lcp(particle, _LCP_STEP_S, DURATION_S)
-        x, y = np.abs(history.q).max(axis=0)
-        along = float(np.abs(history.q @ np.array(particle.tangent)).max())
-        total = float(history.normal_impulses_ns.sum())
-        name = f"LCP, restitution {restitution:g}:"
+def _rigid_particle(study: Study, restitution: float) -> LcpHistory:
+    """Run the rigid particle with a tabulated restitution and compare its peaks."""
+    *peaks, impulse = LCP_PEAKS[restitution]
+    particle = Particle(restitution=restitution)
+    history = run_particle_lcp(particle, _LCP_STEP_S, DURATION_S)
+    along = np.abs(history.q @ np.array(particle.tangent)).max()
+    found = (*np.abs(history.q).max(axis=0), along)
+    name = f"LCP, restitution {restitution:g}:"
+    for quantity, value, exact in zip(("ux", "uy", "ut"), found, peaks, strict=True):
+        text = f"{name} peak {quantity} (m)"
         if restitution == 1.0:
             # Time stepping converges slowly without loss at impact: shown, not judged.
-            for quantity, value, exact in (("ux", x, ux), ("uy", y, uy), ("ut", along, ut)):
-                checks.report(f"{name} peak {quantity} (m)", value, exact, _LCP)
-            continue
-        for quantity, value, exact in (("ux", x, ux), ("uy", y, uy), ("ut", along, ut)):
-            checks.relative(f"{name} peak {quantity} (m)", value, exact, 1e-3, _LCP)
-        checks.relative(f"{name} normal impulse (N s)", total, impulse, 5e-3, _LCP)
+            study.report(text, value, exact, _LCP)
+        else:
+            study.relative(text, value, exact, 1e-3, _LCP)
+    if restitution < 1.0:
+        total = float(history.normal_impulses_ns.sum())
+        study.relative(f"{name} normal impulse (N s)", total, impulse, 5e-3, _LCP)
         if restitution == 0.6:
-            kept = history
             ratio = float(np.abs(history.tangent_impulses_ns).sum()) / total
-            checks.absolute(f"{name} friction over normal impulse", ratio, 0.1, 1e-3, "Coulomb")
-    if kept is None:
-        raise RuntimeError("the table of peaks has no restitution 0.6")
-    return kept
+            study.absolute(f"{name} friction over normal impulse", ratio, 0.1, 1e-3, "Coulomb")
+    return history
 
 
 def compare_with_lcp(
-    checks: Checklist, particle: Particle, history: ParticleHistory, rigid: LcpHistory
+    study: Study, particle: Particle, history: ParticleHistory, rigid: LcpHistory
 ) -> None:
     """Compare the penalty particle of OpenSees with the rigid one."""
     n, t = np.array(particle.normal), np.array(particle.tangent)
@@ -88,21 +74,18 @@ def compare_with_lcp(
     ux, uy, ut, _ = LCP_PEAKS[0.6]
     peaks = (*np.abs(history.position_m).max(axis=0), np.abs(history.position_m @ t).max())
     for quantity, value, exact in zip(("ux", "uy", "ut"), peaks, (ux, uy, ut), strict=True):
-        checks.relative(f"OpenSees, Kn 1e9: peak {quantity} (m)", value, exact, 0.015, _LCP)
+        study.relative(f"OpenSees, Kn 1e9: peak {quantity} (m)", value, exact, 0.015, _LCP)
     normal = history.position_m @ n
     reference = np.interp(history.t_s, rigid.t_s, rigid.q @ n)
     rms = float(np.sqrt(np.mean((normal - reference) ** 2)))
-    checks.at_most("OpenSees, Kn 1e9: RMS of un against LCP over gap", rms / d, 0.03, _LCP)
+    study.at_most("OpenSees, Kn 1e9: RMS of un against LCP over gap", rms / d, 0.03, _LCP)
     depth = max(ledger.max_penetration_m for ledger in history.ledgers)
-    checks.at_most("OpenSees, Kn 1e9: penetration over gap", depth / d, 0.03, "penalty")
-    outside = np.flatnonzero(np.abs(normal) > d)[0]
-    checks.absolute(
-        *("OpenSees: first contact (s)", float(history.t_s[outside]), FIRST_CONTACT_S),
-        *(6e-4, _FIRST_CONTACT),
-    )
+    study.at_most("OpenSees, Kn 1e9: penetration over gap", depth / d, 0.03, "penalty")
+    first_s = float(history.t_s[np.flatnonzero(np.abs(normal) > d)[0]])
+    study.absolute("OpenSees: first contact (s)", first_s, FIRST_CONTACT_S, 6e-4, _FIRST_CONTACT)
     excess = np.abs(history.friction_n) - particle.friction * np.maximum(0.0, history.normal_n)
     largest = particle.friction * float(history.normal_n.max())
-    checks.at_most(
+    study.at_most(
         "OpenSees: friction beyond the cone over its largest",
         max(0.0, float(excess.max())) / largest,
         0.1,
@@ -112,33 +95,28 @@ def compare_with_lcp(
 
 def _figure(particle: Particle, history: ParticleHistory, rigid: LcpHistory) -> Figure:
     figure, axes = panels(2, 2, height_in=4.8)
-    d, n = particle.half_gap_m, np.array(particle.normal)
-    t = np.array(particle.tangent)
-    plane = axes[0, 0]
+    (plane, across), (along, force) = axes
+    d, n, t = particle.half_gap_m, np.array(particle.normal), np.array(particle.tangent)
     reach = np.array([-0.2, 0.2])
-    for offset, colour, style in ((0.0, BLACK, "-"), (d, GREEN, "--"), (-d, BLUE, "--")):
-        line = 1000.0 * (reach[:, None] * t + offset * n)
-        plane.plot(line[:, 0], line[:, 1], style, color=colour, lw=0.9)
-    plane.plot(*(1000.0 * history.position_m.T), color=ORANGE, lw=0.9)
+    for offset, colour, dashes in (
+        (0.0, style.BLACK, "-"), (d, style.GREEN, "--"), (-d, style.BLUE, "--")
+    ):  # fmt: skip
+        x, y = (1000.0 * (reach[:, None] * t + offset * n)).T
+        line(plane, x, y, colour, ls=dashes)
+    x, y = 1000.0 * history.position_m.T
+    line(plane, x, y, style.ORANGE)
     label(plane, "ux (mm)", "uy (mm)", "path of the particle")
-    for axis, direction, name in ((axes[0, 1], n, "un"), (axes[1, 0], t, "ut")):
-        axis.plot(rigid.t_s, 1000.0 * rigid.q @ direction, color=GREY, lw=2.2, label="LCP, e = 0.6")
-        axis.plot(
-            history.t_s,
-            1000.0 * history.position_m @ direction,
-            color=ORANGE,
-            lw=0.9,
-            label="OpenSees",
-        )
-        label(axis, "time (s)", f"{name} (mm)", "normal" if name == "un" else "along the lines")
+    for axis, direction, name, title in (
+        (across, n, "un", "normal"), (along, t, "ut", "along the lines")
+    ):  # fmt: skip
+        line(axis, rigid.t_s, 1000.0 * rigid.q @ direction, style.GREY, "LCP, e = 0.6", lw=2.2)
+        line(axis, history.t_s, 1000.0 * history.position_m @ direction, style.ORANGE, "OpenSees")
+        label(axis, "time (s)", f"{name} (mm)", title)
     for side in (d, -d):
-        axes[0, 1].axhline(1000.0 * side, color=BLUE, lw=0.8, ls="--")
-    legend(axes[1, 0], loc="upper right")
-    force = axes[1, 1]
-    force.plot(history.t_s, history.normal_n.sum(axis=1) / 1000.0, color=BLUE, lw=0.8, label="N")
-    force.plot(
-        history.t_s, history.friction_n.sum(axis=1) / 1000.0, color=ORANGE, lw=0.8, label="F"
-    )
+        across.axhline(1000.0 * side, color=style.BLUE, lw=0.8, ls="--")
+    legend(along, loc="upper right")
+    line(force, history.t_s, history.normal_n.sum(axis=1) / 1000.0, style.BLUE, "N", lw=0.8)
+    line(force, history.t_s, history.friction_n.sum(axis=1) / 1000.0, style.ORANGE, "F", lw=0.8)
     label(force, "time (s)", "force (kN)", "contact forces of both lines")
     legend(force)
     return figure

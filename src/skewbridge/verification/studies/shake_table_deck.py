@@ -22,17 +22,9 @@ from skewbridge.verification.references.deck_model import (
     Excitation,
     make_deck,
 )
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
-from skewbridge.verification.studies.figure_style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PINK,
-    label,
-    legend_above,
-    panels,
-)
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import label, legend_above, line, panels
 from skewbridge.verification.studies.paper_motions import PaperMotion, el_centro
 
 GAPS_MM: Final = (3.18, 6.35)  # source: the paper, runs 123 and 213
@@ -74,67 +66,54 @@ def wu_case(gap_mm: float, **changes: Any) -> DeckCase:
     return DeckCase.model_validate(fields | changes)
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
     motion = el_centro()
     ground = Excitation(
         sample_dt_s=motion.motion.dt_s,
         samples_mps2=np.array([motion.motion.accel_1_mps2, motion.motion.accel_2_mps2]),
     )
-    checks = Checklist("fig7-8")
-    soft: dict[float, DeckHistory] = {}
     rows: list[dict[str, float | str]] = []
     for gap in GAPS_MM:
-        history = soft[gap] = run_deck(wu_case(gap), ground)
+        history = run_deck(wu_case(gap), ground)
         ode = run_deck(wu_case(gap, solver="penalty"), ground)
-        _compare(checks, gap, history, ode)
-        _statements(checks, gap, history)
+        _compare(study, gap, history, ode)
+        _statements(study, gap, history)
         rows += [
             {"gap_mm": gap, "solver": name, "motion": motion.label} | _demands(found)
             for name, found in (("opensees", history), ("penalty", ode))
         ]
-    return StudyResult(
-        checks=checks.checks,
-        figures={
-            "deformations": _deformations(soft[GAPS_MM[0]], motion),
-            "forces": _forces(soft[GAPS_MM[0]], motion),
-        },
-        tables={"peaks": pd.DataFrame(rows)},
-    )
+        if gap == GAPS_MM[0]:
+            study.figures["deformations"] = _deformations(history, motion)
+            study.figures["forces"] = _forces(history, motion)
+    study.tables["peaks"] = pd.DataFrame(rows)
 
 
-def _compare(checks: Checklist, gap: float, history: DeckHistory, ode: DeckHistory) -> None:
-    name = f"gap {gap:g} mm"
+def _compare(study: Study, gap: float, history: DeckHistory, ode: DeckHistory) -> None:
+    name, source = f"gap {gap:g} mm", "penalty ODE by Runge-Kutta"
     if gap == GAPS_MM[1]:
         peaks, exact = history.peaks(), ode.peaks()
         for key in ("ux_m", "uy_m", "theta_rad"):
-            checks.relative(
-                f"{name}: peak {key} over {DURATION_S:g} s",
-                *(peaks[key], exact[key], 0.02, "penalty ODE by Runge-Kutta"),
-            )
+            text = f"{name}: peak {key} over {DURATION_S:g} s"
+            study.relative(text, peaks[key], exact[key], 0.02, source)
         return
     # With the small gap the motion is chaotic after some seconds: only the start is compared.
     early = history.t_s <= _PREDICTABLE_S
     error = float(np.abs((history.q - ode.q)[early, :2]).max())
-    checks.at_most(
-        f"{name}: difference in the first {_PREDICTABLE_S:g} s (m)",
-        *(error, 0.05 * MM, "penalty ODE by Runge-Kutta"),
-    )
+    text = f"{name}: difference in the first {_PREDICTABLE_S:g} s (m)"
+    study.at_most(text, error, 0.05 * MM, source)
 
 
-def _statements(checks: Checklist, gap: float, history: DeckHistory) -> None:
+def _statements(study: Study, gap: float, history: DeckHistory) -> None:
     name = f"gap {gap:g} mm"
     demands = _demands(history)
-    checks.holds(f"{name}: the deck rotates", truth=demands["theta_mrad"] > 0.1, source=_STATEMENT)
+    study.holds(f"{name}: the deck rotates", truth=demands["theta_mrad"] > 0.1, source=_STATEMENT)
     for side in ("r", "l"):
-        acute, obtuse = demands[f"away_{side}a_mm"], demands[f"away_{side}o_mm"]
-        checks.holds(
-            f"{name}: {_NAMES[side + 'a']} corner moves farther from its wall than the obtuse",
-            truth=acute > obtuse,
-            source=_STATEMENT,
-        )
+        text = f"{name}: {_NAMES[side + 'a']} corner moves farther from its wall than the obtuse"
+        is_farther = demands[f"away_{side}a_mm"] > demands[f"away_{side}o_mm"]
+        study.holds(text, truth=is_farther, source=_STATEMENT)
     excess = np.abs(history.tangentials_n) - FRICTION * history.normals_n
-    checks.at_most(
+    study.at_most(
         f"{name}: friction beyond friction x compression, over its largest",
         max(0.0, float(excess.max())) / (FRICTION * float(history.normals_n.max())),
         0.1,
@@ -163,11 +142,11 @@ def _deformations(history: DeckHistory, motion: PaperMotion) -> Figure:
     slips = history.q @ make_deck(wu_case(GAPS_MM[0])).tangent_rows.T
     for k, corner in enumerate(CORNERS):
         axis, t = axes[k, 0], history.t_s[shown]
-        axis.plot(t, slips[shown, k] / MM, color=ORANGE, lw=0.9, label="tangential")
-        axis.plot(t, history.openings_m[shown, k] / MM, color=BLUE, lw=0.9, label="opening")
-        axis.axhline(0.0, color=GREY, lw=0.8, ls="--")
+        line(axis, t, slips[shown, k] / MM, style.ORANGE, "tangential")
+        line(axis, t, history.openings_m[shown, k] / MM, style.BLUE, "opening")
+        axis.axhline(0.0, color=style.GREY, lw=0.8, ls="--")
         label(axis, "", f"{_NAMES[corner]} (mm)")
-    label(axes[0, 0], "", f"{_NAMES['ra']} (mm)", f"{motion.label}, gap {GAPS_MM[0]:g} mm")
+    axes[0, 0].set_title(f"{motion.label}, gap {GAPS_MM[0]:g} mm", fontsize=9, loc="left")
     axes[3, 0].set_xlabel("time (s)", fontsize=8)
     legend_above(figure, axes[0, 0])
     return figure
@@ -176,15 +155,12 @@ def _deformations(history: DeckHistory, motion: PaperMotion) -> Figure:
 def _forces(history: DeckHistory, motion: PaperMotion) -> Figure:
     figure, axes = panels(2, 1, height_in=4.4, sharex=True)
     shown = history.t_s <= _SHOWN_S
-    for k, (corner, colour) in enumerate(zip(CORNERS, (BLUE, ORANGE, GREEN, PINK), strict=True)):
-        for axis, values in ((axes[0, 0], history.normals_n), (axes[1, 0], history.tangentials_n)):
-            axis.plot(
-                history.t_s[shown],
-                values[shown, k] / 1e3,
-                color=colour,
-                lw=0.9,
-                label=_NAMES[corner],
-            )
+    colours = (style.BLUE, style.ORANGE, style.GREEN, style.PINK)
+    for k, (corner, colour) in enumerate(zip(CORNERS, colours, strict=True)):
+        for axis, values in zip(
+            axes[:, 0], (history.normals_n, history.tangentials_n), strict=True
+        ):
+            line(axis, history.t_s[shown], values[shown, k] / 1e3, colour, _NAMES[corner])
     label(axes[0, 0], "", "compression (kN)", f"{motion.label}, gap {GAPS_MM[0]:g} mm")
     label(axes[1, 0], "time (s)", "friction (kN)")
     legend_above(figure, axes[0, 0])

@@ -11,18 +11,9 @@ from numpy.typing import NDArray
 from skewbridge.contact import ContactLaw, Coupling, Scheme
 from skewbridge.verification.references.paths import figure_3
 from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
-from skewbridge.verification.studies.comparison import Checklist, StudyResult
-from skewbridge.verification.studies.figure_style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PINK,
-    label,
-    legend,
-    panels,
-)
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import dots, label, legend, line, panels
 
 type Matrix = NDArray[np.float64]
 
@@ -63,37 +54,28 @@ _VARIANTS: Final[tuple[tuple[Scheme, Coupling], ...]] = (
 )
 
 
-def run() -> StudyResult:
+def run(study: Study) -> None:
     """Run the study."""
-    checks = Checklist("fig3")
     # The square wave takes one row to jump: short rows keep its timing.
     path = figure_3(_ROWS_PER_S)
     forces = drive_unit(LAW, path, substeps=2).forces_n
     for time, exact in EXACT_N.items():
-        row = round(time * _ROWS_PER_S)
+        found = forces[round(time * _ROWS_PER_S)]
         for axis, name in enumerate("xy"):
-            checks.absolute(
-                *(f"F{name} at {time:g} s (N)", forces[row, axis], exact[axis]),
-                *(0.01 * LIMIT_N, _SOURCE),
-            )
-    checks.relative("total work (J)", path_work_j(path, forces), EXACT_WORK_J, 2e-3, _SOURCE)
+            text = f"F{name} at {time:g} s (N)"
+            study.absolute(text, found[axis], exact[axis], 0.01 * LIMIT_N, _SOURCE)
+    study.relative("total work (J)", path_work_j(path, forces), EXACT_WORK_J, 2e-3, _SOURCE)
     for (start, end), exact_work in INTERVAL_WORK_J.items():
         rows = slice(round(start * _ROWS_PER_S) - 1, round(end * _ROWS_PER_S) + 1)
         work = path_work_j(path[rows], forces[rows])
-        checks.relative(f"work from {start} to {end} s (J)", work, exact_work, 2e-3, _SOURCE)
-    _check_cone(checks, forces)
-    table = _compare_schemes(checks)
-    return StudyResult(
-        checks=checks.checks,
-        figures={
-            "histories": _histories(path[::5], forces[::5]),
-            "planes": _planes(path[::5], forces[::5]),
-        },
-        tables={"schemes": table},
-    )
+        study.relative(f"work from {start} to {end} s (J)", work, exact_work, 2e-3, _SOURCE)
+    _check_cone(study, forces)
+    study.tables["schemes"] = _compare_schemes(study)
+    study.figures["histories"] = _histories(path[::5], forces[::5])
+    study.figures["planes"] = _planes(path[::5], forces[::5])
 
 
-def _check_cone(checks: Checklist, forces: Matrix) -> None:
+def _check_cone(study: Study, forces: Matrix) -> None:
     closed = forces[:, 2] > 0.0
     limits = np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
     excess = np.hypot(forces[:, 0], forces[:, 1]) - limits
@@ -102,19 +84,13 @@ def _check_cone(checks: Checklist, forces: Matrix) -> None:
     jumps = np.flatnonzero(np.diff(closed))
     for shift in (0, 1, 2):
         steady[np.minimum(jumps + shift, len(closed) - 1)] = False
-    checks.at_most(
-        *("force beyond the cone over the limit", max(0.0, float(excess[steady].max())) / LIMIT_N),
-        *(1e-6, "cone"),
-    )
-    checks.at_most(
-        "friction while open (N)",
-        float(np.abs(forces[~closed & steady, :2]).max()),
-        0.0,
-        "no friction",
-    )
+    beyond = max(0.0, float(excess[steady].max())) / LIMIT_N
+    study.at_most("force beyond the cone over the limit", beyond, 1e-6, "cone")
+    loose = float(np.abs(forces[~closed & steady, :2]).max())
+    study.at_most("friction while open (N)", loose, 0.0, "no friction")
 
 
-def _compare_schemes(checks: Checklist) -> pd.DataFrame:
+def _compare_schemes(study: Study) -> pd.DataFrame:
     """Compare schemes and couplings at 1 ms steps without sub-steps."""
     path = figure_3(1000)
     exact = follow_law(LAW, path, substeps=20).forces_n
@@ -135,10 +111,10 @@ def _compare_schemes(checks: Checklist) -> pd.DataFrame:
             }
         )
         if (scheme, coupling) == ("vector", "extrapolated"):
-            checks.at_most("RMS error at 1 ms steps over the limit", rms, 0.01, _SOURCE)
-            checks.relative("work at 1 ms steps (J)", work, EXACT_WORK_J, 2e-3, _SOURCE)
+            study.at_most("RMS error at 1 ms steps over the limit", rms, 0.01, _SOURCE)
+            study.relative("work at 1 ms steps (J)", work, EXACT_WORK_J, 2e-3, _SOURCE)
         else:
-            checks.report(f"{scheme}, {coupling}: RMS error at 1 ms steps", rms, 0.0, _SOURCE)
+            study.report(f"{scheme}, {coupling}: RMS error at 1 ms steps", rms, 0.0, _SOURCE)
     return pd.DataFrame(rows)
 
 
@@ -149,20 +125,21 @@ def _event_count(path: Matrix) -> int:
 
 def _histories(path: Matrix, forces: Matrix) -> Figure:
     figure, axes = panels(3, 1, height_in=5.2, sharex=True)
+    moved, friction, total = axes[:, 0]
     t = path[:, 0]
-    for column, (name, colour) in enumerate((("x", BLUE), ("y", ORANGE)), start=1):
-        axes[0, 0].plot(t, path[:, column], color=colour, lw=1.2, label=f"u{name}")
-        axes[1, 0].plot(t, forces[:, column - 1] / 1000, color=colour, lw=1.2, label=f"F{name}")
-    axes[0, 0].plot(t, 10.0 * path[:, 3], color=GREEN, lw=1.0, label="10 uz")
+    for column, (name, colour) in enumerate((("x", style.BLUE), ("y", style.ORANGE)), start=1):
+        line(moved, t, path[:, column], colour, f"u{name}")
+        line(friction, t, forces[:, column - 1] / 1000, colour, f"F{name}")
+    line(moved, t, 10.0 * path[:, 3], style.GREEN, "10 uz")
     times = list(EXACT_N)
-    for axis in range(2):
+    for axis, text in enumerate(("exact", "")):
         values = [EXACT_N[time][axis] / 1000 for time in times]
-        axes[1, 0].plot(times, values, "o", color=BLACK, ms=3, label="exact" if axis == 0 else None)
-    axes[2, 0].plot(t, forces[:, 2] / 1000, color=GREEN, lw=1.2, label="N")
-    axes[2, 0].plot(t, np.hypot(*forces[:, :2].T) / 1000, color=PINK, lw=1.2, label="|F|")
-    label(axes[0, 0], "", "displacement (m)")
-    label(axes[1, 0], "", "friction (kN)")
-    label(axes[2, 0], "time (s)", "force (kN)")
+        dots(friction, times, values, style.BLACK, text, ms=3)
+    line(total, t, forces[:, 2] / 1000, style.GREEN, "N")
+    line(total, t, np.hypot(*forces[:, :2].T) / 1000, style.PINK, "|F|")
+    label(moved, "", "displacement (m)")
+    label(friction, "", "friction (kN)")
+    label(total, "time (s)", "force (kN)")
     for axis, place in zip(axes[:, 0], ("lower right", "upper left", "upper left"), strict=True):
         legend(axis, ncols=3, loc=place)
     return figure
@@ -170,14 +147,13 @@ def _histories(path: Matrix, forces: Matrix) -> Figure:
 
 def _planes(path: Matrix, forces: Matrix) -> Figure:
     figure, axes = panels(1, 3, height_in=2.7)
-    for column, (name, colour) in enumerate((("x", BLUE), ("y", ORANGE))):
-        axis = axes[0, column]
-        axis.plot(path[:, column + 1], forces[:, column] / 1000, color=colour, lw=1.0)
-        label(axis, f"u{name} (m)", f"F{name} (kN)")
+    for column, (name, colour) in enumerate((("x", style.BLUE), ("y", style.ORANGE))):
+        line(axes[0, column], path[:, column + 1], forces[:, column] / 1000, colour)
+        label(axes[0, column], f"u{name} (m)", f"F{name} (kN)")
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     cone = axes[0, 2]
-    cone.plot(4.5 * np.cos(angle), 4.5 * np.sin(angle), color=GREY, lw=1.0, label="cone")
-    cone.plot(forces[:, 0] / 1000, forces[:, 1] / 1000, ".", color=PINK, ms=2.5)
+    line(cone, 4.5 * np.cos(angle), 4.5 * np.sin(angle), style.GREY, "cone")
+    dots(cone, forces[:, 0] / 1000, forces[:, 1] / 1000, style.PINK, marker=".", ms=2.5)
     cone.set_aspect("equal")
     label(cone, "Fx (kN)", "Fy (kN)")
     legend(cone, loc="center", bbox_to_anchor=(0.5, 0.3))
