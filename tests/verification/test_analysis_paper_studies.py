@@ -104,4 +104,4 @@ def test_the_papers_statements_hold(study):
     found = run_study(study)
     failed = [row.quantity for row in found.comparisons if not row.is_passed]
     assert not failed
-    assert result.figures
+    assert found.figures

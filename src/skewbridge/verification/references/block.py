@@ -152,7 +152,11 @@ def _model(block: Block) -> ContactSet:
     ops.element("zeroLength", 1, _ANCHOR, _MASS, "-mat", 1, "-dir", 1)
     contacts = ContactSet(scheme=block.scheme, coupling=block.coupling)
     contacts.add(
-        *(_GROUND, _MASS, (0.0, 1.0), block.gap_m, block.friction),
+        _GROUND,
+        _MASS,
+        (0.0, 1.0),
+        block.gap_m,
+        block.friction,
         kn=block.kn_n_per_m,
         kt=block.kt_n_per_m,
         drive=block.drive,

@@ -6,7 +6,7 @@ force) / Kt, for which the tolerances of the tests allow.
 """
 
 from dataclasses import dataclass
-from math import acosh, asin, atan, cos, hypot, pi, sin, sqrt
+from math import asin, atan, cos, hypot, pi, sin, sqrt
 
 from scipy.optimize import brentq
 
@@ -210,12 +210,8 @@ class RockingBlock:
         """Base acceleration that lifts the block: g b / h."""
         return self.gravity_mps2 * self.half_width_m / self.half_height_m
 
-    def linear_quarter_period_s(self, angle_rad: float) -> float:
-        """Return the time from rest at an angle to upright, equation linearised in the angle."""
-        return acosh(1.0 / (1.0 - angle_rad / self.slenderness_rad)) / self.frequency_rad_per_s
-
     def quarter_period_s(self, angle_rad: float) -> float:
-        """Return the same time without linearisation, by quadrature of the energy integral."""
+        """Return the time from rest at an angle to upright, by quadrature of the energy."""
         alpha, p = self.slenderness_rad, self.frequency_rad_per_s
         # theta = angle sin(s) removes the singularity of 1 / speed at the start.
         count = 4000

@@ -36,12 +36,28 @@ C5: Final = NamedCase(name="C5", width_m=10.0, skew_deg=45.0, friction=0.2)
 NAMED_CASES: Final = (C1, C2, C3, C4, C5)
 
 
-def rotation_period_s(length_m: float, width_m: float, skew_deg: float, period_s: float) -> float:
-    """Return the period of rotation of bearings spread along the skewed ends."""
+def bearing_fields(
+    length_m: float, width_m: float, skew_deg: float, period_s: float
+) -> dict[str, float]:
+    """Return plan and periods of a deck on bearings spread along its skewed ends.
+
+    Args:
+        length_m: Length.
+        width_m: Width.
+        skew_deg: Skew.
+        period_s: Period along both axes; that of rotation follows from where the bearings are.
+    """
     skew = radians(skew_deg)
     radius2 = (length_m**2 + (width_m / cos(skew)) ** 2) / 12.0
     spread2 = length_m**2 / 4.0 + (width_m / cos(skew)) ** 2 / 12.0
-    return period_s * sqrt(radius2 / spread2)
+    return {
+        "length_m": length_m,
+        "width_m": width_m,
+        "skew_deg": skew_deg,
+        "period_x_s": period_s,
+        "period_y_s": period_s,
+        "period_theta_s": period_s * sqrt(radius2 / spread2),
+    }
 
 
 def deck_case(named: NamedCase, **changes: Any) -> DeckCase:
@@ -53,13 +69,7 @@ def deck_case(named: NamedCase, **changes: Any) -> DeckCase:
     """
     # ASSUME mass, periods and damping: the paper does not give them.
     fields: dict[str, Any] = {
-        "length_m": LENGTH_M,
-        "width_m": named.width_m,
-        "skew_deg": named.skew_deg,
         "mass_kg": 1000.0,
-        "period_x_s": 0.5,
-        "period_y_s": 0.5,
-        "period_theta_s": rotation_period_s(LENGTH_M, named.width_m, named.skew_deg, 0.5),
         "damping_ratio": 0.05,
         "gap_normal_m": GAP_ALONG_M * cos(radians(named.skew_deg)),
         "friction": named.friction,
@@ -68,4 +78,5 @@ def deck_case(named: NamedCase, **changes: Any) -> DeckCase:
         "duration_s": 2.0,
         "pulse": PulseCase(kind="cosine", amplitude_g=PULSE_MPS2 / G_MPS2, period_s=PULSE_PERIOD_S),
     }
-    return DeckCase.model_validate(fields | changes)
+    plan = bearing_fields(LENGTH_M, named.width_m, named.skew_deg, period_s=0.5)
+    return DeckCase.model_validate(plan | fields | changes)

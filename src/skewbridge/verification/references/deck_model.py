@@ -65,9 +65,9 @@ class Deck:
         dashpot_n_s_per_m: Dashpot of each corner for the wanted restitution.
     """
 
-    mass: tuple[float, float, float]
-    stiffness: tuple[float, float, float]
-    damping: tuple[float, float, float]
+    mass: tuple[float, ...]
+    stiffness: tuple[float, ...]
+    damping: tuple[float, ...]
     corners: tuple[Corner, ...]
     dashpot_n_s_per_m: float
 
@@ -128,24 +128,15 @@ def make_deck(case: DeckCase) -> Deck:
     inertia = case.mass_kg * (length**2 + (width / cos(skew)) ** 2) / 12.0
     mass = (case.mass_kg, case.mass_kg, inertia)
     speeds = [2.0 * pi / t for t in (case.period_x_s, case.period_y_s, case.period_theta_s)]
+    frequencies = list(zip(mass, speeds, strict=True))
     # The two springs of an end work together in a flat impact, on the whole mass.
     zeta = kelvin_voigt_damping_ratio(case.restitution) if case.restitution else 0.0
-    dashpot = 2.0 * zeta * (case.normal_stiffness_n_per_m * case.mass_kg / 2.0) ** 0.5
-    x, y, xi = 0, 1, case.damping_ratio
     return Deck(
         mass=mass,
-        stiffness=(
-            mass[x] * speeds[x] ** 2,
-            mass[y] * speeds[y] ** 2,
-            mass[2] * speeds[2] ** 2,
-        ),
-        damping=(
-            2.0 * xi * speeds[x] * mass[x],
-            2.0 * xi * speeds[y] * mass[y],
-            2.0 * xi * speeds[2] * mass[2],
-        ),
+        stiffness=tuple(m * w**2 for m, w in frequencies),
+        damping=tuple(2.0 * case.damping_ratio * w * m for m, w in frequencies),
         corners=_corners(length, width, skew),
-        dashpot_n_s_per_m=dashpot,
+        dashpot_n_s_per_m=2.0 * zeta * (case.normal_stiffness_n_per_m * case.mass_kg / 2.0) ** 0.5,
     )
 
 

@@ -130,8 +130,12 @@ def _contacts(case: DeckCase, deck: Deck) -> ContactSet:
         )
     for k, corner in enumerate(deck.corners):
         contacts.add(
-            *(FIRST_WALL + k, FIRST_CORNER + k, corner.normal, case.gap_normal_m),
-            *(case.friction, case.cohesion_n),
+            FIRST_WALL + k,
+            FIRST_CORNER + k,
+            corner.normal,
+            case.gap_normal_m,
+            case.friction,
+            case.cohesion_n,
             kn=case.normal_stiffness_n_per_m,
             kt=case.kt_n_per_m,
             drive=drive,

@@ -175,7 +175,11 @@ def _model(particle: Particle) -> ContactSet:
     nx, ny = particle.normal
     for normal, name in (((nx, ny), "lower line"), ((-nx, -ny), "upper line")):
         contacts.add(
-            *(_GROUND, _PARTICLE, normal, particle.half_gap_m, particle.friction),
+            _GROUND,
+            _PARTICLE,
+            normal,
+            particle.half_gap_m,
+            particle.friction,
             kn=particle.kn_n_per_m,
             kt=particle.kn_n_per_m,
             drive=drive,

@@ -139,9 +139,6 @@ def _model(block: UprightBlock) -> ContactSet:
     for floor, corner in zip(_FLOOR, _CORNERS, strict=True):
         ops.node(floor, *turned[corner])
         ops.fix(floor, 1, 1, 1)
-        contacts.add(
-            *(floor, corner, (0.0, 1.0), max(0.0, turned[corner][1]), block.friction),
-            kn=block.penalty_n_per_m,
-            kt=block.penalty_n_per_m,
-        )
+        gap_m, penalty = max(0.0, turned[corner][1]), block.penalty_n_per_m
+        contacts.add(floor, corner, (0.0, 1.0), gap_m, block.friction, kn=penalty, kt=penalty)
     return contacts

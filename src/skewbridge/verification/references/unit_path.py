@@ -117,7 +117,12 @@ def _unit_model(law: ContactLaw, path: Matrix, scheme: Scheme, coupling: Couplin
     ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
     contacts = ContactSet(scheme=scheme, coupling=coupling)
     contacts.add(
-        *(surface, body, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n),
+        surface,
+        body,
+        (0.0, 0.0, 1.0),
+        law.gap_m,
+        law.friction,
+        law.cohesion_n,
         kn=law.kn_n_per_m,
         kt=law.kt_n_per_m,
         tangent=(1.0, 0.0, 0.0),

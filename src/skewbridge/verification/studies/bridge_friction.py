@@ -62,7 +62,9 @@ def run(study: Study) -> None:
     study.figures["displacements"] = displacement_figure(pair, motion)
     study.figures["hysteresis"] = hysteresis_figure(pair, motion)
     study.figures["cycles"] = cycle_figure(cycles, motion)
-    study.tables["cycles"] = pd.DataFrame([_row(cycle) for cycle in cycles])
+    study.tables["cycles"] = pd.DataFrame(
+        [asdict(cycle) | {"change": cycle.change} for cycle in cycles]
+    )
 
 
 def friction_pair(motion: PaperMotion, scheme: Scheme) -> Pair:
@@ -154,9 +156,3 @@ def _key_changes(result: AnalysisResult) -> int:
         [np.hypot(column(name, "friction_1"), column(name, "friction_2")) for name in keys]
     )
     return stick_slip_changes(normals, frictions, FRICTION_PCT / 100)
-
-
-def _row(cycle: HalfCycle) -> dict[str, float | bool]:
-    row = {"change": cycle.change, **asdict(cycle)}
-    order = ("start_s", "end_s", "peak_without_m", "peak_with_m", "change", "together")
-    return {name: row[name] for name in (*order, "has_contact")}

@@ -1,7 +1,7 @@
 """What a study finds: values beside their references, figures and tables."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from math import isfinite
 
 import pandas as pd
@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 COLUMNS = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Comparison:
     """A quantity beside its reference.
 
@@ -97,30 +97,16 @@ class Study:
     def _add(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
-        self.comparisons.append(
-            Comparison(
-                quantity=quantity,
-                value=float(value),
-                reference=float(reference),
-                tolerance=tolerance,
-                source=source,
-            )
-        )
+        found = Comparison(quantity, float(value), float(reference), tolerance, source)
+        self.comparisons.append(found)
 
     def rows(self) -> list[dict[str, str | float | bool | None]]:
         """Return one row per comparison, with the columns of the `verify` command."""
-        return [
-            {
-                "study": self.name,
-                "quantity": found.quantity,
-                "value": found.value,
-                "reference": found.reference,
-                "tolerance": found.tolerance,
-                "pass": found.is_passed,
-                "source": found.source,
-            }
+        cells = [
+            {"study": self.name, "pass": found.is_passed, **asdict(found)}
             for found in self.comparisons
         ]
+        return [{column: row[column] for column in COLUMNS} for row in cells]
 
     def table(self) -> pd.DataFrame:
         """Return the rows as a table."""

@@ -61,9 +61,8 @@ def _check_law(study: Study) -> None:
     opened = advance_pair(_LAW, (0.0, 0.0), (0.3, 0.4), 1e-9)
     study.absolute("friction while open (N)", opened.force_1_n, 0.0, 0.0, "cone")
     zeta = kelvin_voigt_damping_ratio(0.6)
-    study.absolute(
-        "restitution of the clipped damper", kelvin_voigt_restitution(zeta), 0.6, 1e-9, "B4"
-    )
+    restitution = kelvin_voigt_restitution(zeta)
+    study.absolute("restitution of the clipped damper", restitution, 0.6, 1e-9, "B4")
 
 
 def _check_paths(study: Study) -> None:
@@ -76,17 +75,13 @@ def _check_paths(study: Study) -> None:
     lag = float(np.median(np.angle(np.exp(-1j * angle))))
     exact = degrees(circular_path_lag_rad(radius, elastic_slip))
     study.relative("lag on a circle (deg)", degrees(lag), exact, 5e-3, "B6")
-    work, exact = (
-        path_work_j(path[last], forces[last]),
-        circular_path_work_j(radius, elastic_slip, 4500.0),
-    )
+    work = path_work_j(path[last], forces[last])
+    exact = circular_path_work_j(radius, elastic_slip, 4500.0)
     study.relative("work per circle (J)", work, exact, 5e-3, "B6")
     loop = straight_loop(0.5, rows=400, opening_m=-0.1)
     forces, last = drive_unit(_LAW, loop, substeps=2).forces_n, slice(len(loop) // 2, None)
-    work, exact = (
-        path_work_j(loop[last], forces[last]),
-        straight_loop_work_j(0.5, elastic_slip, 4500.0),
-    )
+    work = path_work_j(loop[last], forces[last])
+    exact = straight_loop_work_j(0.5, elastic_slip, 4500.0)
     study.relative("work per straight loop (J)", work, exact, 5e-3, "B7")
     jump = path.copy()
     jump[:, 3] = np.where(np.sin(2 * pi * path[:, 0] / 2.5) > 0.0, 0.1, -0.1)
@@ -110,10 +105,8 @@ def _check_block(study: Study) -> None:
         return amplitude * (np.sign(duration - t - 1e-9) + 1.0) / 2.0
 
     slid = run_block(sliding_block(mu), 5e-4, 0.8, base_mps2=pulse_mps2)
-    slip_m, exact_m = (
-        float(-slid.position_m[-1, 0]),
-        rectangular_pulse_slip(amplitude, duration, mu * _G),
-    )
+    slip_m = float(-slid.position_m[-1, 0])
+    exact_m = rectangular_pulse_slip(amplitude, duration, mu * _G)
     study.relative("slip under a rectangular pulse (m)", slip_m, exact_m, 1e-2, "B3")
     depth_m = float(-run_block(falling_block(), 2e-4, 0.05).position_m[:, 1].min())
     exact_m = falling_mass_impact(1000.0, 1e7, 1.0, _G).penetration_m

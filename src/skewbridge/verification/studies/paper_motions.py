@@ -57,40 +57,31 @@ class PaperMotion:
 def tarzana() -> PaperMotion:
     """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
     files = _find("*TAR090*"), _find("*TAR360*") or _find("*TAR000*")
-    if all(files):
-        motion = _read(files, motion_id="TAR")
-        return PaperMotion(motion=motion, label="Tarzana (TAR)", is_paper_record=True)
-    return _synthetic(TARZANA_PGA_ROTD50_G, 1.0, "Tarzana")
+    return _record(files, "TAR", "Tarzana (TAR)") or _synthetic(
+        TARZANA_PGA_ROTD50_G, 1.0, "Tarzana"
+    )
 
 
 def waho() -> PaperMotion:
     """Return WAHO with 090 longitudinal and 000 transverse, its surrogate, or a synthetic pair."""
     files = _find("*WAH090*"), _find("*WAH000*")
-    if all(files) and (motion := _true_waho(files)):
-        return PaperMotion(motion=motion, label="WAHO", is_paper_record=True)
+    if found := _record(files, "RSN811_WAHO", "WAHO"):
+        return found
     north, east = (_find(name) for name in SURROGATE_FILES)
     if north and east:
-        motion = _read((east, north), given=Given(unit="g"), motion_id=SURROGATE_ID)
+        motion = read_motion(east, north, Given(unit="g"), motion_id=SURROGATE_ID)
         label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
         scaled = motion.scaled(SURROGATE_FACTOR)
         return PaperMotion(motion=scaled, label=label, is_paper_record=False)
     return _synthetic(WAHO_PGA_ROTD50_G, CLOSING_FACTOR, "WAHO")
 
 
-def _true_waho(files: tuple[Path | None, Path | None]) -> GroundMotion | None:
-    try:
-        return _read(files, motion_id="RSN811_WAHO")
-    except FalseClaimError:
-        return None
-
-
 def el_centro() -> PaperMotion:
     """Return El Centro with 180 longitudinal and 270 transverse, or a synthetic pair as strong."""
     files = _find("*ELC180*"), _find("*ELC270*")
-    if all(files):
-        motion = _read(files, motion_id="RSN6_ELC")
-        return PaperMotion(motion=motion, label="El Centro (ELC)", is_paper_record=True)
-    return _synthetic(EL_CENTRO_PGA_G, 1.0, "El Centro")
+    return _record(files, "RSN6_ELC", "El Centro (ELC)") or _synthetic(
+        EL_CENTRO_PGA_G, 1.0, "El Centro"
+    )
 
 
 def _folders() -> list[Path]:
@@ -106,11 +97,18 @@ def _find(pattern: str) -> Path | None:
     return None
 
 
-def _read(
-    files: tuple[Path | None, Path | None], *, motion_id: str, given: Given | None = None
-) -> GroundMotion:
-    first, second = (file for file in files if file is not None)
-    return read_motion(first, second, given, motion_id=motion_id)
+def _record(
+    files: tuple[Path | None, Path | None], motion_id: str, label: str
+) -> PaperMotion | None:
+    """Return the paper's record from its two files; None without them or if they are not it."""
+    first, second = files
+    if first is None or second is None:
+        return None
+    try:
+        motion = read_motion(first, second, motion_id=motion_id)
+    except FalseClaimError:
+        return None
+    return PaperMotion(motion=motion, label=label, is_paper_record=True)
 
 
 def _synthetic(pga_rotd50_g: float, factor: float, wanted: str) -> PaperMotion:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from skewbridge.units import MM
 from skewbridge.verification.references.case_files import DeckCase
 from skewbridge.verification.references.deck import run_deck
-from skewbridge.verification.references.deck_cases import rotation_period_s
+from skewbridge.verification.references.deck_cases import bearing_fields
 from skewbridge.verification.references.deck_model import (
     CORNERS,
     DeckHistory,
@@ -45,16 +45,9 @@ _NAMES: Final = {
 
 def wu_case(gap_mm: float, **changes: Any) -> DeckCase:
     """Return the deck of the tests with a gap, read as perpendicular to the end."""
-    length, width, skew, period = 5.03, 1.07, 60.0, 0.45  # source: plan from the paper
     # ASSUME mass, period and damping of the bearings (not public); no scaling of time.
     fields: dict[str, Any] = {
-        "length_m": length,
-        "width_m": width,
-        "skew_deg": skew,
         "mass_kg": 5000.0,
-        "period_x_s": period,
-        "period_y_s": period,
-        "period_theta_s": rotation_period_s(length, width, skew, period),
         "damping_ratio": 0.07,
         "gap_normal_m": gap_mm * MM,
         "friction": FRICTION,
@@ -63,7 +56,9 @@ def wu_case(gap_mm: float, **changes: Any) -> DeckCase:
         "duration_s": DURATION_S,
         "motion": ("recorded", "recorded"),
     }
-    return DeckCase.model_validate(fields | changes)
+    # source: plan from the paper
+    plan = bearing_fields(length_m=5.03, width_m=1.07, skew_deg=60.0, period_s=0.45)
+    return DeckCase.model_validate(plan | fields | changes)
 
 
 def run(study: Study) -> None:

@@ -76,11 +76,9 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Matrix, Matrix]]:
         result[name] = (path, forces)
     path, forces = result["constant"]
     half = slice(len(path) // 2, None)
-    work, exact_work = (
-        path_work_j(path[half], forces[half]),
-        straight_loop_work_j(_STROKE_M, _LIMIT_N / _KT, _LIMIT_N),
-    )
-    study.relative(f"work per cycle, gap {1000 * gap_m:g} mm (J)", work, exact_work, 5e-3, "B7")
+    work_j = path_work_j(path[half], forces[half])
+    exact_j = straight_loop_work_j(_STROKE_M, _LIMIT_N / _KT, _LIMIT_N)
+    study.relative(f"work per cycle, gap {1000 * gap_m:g} mm (J)", work_j, exact_j, 5e-3, "B7")
     return result
 
 
