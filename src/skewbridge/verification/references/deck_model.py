@@ -214,6 +214,10 @@ def step_times(case: DeckCase) -> Array:
     return np.arange(count + 1, dtype=np.float64) * case.dt_s
 
 
+type Response = tuple[Array, Array, Array, Array, Array]
+"""q and its velocity, shape (n, 3); openings, compressions and friction, shape (n, 4)."""
+
+
 class EnergyBalance:
     """Works of a deck by the trapezoidal rule, added up over consecutive parts of its response."""
 
@@ -222,12 +226,11 @@ class EnergyBalance:
         self._mass, self._damping = np.array(deck.mass), np.array(deck.damping)
         self._given = self._lost = self._kept = self._largest = 0.0
 
-    def add(self, response: tuple[Array, Array, Array, Array, Array], accel_mps2: Array) -> None:
+    def add(self, response: Response, accel_mps2: Array) -> None:
         """Add a part; the next one starts with its last time.
 
         Args:
-            response: q and its velocity, shape (n, 3); openings, compressions and friction,
-                shape (n, 4).
+            response: The part.
             accel_mps2: Ground acceleration at the same times, shape (2, n).
         """
         q, v, openings, normals, tangentials = response
@@ -244,12 +247,18 @@ class EnergyBalance:
         stiffness = np.array(self._deck.stiffness)
         self._kept = 0.5 * float(self._mass @ v[-1] ** 2 + stiffness @ q[-1] ** 2)
 
-    @property
-    def residual_ratio(self) -> float:
-        """Input less works and stored energies at the end, over the largest input."""
-        if self._largest == 0.0:
-            return 0.0
-        return (self._given - self._lost - self._kept) / self._largest
+    def history(self, times_s: Array, response: Response) -> DeckHistory:
+        """Return a response at chosen times with the energy residual of all parts."""
+        residual = self._given - self._lost - self._kept
+        q, _, openings, normals, friction = response
+        return DeckHistory(
+            t_s=times_s,
+            q=q,
+            openings_m=openings,
+            normals_n=normals,
+            tangentials_n=friction,
+            energy_residual_ratio=residual / self._largest if self._largest > 0.0 else 0.0,
+        )
 
 
 def _mid(values: Array) -> Array:

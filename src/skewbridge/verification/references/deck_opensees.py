@@ -75,15 +75,9 @@ def run_opensees(
             forces = contacts.tangentials_n
             friction[k] = [sign * force[0] for sign, force in zip(signs, forces, strict=True)]
     balance = EnergyBalance(deck)
-    balance.add((q, v, openings, normals, friction), accel)
-    return DeckHistory(
-        t_s=times,
-        q=q,
-        openings_m=openings,
-        normals_n=normals,
-        tangentials_n=friction,
-        energy_residual_ratio=balance.residual_ratio,
-    )
+    response = (q, v, openings, normals, friction)
+    balance.add(response, accel)
+    return balance.history(times, response)
 
 
 def build_deck(deck: Deck, wall_offset_m: float = 0.0) -> None:

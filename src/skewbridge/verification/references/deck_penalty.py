@@ -16,6 +16,7 @@ from skewbridge.verification.references.deck_model import (
     DeckHistory,
     EnergyBalance,
     Excitation,
+    Response,
     step_times,
 )
 
@@ -117,15 +118,7 @@ def run_penalty(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHisto
         kept[inside] = rows[wanted[inside] - start]
         # Only the last state is carried on: memory does not grow with the number of steps.
         states, forces = states[-1:], forces[-1:]
-    q, _, openings, normals, friction = _response(case, deck, kept)
-    return DeckHistory(
-        t_s=times,
-        q=q,
-        openings_m=openings,
-        normals_n=normals,
-        tangentials_n=friction,
-        energy_residual_ratio=balance.residual_ratio,
-    )
+    return balance.history(times, _response(case, deck, kept))
 
 
 def _rows(states: list[State], forces: list[list[tuple[float, float, float]]]) -> Array:
@@ -134,7 +127,7 @@ def _rows(states: list[State], forces: list[list[tuple[float, float, float]]]) -
     return np.hstack([np.array(states), loads[:, :, 0], loads[:, :, 1]])
 
 
-def _response(case: DeckCase, deck: Deck, rows: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _response(case: DeckCase, deck: Deck, rows: Array) -> Response:
     q = rows[:, :3]
     openings = case.gap_normal_m + q @ deck.normal_rows.T
     return q, rows[:, 3:6], openings, rows[:, 6:10], rows[:, 10:]

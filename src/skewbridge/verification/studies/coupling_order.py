@@ -1,5 +1,6 @@
 """Order of convergence in the time step of the two couplings, on paths and on a frictional deck."""
 
+from itertools import product
 from math import pi
 from typing import Any, Final, Literal
 
@@ -83,16 +84,9 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind, substeps: int = 1)
 
 def _path_errors() -> list[dict[str, Any]]:
     return [
-        {
-            "study": kind,
-            "coupling": coupling,
-            "rows": rows,
-            "step": 1.0 / rows,
-            "error_ratio": path_error(rows, coupling, kind),
-        }
-        for kind in _KINDS
-        for coupling in _COUPLINGS
-        for rows in _ROWS
+        {"study": kind, "coupling": coupling, "rows": rows, "step": 1.0 / rows}
+        | {"error_ratio": path_error(rows, coupling, kind)}
+        for kind, coupling, rows in product(_KINDS, _COUPLINGS, _ROWS)
     ]
 
 

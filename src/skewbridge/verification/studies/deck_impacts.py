@@ -46,7 +46,7 @@ def impacts(history: DeckHistory) -> pd.DataFrame:
     Speeds are those of the steps before closing and after opening, in free flight.
     """
     dt = float(history.t_s[1] - history.t_s[0])
-    rows: list[dict[str, str | float]] = []
+    rows: list[tuple[str, float, float, float]] = []
     for corner, opening in zip(CORNERS, history.openings_m.T, strict=True):
         closed = opening < 0.0
         starts = np.flatnonzero(closed[1:] & ~closed[:-1]) + 1
@@ -59,14 +59,7 @@ def impacts(history: DeckHistory) -> pd.DataFrame:
             approach = float(opening[start - 2] - opening[start - 1]) / dt
             rebound = float(opening[end + 1] - opening[end]) / dt
             if approach > 0.0:
-                rows.append(
-                    {
-                        "corner": corner,
-                        "t_s": float(history.t_s[start]),
-                        "approach_mps": approach,
-                        "restitution": rebound / approach,
-                    }
-                )
+                rows.append((corner, float(history.t_s[start]), approach, rebound / approach))
     return pd.DataFrame(rows, columns=["corner", "t_s", "approach_mps", "restitution"])
 
 

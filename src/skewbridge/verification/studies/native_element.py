@@ -178,28 +178,20 @@ def _compare_decks(
     if not finished:
         text = f"{named.name}, {name}, dt {dt_s:g} s: stops converging at (s)"
         study.report(text, native.time_reached_s, case.duration_s, _SOURCE)
-    peaks = np.abs(native.q).max(axis=0)
+    found, peaks = ours.peaks(), np.abs(native.q).max(axis=0)
+    is_judged = finished and integration == IMPLICIT and (named.name, dt_s) in _JUDGED
+    run = {"case": named.name, "integration": name, "dt_s": dt_s}
     rows: list[dict[str, float | str]] = []
     for key, value, tolerance in zip(
         ("ux_m", "uy_m", "theta_rad"), peaks.tolist(), (0.01, 0.01, 0.02), strict=True
     ):
         text = f"{named.name}, {name}, dt {dt_s:g} s: peak {key}"
-        is_judged = integration == IMPLICIT and (named.name, dt_s) in _JUDGED
-        if finished and is_judged:
-            study.relative(text, ours.peaks()[key], value, tolerance, _SOURCE)
+        if is_judged:
+            study.relative(text, found[key], value, tolerance, _SOURCE)
         else:
-            study.report(text, ours.peaks()[key], value, _SOURCE)
-        rows.append(
-            {
-                "case": named.name,
-                "integration": name,
-                "dt_s": dt_s,
-                "quantity": key,
-                "ours": ours.peaks()[key],
-                "native": value,
-                "time_reached_s": native.time_reached_s,
-            }
-        )
+            study.report(text, found[key], value, _SOURCE)
+        row = {"quantity": key, "ours": found[key], "native": value}
+        rows.append(run | row | {"time_reached_s": native.time_reached_s})
     return rows
 
 
