@@ -18,9 +18,12 @@ from skewbridge.contact.restitution import (
     kelvin_voigt_restitution,
 )
 from skewbridge.errors import InputError
-from skewbridge.verification.block import Block, run_block
-from skewbridge.verification.closed_form_study import bounce
-from skewbridge.verification.closed_forms import falling_mass_impact, power_law_penetration
+from skewbridge.verification.references.block import Block, run_block
+from skewbridge.verification.references.closed_forms import (
+    falling_mass_impact,
+    power_law_penetration,
+)
+from skewbridge.verification.studies.oscillators import bounce
 
 MASS_KG, KN = 1000.0, 1e7
 # Restitution, textbook damping ratio, what it gives when clipped, the ratio needed.
