@@ -65,7 +65,7 @@ def test_panels_without_a_curve_say_why(tables):
 
 def test_cloud_draws_failed_runs_open(tables):
     demands, curves, _ = tables
-    figure = demand_clouds(demands, curves, "column_drift_ratio", IM)
+    figure = demand_clouds(demands, curves, "column_drift_ratio")
     marks = [line for line in figure.axes[0].get_lines() if line.get_marker() == "^"]
     assert sum(len(line.get_xdata()) for line in marks) == 1
     assert figure.axes[0].get_ylabel() == "Column drift ratio"

@@ -10,7 +10,6 @@ rule figures:
     log:
         "results/logs/figures.log",
     params:
-        im=STUDY.fragility.im,
         sections=ANALYSIS_SECTIONS,
         digest=source_digest("report", *ENGINE_ROOMS),
     script:

@@ -13,7 +13,6 @@ if __name__ == "__main__":
             curves=Path(snakemake.input.curves),
             effects=Path(snakemake.input.effects),
             motions=snakemake.input,
-            im_column=snakemake.params.im,
             sections=snakemake.params.sections,
             folder=Path(snakemake.output.folder),
         )

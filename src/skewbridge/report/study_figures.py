@@ -1,33 +1,30 @@
-"""The figures of a study: which ones there are, their captions, and their files."""
+"""The figures of a study: a new one is a function of tables and a row of `FIGURES`."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import groupby, product
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 
-import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.motions.spectrum import pair_psa
+from skewbridge.demands.columns import demands_for, label_of
+from skewbridge.fragility.tables.effects import MARGIN
+from skewbridge.motions.suite import SuiteMotion
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.fragility_frequency_figure import frequency_figure
-from skewbridge.report.fragility_style import label
 from skewbridge.report.friction_pair import friction_pair, pair_histories, typical_motion
-from skewbridge.report.motion_figures import suite_spectra
+from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
 from skewbridge.study.setup import StudySetup
-from skewbridge.units import G_MPS2
+from skewbridge.variant.axes import axes_of
 from skewbridge.variant.variant import ABUTMENT_CODES
 
 CAPTIONS: Final = "captions.json"
-CURVE_COMPONENTS: Final = ("column_drift", "deck_displacement", "unseating", "column_shear")
-CLOUD_DEMANDS: Final = ("column_drift_ratio", "column_shear_dcr", "deck_disp_m", "unseating_m")
-AXIS_WORDS: Final = {"friction": "friction", "gap_mm": "the joint gap", "skew_deg": "skew"}
-PERIODS_S: Final = np.geomspace(0.05, 5.0, 60)
 PNG_DPI: Final = 150
 
 
@@ -46,7 +43,159 @@ class Caption:
     text: str
 
 
-type Drawing = tuple[Caption, Callable[[], Figure]]
+@dataclass(frozen=True, kw_only=True)
+class StudyTables:
+    """What the figures are drawn from.
+
+    Attributes:
+        demands: Demands table.
+        curves: Fits.
+        effects: Paired effects.
+        suite: Motions as applied.
+        pair_runs: Histories of one bridge without and with friction, by friction.
+        pair_place: Which bridge and motion these are; empty without a pair.
+    """
+
+    demands: pd.DataFrame
+    curves: pd.DataFrame
+    effects: pd.DataFrame
+    suite: Sequence[SuiteMotion]
+    pair_runs: Mapping[str, pd.DataFrame]
+    pair_place: str
+
+    def of_model(self, bridge: str, abutment: str) -> "StudyTables":
+        """Return the tables of one bridge with one abutment model."""
+        own = {
+            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
+            for name, table in vars(self).items()
+            if isinstance(table, pd.DataFrame)
+        }
+        return replace(self, **own)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyFigure(Caption):
+    """A row of the tables of figures; braces in its texts hold words of a case.
+
+    Attributes:
+        draw: Draws one figure.
+        needs: Its arguments: attributes of `StudyTables` or words of a case.
+        cases: Words of each figure that the row stands for; rows in sequence with the same cases
+            alternate.
+    """
+
+    draw: Callable[..., Figure]
+    needs: tuple[str, ...]
+    cases: Callable[[StudyTables], Sequence[Mapping[str, str]]] = lambda _: ({},)
+
+
+def effect_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return a case per axis along which variants are paired, the last of the axis table first."""
+    table = tables.effects
+    paired = [axis for axis in axes_of(table.columns) if (table["axis"] == axis.name).any()]
+    return [
+        {"axis": axis.name, "axis_words": axis.title, "level": _level(table)}
+        for axis in reversed(paired)
+    ]
+
+
+def curve_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return a case per component of a headline demand and method that has a curve."""
+    drawn = tables.curves[tables.curves["status"] == "ok"]
+    found: list[dict[str, str]] = []
+    for demand in demands_for("headline"):
+        own = drawn[drawn["demand"] == demand]
+        for component, method in dict.fromkeys(zip(own["component"], own["method"], strict=True)):
+            words = component.replace("_", " ")
+            texts = {"component": component, "component_words": words, "method": method}
+            found.append({**texts, "level": _level(own)})
+    return found
+
+
+def cloud_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return a case per headline demand."""
+    names = demands_for("headline", tables.demands.columns)
+    return [{"demand": demand, "label": label_of(demand)} for demand in names]
+
+
+def pair_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return the one case of the histories without and with friction, where there are any."""
+    return [{"place": tables.pair_place}] if tables.pair_place else []
+
+
+#: Drawn for each bridge with each abutment model.
+MODEL_FIGURES: Final = (
+    StudyFigure(
+        name="verdict_{axis}",
+        title="When does {axis_words} matter?",
+        text="Geometric mean over motions of the demand ratio, each motion with itself; "
+        f"negligible: the {{level}} interval lies within {100 * MARGIN:g} % of one.",
+        draw=verdict_map,
+        needs=("effects", "axis"),
+        cases=effect_cases,
+    ),
+    StudyFigure(
+        name="ratios_{axis}",
+        title="Paired effect of {axis_words} with {level} intervals",
+        text=f"Intervals by bootstrap over motions. The shaded band is {100 * MARGIN:g} % either "
+        "way. Pairs in which a run collapsed are left out and counted in the table.",
+        draw=paired_ratios,
+        needs=("effects", "axis"),
+        cases=effect_cases,
+    ),
+    StudyFigure(
+        name="curves_{component}_{method}",
+        title="Fragility of {component_words}, {method} fit",
+        text="Bands are {level} of the fit; marks are the analyses. A limit state that no "
+        "analysis reached has no curve.",
+        draw=fragility_curves,
+        needs=("curves", "demands", "component", "method"),
+        cases=curve_cases,
+    ),
+    StudyFigure(
+        name="cloud_{demand}",
+        title="{label} against intensity",
+        text="One mark per analysis; lines are the log-log regressions.",
+        draw=demand_clouds,
+        needs=("demands", "curves", "demand"),
+        cases=cloud_cases,
+    ),
+)
+#: Drawn once.
+STUDY_FIGURES: Final = (
+    StudyFigure(
+        name="hysteresis",
+        title="Abutments without and with friction: {place}",
+        text="Force of each abutment on the deck (backwall, keys, pads) against the displacement "
+        "of its deck end.",
+        draw=hysteresis_figure,
+        needs=("pair_runs",),
+        cases=pair_cases,
+    ),
+    StudyFigure(
+        name="displacement",
+        title="Deck without and with friction: {place}",
+        text="Displacement and rotation at the mass centre, relative to the ground.",
+        draw=displacement_figure,
+        needs=("pair_runs",),
+        cases=pair_cases,
+    ),
+    StudyFigure(
+        name="frequency",
+        title="Frequency content without and with friction: {place}",
+        text="Smoothed Fourier amplitudes of the deck and their ratio.",
+        draw=frequency_figure,
+        needs=("pair_runs",),
+        cases=pair_cases,
+    ),
+    StudyFigure(
+        name="suite_spectra",
+        title="Response spectra of the motions",
+        text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
+        draw=applied_spectra,
+        needs=("suite",),
+    ),
+)
 
 
 def draw_study(
@@ -55,7 +204,6 @@ def draw_study(
     curves: Path,
     effects: Path,
     motions: Mapping[str, Any],
-    im_column: str,
     sections: Mapping[str, Any],
     folder: Path,
 ) -> None:
@@ -66,24 +214,25 @@ def draw_study(
         curves: Fits.
         effects: Paired effects.
         motions: Files of the prepared motions, by name.
-        im_column: Intensity measure of the fits.
         sections: Sections of the configuration that the analyses depend on.
         folder: Where the files go.
     """
     setup = StudySetup.from_sections(sections, motions)
     rows = pd.read_parquet(demands)
-    drawings = [
-        *_table_drawings(rows, pd.read_parquet(curves), pd.read_parquet(effects), im_column),
-        *_friction_pair_drawings(rows, setup),
-        *_motion_drawings(setup),
-    ]
+    pair_runs, pair_place = _friction_pair(rows, setup)
+    tables = StudyTables(
+        demands=rows,
+        curves=pd.read_parquet(curves),
+        effects=pd.read_parquet(effects),
+        suite=setup.suite,
+        pair_runs=pair_runs,
+        pair_place=pair_place,
+    )
     folder.mkdir(parents=True, exist_ok=True)
     captions: list[Caption] = []
-    for caption, draw in drawings:
-        figure = draw()
+    for caption, figure in study_figures(tables):
         for ending in ("svg", "png"):
             figure.savefig(folder / f"{caption.name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
-        plt.close(figure)
         captions.append(caption)
     text = json.dumps([asdict(caption) for caption in captions], indent=1)
     (folder / CAPTIONS).write_text(text, encoding="utf-8")
@@ -94,148 +243,38 @@ def read_captions(folder: Path) -> list[Caption]:
     return [Caption(**item) for item in json.loads((folder / CAPTIONS).read_text("utf-8"))]
 
 
-def _table_drawings(
-    demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame, im_column: str
-) -> list[Drawing]:
-    """Return the drawings of the tables, a set for each bridge and abutment model."""
-    models = demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
-    sets: list[Drawing] = []
+def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
+    """Yield every figure of a study with its caption, those of each bridge and abutment first."""
+    models = tables.demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
-        own_demands, own_curves, own_effects = (
-            table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
-            for table in (demands, curves, effects)
-        )
-        sets += [
-            (
-                replace(
-                    caption,
-                    name=f"{bridge}_{ABUTMENT_CODES[abutment]}_{caption.name}",
-                    title=f"{bridge}, {abutment.replace('_', '-')}: {caption.title}",
-                ),
-                draw,
+        start = f"{bridge}_{ABUTMENT_CODES[abutment]}_"
+        title = f"{bridge}, {abutment.replace('_', '-')}: "
+        for caption, figure in _drawn(MODEL_FIGURES, tables.of_model(bridge, abutment)):
+            yield replace(caption, name=start + caption.name, title=title + caption.title), figure
+    yield from _drawn(STUDY_FIGURES, tables)
+
+
+def _drawn(figures: Sequence[StudyFigure], tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
+    for cases, group in groupby(figures, attrgetter("cases")):
+        for words, row in product(cases(tables), list(group)):
+            caption = Caption(
+                name=row.name.format_map(words),
+                title=row.title.format_map(words),
+                text=row.text.format_map(words),
             )
-            for caption, draw in (
-                *_effect_drawings(own_effects),
-                *_fit_drawings(own_demands, own_curves, im_column),
-            )
-        ]
-    return sets
+            arguments = (words.get(name, getattr(tables, name, None)) for name in row.needs)
+            yield caption, row.draw(*arguments)
 
 
-def _effect_drawings(effects: pd.DataFrame) -> list[Drawing]:
-    drawings: list[Drawing] = []
-    for axis in ("friction", "gap_mm", "skew_deg"):
-        part = effects[effects["axis"] == axis]
-        if part.empty:
-            continue
-        words = AXIS_WORDS[axis]
-        drawings.append(
-            (
-                Caption(
-                    name=f"verdict_{axis}",
-                    title=f"When does {words} matter?",
-                    text="Geometric mean over motions of the demand ratio, each motion with "
-                    "itself; negligible: the 90 % interval lies within 5 % of one.",
-                ),
-                lambda axis=axis: verdict_map(effects, axis),
-            )
-        )
-        drawings.append(
-            (
-                Caption(
-                    name=f"ratios_{axis}",
-                    title=f"Paired effect of {words} with 90 % intervals",
-                    text="Intervals by bootstrap over motions. The shaded band is 5 % either way. "
-                    "Pairs in which a run collapsed are left out and counted in the table.",
-                ),
-                lambda axis=axis: paired_ratios(effects, axis),
-            )
-        )
-    return drawings
+def _level(table: pd.DataFrame) -> str:
+    return f"{100 * float(table['level'].iloc[0]):g} %"
 
 
-def _fit_drawings(demands: pd.DataFrame, curves: pd.DataFrame, im_column: str) -> list[Drawing]:
-    drawings: list[Drawing] = []
-    for component in CURVE_COMPONENTS:
-        part = curves[(curves["component"] == component) & (curves["status"] == "ok")]
-        for method in ("cloud", "exceedance"):
-            if part[part["method"] == method].empty:
-                continue
-            drawings.append(
-                (
-                    Caption(
-                        name=f"curves_{component}_{method}",
-                        title=f"Fragility of {component.replace('_', ' ')}, {method} fit",
-                        text="Bands are 95 % of the fit; marks are the analyses. A limit state "
-                        "that no analysis reached has no curve.",
-                    ),
-                    lambda component=component, method=method: fragility_curves(
-                        curves, demands, component, method=method
-                    ),
-                )
-            )
-    drawings += [
-        (
-            Caption(
-                name=f"cloud_{demand}",
-                title=f"{label(demand)} against intensity",
-                text="One mark per analysis; lines are the log-log regressions.",
-            ),
-            lambda demand=demand: demand_clouds(demands, curves, demand, im_column),
-        )
-        for demand in CLOUD_DEMANDS
-    ]
-    return drawings
-
-
-def _friction_pair_drawings(demands: pd.DataFrame, setup: StudySetup) -> list[Drawing]:
+def _friction_pair(demands: pd.DataFrame, setup: StudySetup) -> tuple[dict[str, pd.DataFrame], str]:
+    """Return the histories without and with friction, and where they are from."""
     pair = friction_pair(demands)
     if pair is None:
-        return []
+        return {}, ""
     motion_id = typical_motion(demands, pair[-1])
-    runs = pair_histories(setup, pair, motion_id)
-    where = f"skew {pair[0].skew_deg} degrees, gap {pair[0].gap_mm} mm, motion {motion_id}"
-    hysteresis = Caption(
-        name="hysteresis",
-        title=f"Abutments without and with friction: {where}",
-        text="Force of each abutment on the deck (backwall, keys, pads) against the displacement "
-        "of its deck end.",
-    )
-    displacement = Caption(
-        name="displacement",
-        title=f"Deck without and with friction: {where}",
-        text="Displacement and rotation at the mass centre, relative to the ground.",
-    )
-    frequency = Caption(
-        name="frequency",
-        title=f"Frequency content without and with friction: {where}",
-        text="Smoothed Fourier amplitudes of the deck and their ratio.",
-    )
-    return [
-        (hysteresis, lambda: hysteresis_figure(runs)),
-        (displacement, lambda: displacement_figure(runs)),
-        (frequency, lambda: frequency_figure(runs)),
-    ]
-
-
-def _motion_drawings(setup: StudySetup) -> list[Drawing]:
-    def draw() -> Figure:
-        spectra = [
-            motion.scale
-            * pair_psa(
-                motion.motion.accel_1_mps2,
-                motion.motion.accel_2_mps2,
-                motion.motion.dt_s,
-                PERIODS_S,
-            ).rotd50_mps2
-            / G_MPS2
-            for motion in setup.suite
-        ]
-        return suite_spectra(np.array(spectra), PERIODS_S, title="Motions as applied (scaled)")
-
-    caption = Caption(
-        name="suite_spectra",
-        title="Response spectra of the motions",
-        text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
-    )
-    return [(caption, draw)]
+    place = f"skew {pair[0].skew_deg} degrees, gap {pair[0].gap_mm} mm, motion {motion_id}"
+    return pair_histories(setup, pair, motion_id), place
