@@ -1,6 +1,7 @@
 """The figures of a study follow its tables: any axes, the headline demands, one row per figure."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -145,8 +146,20 @@ def test_every_pair_of_a_study_with_four_axes_is_drawn(fourth_axis, wide_study, 
 
 
 def test_values_with_the_same_unit_are_named_in_the_verdict_map(fourth_axis, wide_study):
-    labels = [t.get_text() for t in verdict_map(wide_study.effects).axes[0].get_xticklabels()]
-    assert labels[0].split("\n") == ["0°", "gap 25 mm", "transverse", "gap 25 mm"]
+    labels = verdict_map(wide_study.effects).axes[0].get_xticklabels()
+    assert labels[0].get_text().split("\n") == ["0°", "gap 25 mm", "transverse", "gap 25 mm"]
+
+
+def test_the_labels_of_the_verdict_map_do_not_touch(fourth_axis, wide_study):
+    figure = verdict_map(wide_study.effects)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].get_xticklabels()]
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+
+
+def test_figures_name_an_axis_with_its_unit(fourth_axis, wide_study):
+    title = verdict_map(wide_study.effects, FOURTH).get_suptitle()
+    assert title == "Change of demand, transverse gap (mm) 25 to 50, same motions"
 
 
 def test_a_new_axis_has_its_figures_and_words_without_another_row(fourth_axis, wide_study):

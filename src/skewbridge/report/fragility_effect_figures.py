@@ -18,7 +18,7 @@ from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.report.axis_layout import short_value, shown_axes
 from skewbridge.report.fragility_style import STYLE, note
-from skewbridge.variant.axes import Axis
+from skewbridge.variant.axes import Axis, axes_of
 
 _VERDICT_COLOURS: Final = {
     NEGLIGIBLE: "#cfe3f5",
@@ -30,7 +30,9 @@ _RATIO_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FINE_TICKS: Final = tuple(round(0.05 * i, 2) for i in range(14, 28))
 _ROW_IN: Final = 0.42  # height of a demand in the figure of ratios, and the least of one ratio
 _MARK_IN: Final = 0.0525
-_COLUMN_LETTERS: Final = 11  # that stand under one column of the verdict map
+_WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
+_COLUMN_LETTERS: Final = 11  # the same in the small size
+_SMALL_SIZE: Final = 7.5
 _VERDICT_TEXT: Final = {
     NEGLIGIBLE: f"negligible (within ±{100 * MARGIN:g} %)",
     MATTERS: f"matters (beyond ±{100 * MARGIN:g} %)",
@@ -51,6 +53,7 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
     columns = table[keys].drop_duplicates().sort_values(keys).reset_index(drop=True)
     rows = list(dict.fromkeys(table["demand"]))
     found = table.set_index([*keys, "demand"])
+    labels = _column_labels(columns, others)
     with mpl.rc_context(STYLE | {"axes.grid": False}):
         width = 2.6 + 0.72 * len(columns)
         figure = Figure(figsize=(max(width, 5.0), 1.9 + 0.3 * len(rows)), layout="constrained")
@@ -61,11 +64,13 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         axes.set_xlim(-0.5, len(columns) - 0.5)
         axes.set_ylim(len(rows) - 0.5, -0.5)
         axes.set_yticks(range(len(rows)), [label_of(name) for name in rows])
-        axes.set_xticks(range(len(columns)), _column_labels(columns, others))
+        axes.set_xticks(range(len(columns)), labels)
         axes.tick_params(length=0)
+        if any(len(line) > _WIDE_LABEL for label in labels for line in label.split("\n")):
+            axes.tick_params(axis="x", labelsize=_SMALL_SIZE)
         for spine in axes.spines.values():
             spine.set_visible(False)
-        title = fill(_map_title(columns, axis), 24 + 10 * len(columns))
+        title = fill(_map_title(columns, _label(axis)), 24 + 10 * len(columns))
         figure.suptitle(title, x=0.01, ha="left", fontsize=10)
         handles = [
             Patch(facecolor=_VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text)
@@ -112,12 +117,12 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         start = table["from_value"].iloc[0]
         ends = _listed(table["to_value"])
         level = 100 * float(table["level"].iloc[0])
-        axes.set_xlabel(f"Demand at {label_of(axis).lower()} {ends} over demand at {start:g}")
+        axes.set_xlabel(f"Demand at {_label(axis).lower()} {ends} over demand at {start:g}")
         axes.set_title(
             f"Same motions, geometric mean and {level:g} % interval", loc="left", fontsize=9
         )
         handles = [Line2D([], [], marker="o", color=palette[v], label=f"{v:g}") for v in values]
-        name = label_of(axis if hue == "to_value" else hue)
+        name = _label(axis if hue == "to_value" else hue)
         axes.legend(handles=handles, title=name, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
 
@@ -130,6 +135,10 @@ def _other_axes(effects: pd.DataFrame, axis: str) -> list[Axis]:
     """Return the axes that tell apart the pairs along one axis."""
     pairs = effects[effects["scope"] == "variant"]
     return [other for other in shown_axes(pairs) if other.name != axis]
+
+
+def _label(axis: str) -> str:
+    return axes_of([axis])[0].label_with_unit
 
 
 def _hue(effects: pd.DataFrame, axis: str) -> str:
@@ -176,7 +185,7 @@ def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
             else f"{round(percent, 1) + 0:+.1f} %"
         )
     bold = "bold" if item["verdict"] == MATTERS else "normal"
-    axes.text(x, y, text, ha="center", va="center", fontsize=7.5, fontweight=bold)
+    axes.text(x, y, text, ha="center", va="center", fontsize=_SMALL_SIZE, fontweight=bold)
 
 
 def _ratio_range(table: pd.DataFrame) -> tuple[float, float]:
@@ -222,6 +231,6 @@ def _column_labels(columns: pd.DataFrame, others: Sequence[Axis]) -> list[str]:
     return out
 
 
-def _map_title(columns: pd.DataFrame, axis: str) -> str:
+def _map_title(columns: pd.DataFrame, label: str) -> str:
     starts, ends = _listed(columns["from_value"]), _listed(columns["to_value"])
-    return f"Change of demand, {label_of(axis).lower()} {starts} to {ends}, same motions"
+    return f"Change of demand, {label.lower()} {starts} to {ends}, same motions"
