@@ -8,6 +8,7 @@ import openseespy.opensees as ops
 
 from skewbridge.contact import ContactSet, Drive, make_step
 from skewbridge.contact.drives import kelvin_voigt_drive
+from skewbridge.errors import SolutionError
 from skewbridge.verification.case_files import DeckCase
 from skewbridge.verification.deck_model import (
     CORNERS,
@@ -33,7 +34,7 @@ _INTEGRATORS: Final = {
 _TOLERANCE_M: Final = 1e-12
 
 
-class DeckFailedError(RuntimeError):
+class DeckFailedError(SolutionError):
     """A solver could not finish a deck case."""
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLedger
 from skewbridge.contact.law import advance_pair
+from skewbridge.errors import SolutionError
 
 type Matrix = NDArray[np.float64]
 
@@ -19,7 +20,7 @@ type Matrix = NDArray[np.float64]
 _START_SHARE: Final = 1e-3
 
 
-class DrivenPathError(RuntimeError):
+class DrivenPathError(SolutionError):
     """OpenSees could not make a step of a driven path."""
 
 
