@@ -78,13 +78,13 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
         verdicts=VERDICTS,
         checks=checks,
         captions=[(caption, _embedded(caption, figures)) for caption in read_captions(figures)],
-        curves=_records(curves[[*CURVE_COLUMNS]]),
-        effects=_records(effects[_effect_columns(effects)]),
-        factors=_records(pd.read_parquet(tables["factors"])),
-        medians=_records(medians[_effect_columns(medians)]),
-        system=_records(pd.read_parquet(tables["system"])),
-        gate=_records(pd.read_parquet(tables["gate"])),
-        sensitivity=_records(pd.read_parquet(tables["sensitivity"])),
+        curves=curves[[*CURVE_COLUMNS]].to_dict("records"),
+        effects=effects[_effect_columns(effects)].to_dict("records"),
+        factors=pd.read_parquet(tables["factors"]).to_dict("records"),
+        medians=medians[_effect_columns(medians)].to_dict("records"),
+        system=pd.read_parquet(tables["system"]).to_dict("records"),
+        gate=pd.read_parquet(tables["gate"]).to_dict("records"),
+        sensitivity=pd.read_parquet(tables["sensitivity"]).to_dict("records"),
         no_exceedance=_no_exceedance(curves),
         config=yaml.safe_dump(dict(config), sort_keys=False),
         provenance=_provenance(tables["demands"]),
@@ -158,10 +158,6 @@ def _provenance(path: Path) -> dict[str, str]:
         for key, value in sorted(metadata.items())
         if key not in {b"pandas", b"ARROW:schema"}
     }
-
-
-def _records(frame: pd.DataFrame) -> Sequence[Mapping[str, Any]]:
-    return [dict(zip(frame.columns, row, strict=True)) for row in frame.itertuples(index=False)]
 
 
 def _number(value: object, digits: int = 3) -> str:
