@@ -1,4 +1,4 @@
-"""Commands of contact: a unit process, the rigid skew deck, the verification studies."""
+"""Commands of the contact package: unit process, rigid skew deck, verification studies."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Commands of fragility curves: fit and export."""
+"""Commands of the fragility package."""
 
 from pathlib import Path
 from typing import Annotated

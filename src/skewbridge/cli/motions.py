@@ -1,4 +1,4 @@
-"""Commands of ground motions: check, measure, draw, make."""
+"""Commands of the motions package."""
 
 from dataclasses import asdict
 from pathlib import Path

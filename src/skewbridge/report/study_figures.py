@@ -1,4 +1,4 @@
-"""The figures of a study: a new one is a function of tables and a row of `FIGURES`."""
+"""The figures of a study: a new one is a function of tables and a row of a table here."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
