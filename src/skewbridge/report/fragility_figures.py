@@ -1,6 +1,6 @@
 """Fragility curves over their runs and clouds of demand: tables in, matplotlib figures out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -21,12 +21,7 @@ _LEGEND_COLUMNS: Final = 4
 
 
 def fragility_curves(
-    curves: pd.DataFrame,
-    demands: pd.DataFrame,
-    component: str,
-    method: str = "cloud",
-    *,
-    states: Sequence[str] | None = None,
+    curves: pd.DataFrame, demands: pd.DataFrame, component: str, method: str = "cloud"
 ) -> Figure:
     """Draw the curves of a component with their bands, over the runs they come from.
 
@@ -41,12 +36,10 @@ def fragility_curves(
         demands: The demands it was fitted to.
         component: Component to draw.
         method: ``cloud``, ``exceedance`` or ``ida_interval``.
-        states: Limit states; by default those with a curve.
     """
     table = curves[(curves["component"] == component) & (curves["method"] == method)]
-    drawn = table[table["status"] == "ok"]
-    names = list(dict.fromkeys(drawn["limit_state"])) if states is None else list(states)
-    if not names or table.empty:
+    names = list(dict.fromkeys(table.loc[table["status"] == "ok", "limit_state"]))
+    if not names:
         return note(f"No fragility curve of {component}: " + _status_text(table))
     im_column = str(table["im"].iloc[0])
     im = demands[im_column].to_numpy(dtype=np.float64)
