@@ -70,7 +70,9 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
             axes.tick_params(axis="x", labelsize=_SMALL_SIZE)
         for spine in axes.spines.values():
             spine.set_visible(False)
-        title = fill(_map_title(columns, _label(axis)), 24 + 10 * len(columns))
+        change = f"{_listed(columns['from_value'])} to {_listed(columns['to_value'])}"
+        title = f"Change of demand, {_label(axis).lower()} {change}, same motions"
+        title = fill(title, 24 + 10 * len(columns))
         figure.suptitle(title, x=0.01, ha="left", fontsize=10)
         handles = [
             Patch(facecolor=_VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text)
@@ -165,25 +167,15 @@ def _listed(values: pd.Series) -> str:
 
 
 def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
-    axes.add_patch(
-        Rectangle(
-            (x - 0.48, y - 0.46),
-            0.96,
-            0.92,
-            facecolor=_VERDICT_COLOURS[str(item["verdict"])],
-            edgecolor="white",
-        )
-    )
-    ratio = float(item["ratio"])
-    percent = 100.0 * (ratio - 1.0)
+    colour = _VERDICT_COLOURS[str(item["verdict"])]
+    corner = x - 0.48, y - 0.46
+    axes.add_patch(Rectangle(corner, 0.96, 0.92, facecolor=colour, edgecolor="white"))
+    percent = 100.0 * (float(item["ratio"]) - 1.0)
     text = "–"
     if np.isfinite(percent):
+        digits = 0 if abs(percent) > 9.5 else 1
         # adding zero turns a rounded -0.0 into 0.0
-        text = (
-            f"{round(percent) + 0:+.0f} %"
-            if abs(percent) > 9.5
-            else f"{round(percent, 1) + 0:+.1f} %"
-        )
+        text = f"{round(percent, digits) + 0:+.{digits}f} %"
     bold = "bold" if item["verdict"] == MATTERS else "normal"
     axes.text(x, y, text, ha="center", va="center", fontsize=_SMALL_SIZE, fontweight=bold)
 
@@ -229,8 +221,3 @@ def _column_labels(columns: pd.DataFrame, others: Sequence[Axis]) -> list[str]:
             texts.append(str(item["bridge"]))
         out.append("\n".join(fill(text, _COLUMN_LETTERS) for text in texts))
     return out
-
-
-def _map_title(columns: pd.DataFrame, label: str) -> str:
-    starts, ends = _listed(columns["from_value"]), _listed(columns["to_value"])
-    return f"Change of demand, {label.lower()} {starts} to {ends}, same motions"
