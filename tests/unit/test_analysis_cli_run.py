@@ -145,9 +145,7 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     )
     sections = parsed.model_dump(include={"motions", "model", "analysis"})
     task = StudySetup.from_sections(sections, files).tasks("osb1_cf_skew30_gap051_mu050")[0]
-    result = analyse(
-        task.variant, task.motion.motion, task.motion.scale, 0.0, task.settings, task.options
-    )
+    result = analyse(task.variant, task.excitation, task.settings, task.options)
     row = identity_of(task, run_key(task)) | outcome_of(result) | {"wall_s": 0.0, "cpu_s": 0.0}
     write_demands([row], study / "results" / "demands.parquet", {})
 

@@ -179,7 +179,7 @@ def test_two_columns_take_their_unit_from_the_header(tmp_path, header, unit):
 def test_table_of_several_components_asks_which(tmp_path):
     rows = [f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}" for i, v in enumerate(RECORD_G)]
     path = _file(tmp_path, "a.csv", "time_s,h1_g,h2_g\n" + "\n".join(rows))
-    with pytest.raises(InputError, match="2 columns beside the time"):
+    with pytest.raises(InputError, match="2 channels, say which"):
         read_trace(path)
     np.testing.assert_allclose(read_trace(path, Given(channel=2)).accel_mps2, -2 * SI, rtol=1e-7)
     with pytest.raises(InputError, match="channel 3 of 2"):

@@ -59,9 +59,7 @@ def tables_of(demands, curves, effects):
     wave = np.sin(np.arange(400) * 0.1)
     motion = GroundMotion(motion_id="m00", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
     suite = [SuiteMotion(motion=motion, scale=1.5, measures={})]
-    return StudyTables(
-        demands=demands, curves=curves, effects=effects, suite=suite, pair_runs={}, pair_place=""
-    )
+    return StudyTables(demands=demands, curves=curves, effects=effects, suite=suite, pair=None)
 
 
 @pytest.fixture(scope="module")

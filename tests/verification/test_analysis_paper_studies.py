@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from skewbridge.analysis.abutment_history import abutment_history
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.errors import InputError
@@ -76,7 +77,7 @@ def abutment_run(friction_pct, **settings):
             gap_mm=51,
             friction_pct=friction_pct,
         ),
-        strong_motion(duration_s=4.0),
+        Excitation(motion=strong_motion(duration_s=4.0)),
         AnalysisSettings(**settings),
         ModelOptions(),
     )

@@ -15,7 +15,6 @@ from skewbridge.contact.drives import (
 from skewbridge.contact.restitution import (
     hunt_crossley_damping,
     kelvin_voigt_damping_ratio,
-    kelvin_voigt_damping_ratio_with_tension,
     kelvin_voigt_restitution,
 )
 from skewbridge.errors import InputError
@@ -38,7 +37,6 @@ TABLE = [
 
 @pytest.mark.parametrize(("restitution", "textbook", "clipped", "needed"), TABLE)
 def test_the_table_of_clipped_restitution(restitution, textbook, clipped, needed):
-    assert kelvin_voigt_damping_ratio_with_tension(restitution) == pytest.approx(textbook, abs=1e-5)
     assert kelvin_voigt_restitution(textbook) == pytest.approx(clipped, abs=1e-4)
     assert kelvin_voigt_damping_ratio(restitution) == pytest.approx(needed, abs=1e-5)
 

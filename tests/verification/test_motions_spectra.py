@@ -11,7 +11,7 @@ import pytest
 
 from shared import shared_path
 from skewbridge.motions.intensity import arias_build_up, cav, motion_measures, velocity
-from skewbridge.motions.pairing import pair_by_name
+from skewbridge.motions.pairing import group_by_name
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.spectrum import component_psa, pair_psa
 from skewbridge.units import G_MPS2
@@ -28,7 +28,7 @@ def test_rotd50_spectra_are_those_of_the_published_flatfile(folder):
     flatfile = pd.read_csv(shared_path("cases/nga_flatfile_rotd50_reference.csv")).set_index("rsn")
     columns = [name for name in flatfile if name.startswith("psa_")]
     periods_s = [float(name.removeprefix("psa_")) for name in columns]
-    pairs = pair_by_name(shared_path(f"motions/real/{folder}").glob("*.AT2"))
+    pairs = group_by_name(shared_path(f"motions/real/{folder}").glob("*.AT2"))
     assert len(pairs) >= 4
     for name, files in pairs.items():
         motion = read_motion(*files)

@@ -19,7 +19,7 @@ VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
 
 
 wildcard_constraints:
-    variant=r"[a-z][a-z0-9_]*_(ro|si|sp|co|cf)_skewm?\d{2}_gap\d{3}_mu\d{3}",
+    variant="|".join(VARIANTS),
 
 
 def section(name):

@@ -50,6 +50,23 @@ rule collect_demands:
         "../scripts/collect_demands.py"
 
 
+# One bridge under one motion, without and with friction, as histories for the figures.
+rule friction_pair:
+    input:
+        demands="results/demands.parquet",
+        suite="results/motions/suite.parquet",
+        intensities="results/motions/intensities.parquet",
+    output:
+        histories="results/friction_pair.parquet",
+    log:
+        "results/logs/friction_pair.log",
+    params:
+        sections=ANALYSIS_SECTIONS,
+        digest=source_digest(*ENGINE_ROOMS, "demands"),
+    script:
+        "../scripts/friction_pair.py"
+
+
 # Penalties and time step halved and doubled on the hardest variant.
 rule sensitivity:
     input:

@@ -2,16 +2,15 @@ rule figures:
     input:
         demands="results/demands.parquet",
         suite="results/motions/suite.parquet",
-        intensities="results/motions/intensities.parquet",
         curves="results/fragility/curves.parquet",
         effects="results/fragility/effects.parquet",
+        friction_pair="results/friction_pair.parquet",
     output:
         folder=directory("results/figures"),
     log:
         "results/logs/figures.log",
     params:
-        sections=ANALYSIS_SECTIONS,
-        digest=source_digest("report", *ENGINE_ROOMS),
+        digest=source_digest("report", "fragility", "motions"),
     script:
         "../scripts/figures.py"
 

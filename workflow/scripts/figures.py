@@ -12,7 +12,7 @@ if __name__ == "__main__":
             demands=Path(snakemake.input.demands),
             curves=Path(snakemake.input.curves),
             effects=Path(snakemake.input.effects),
-            motions=snakemake.input,
-            sections=snakemake.params.sections,
+            suite=Path(snakemake.input.suite),
+            friction_pair=Path(snakemake.input.friction_pair),
             folder=Path(snakemake.output.folder),
         )

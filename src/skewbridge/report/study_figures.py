@@ -6,23 +6,22 @@ from dataclasses import asdict, dataclass, replace
 from itertools import groupby, product
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import demands_for, label_of
 from skewbridge.fragility.tables.effects import MARGIN
-from skewbridge.motions.suite import SuiteMotion
+from skewbridge.motions.suite import SuiteMotion, read_suite
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.fragility_frequency_figure import frequency_figure
-from skewbridge.report.friction_pair import friction_pair, pair_histories, typical_motion
 from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
-from skewbridge.study.setup import StudySetup
+from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of
-from skewbridge.variant.variant import ABUTMENT_CODES
 
 CAPTIONS: Final = "captions.json"
 PNG_DPI: Final = 150
@@ -52,16 +51,19 @@ class StudyTables:
         curves: Fits.
         effects: Paired effects.
         suite: Motions as applied.
-        pair_runs: Histories of one bridge without and with friction, by friction.
-        pair_place: Which bridge and motion these are; empty without a pair.
+        pair: Histories of one bridge without and with friction; None where the study has none.
     """
 
     demands: pd.DataFrame
     curves: pd.DataFrame
     effects: pd.DataFrame
     suite: Sequence[SuiteMotion]
-    pair_runs: Mapping[str, pd.DataFrame]
-    pair_place: str
+    pair: FrictionPair | None
+
+    @property
+    def pair_runs(self) -> Mapping[str, pd.DataFrame]:
+        """Histories of the pair by friction."""
+        return {} if self.pair is None else self.pair.by_friction
 
     def of_model(self, bridge: str, abutment: str) -> "StudyTables":
         """Return the tables of one bridge with one abutment model."""
@@ -120,7 +122,11 @@ def cloud_cases(tables: StudyTables) -> list[dict[str, str]]:
 
 def pair_cases(tables: StudyTables) -> list[dict[str, str]]:
     """Return the one case of the histories without and with friction, where there are any."""
-    return [{"place": tables.pair_place}] if tables.pair_place else []
+    if tables.pair is None:
+        return []
+    variant = tables.pair.variants[0]
+    place = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm"
+    return [{"place": f"{place}, motion {tables.pair.motion_id}"}]
 
 
 #: Drawn for each bridge with each abutment model.
@@ -203,8 +209,8 @@ def draw_study(
     demands: Path,
     curves: Path,
     effects: Path,
-    motions: Mapping[str, Any],
-    sections: Mapping[str, Any],
+    suite: Path,
+    friction_pair: Path,
     folder: Path,
 ) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
@@ -213,20 +219,16 @@ def draw_study(
         demands: Demands table.
         curves: Fits.
         effects: Paired effects.
-        motions: Files of the prepared motions, by name.
-        sections: Sections of the configuration that the analyses depend on.
+        suite: The prepared motions.
+        friction_pair: Histories without and with friction.
         folder: Where the files go.
     """
-    setup = StudySetup.from_sections(sections, motions)
-    rows = pd.read_parquet(demands)
-    pair_runs, pair_place = _friction_pair(rows, setup)
     tables = StudyTables(
-        demands=rows,
+        demands=pd.read_parquet(demands),
         curves=pd.read_parquet(curves),
         effects=pd.read_parquet(effects),
-        suite=setup.suite,
-        pair_runs=pair_runs,
-        pair_place=pair_place,
+        suite=read_suite(suite),
+        pair=read_friction_pair(friction_pair),
     )
     folder.mkdir(parents=True, exist_ok=True)
     captions: list[Caption] = []
@@ -247,7 +249,7 @@ def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
     """Yield every figure of a study with its caption, those of each bridge and abutment first."""
     models = tables.demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
-        start = f"{bridge}_{ABUTMENT_CODES[abutment]}_"
+        start = f"{bridge}_{ABUTMENTS[abutment].code}_"
         title = f"{bridge}, {abutment.replace('_', '-')}: "
         for caption, figure in _drawn(MODEL_FIGURES, tables.of_model(bridge, abutment)):
             yield replace(caption, name=start + caption.name, title=title + caption.title), figure
@@ -268,13 +270,3 @@ def _drawn(figures: Sequence[StudyFigure], tables: StudyTables) -> Iterator[tupl
 
 def _level(table: pd.DataFrame) -> str:
     return f"{100 * float(table['level'].iloc[0]):g} %"
-
-
-def _friction_pair(demands: pd.DataFrame, setup: StudySetup) -> tuple[dict[str, pd.DataFrame], str]:
-    """Return the histories without and with friction, and where they are from."""
-    pair = friction_pair(demands)
-    if pair is None:
-        return {}, ""
-    motion_id = typical_motion(demands, pair[-1])
-    place = f"skew {pair[0].skew_deg} degrees, gap {pair[0].gap_mm} mm, motion {motion_id}"
-    return pair_histories(setup, pair, motion_id), place

@@ -13,7 +13,8 @@ from typing import Any, Final
 from joblib import Parallel, delayed
 
 from skewbridge.analysis.exit_message import hush_exit_message
-from skewbridge.analysis.result import RAN, AnalysisResult
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
 from skewbridge.bridge.catalogue import load_bridge
@@ -24,6 +25,7 @@ from skewbridge.demands.schema import key_values
 from skewbridge.errors import InputError
 from skewbridge.motions.suite import SuiteMotion
 from skewbridge.provenance.digests import ENGINE_ROOMS, canonical, digest_of, source_digest
+from skewbridge.statuses import RAN
 from skewbridge.study.journal import JournalWriter
 from skewbridge.study.orphans import end_with
 from skewbridge.variant.variant import Variant
@@ -52,6 +54,13 @@ class Task:
     incidence_deg: float
     settings: AnalysisSettings
     options: ModelOptions
+
+    @property
+    def excitation(self) -> Excitation:
+        """What the model is shaken with."""
+        return Excitation(
+            motion=self.motion.motion, scale=self.motion.scale, incidence_deg=self.incidence_deg
+        )
 
 
 def run_key(task: Task) -> str:
@@ -151,12 +160,9 @@ def analyse_row(task: Task, key: str, log_folder: Path, owner_pid: int) -> Row:
     try:
         result = analyse(
             task.variant,
-            task.motion.motion,
-            task.motion.scale,
-            task.incidence_deg,
+            task.excitation,
             task.settings,
             task.options,
-            histories=False,
             log_path=log_path,
         )
     except InputError as error:

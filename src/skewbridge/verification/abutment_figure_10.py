@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.analysis.abutment_history import AbutmentHistory, abutment_history
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.units import KJ, KN, MM
@@ -67,7 +68,7 @@ def _pair(skew_deg: int, motion: PaperMotion, keys: str) -> Pair:
                 gap_mm=GAP_MM,
                 friction_pct=friction,
             ),
-            motion.motion,
+            Excitation(motion=motion.motion),
             settings,
             options,
         )

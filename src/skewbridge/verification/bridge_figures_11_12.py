@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings, Scheme
 from skewbridge.analysis.transient import analyse
@@ -78,9 +79,7 @@ def friction_pair(motion: PaperMotion, scheme: Scheme, skew_deg: int = 0) -> Pai
                 gap_mm=GAP_MM,
                 friction_pct=friction,
             ),
-            motion.motion,
-            1.0,
-            0.0,
+            Excitation(motion=motion.motion),
             AnalysisSettings(scheme=scheme, duration_s=DURATION_S),
             ModelOptions(),
             histories=True,

@@ -9,12 +9,14 @@ from typing import Final
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.analysis.result import RAN, AnalysisResult
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
+from skewbridge.statuses import RAN
 from skewbridge.units import MM
-from skewbridge.variant.variant import ABUTMENT_CODES, Variant
+from skewbridge.variant.variant import Variant
 from skewbridge.verification.bridge_figures_11_12 import DURATION_S, FRICTION_PCT, GAP_MM
 from skewbridge.verification.bridge_history_figures import histories_of
 from skewbridge.verification.bridge_records import PaperMotion, waho
@@ -32,7 +34,14 @@ from skewbridge.verification.figure_style import (
 )
 
 SKEWS_DEG: Final = (0, 30)
-_COLOURS: Final = dict(zip(ABUTMENT_CODES, (GREY, PINK, GREEN, ORANGE, BLUE), strict=True))
+# The five models of the paper.
+_COLOURS: Final = {
+    "roller": GREY,
+    "simplified": PINK,
+    "spring": GREEN,
+    "contact": ORANGE,
+    "contact_friction": BLUE,
+}
 _DEMANDS: Final = (
     "deck_disp_m",
     "deck_rotation_rad",
@@ -54,7 +63,7 @@ def run() -> StudyResult:
     checks = Checklist("ladder")
     runs: Runs = {
         (abutment, skew): _analyse("osb1", abutment, skew, motion)
-        for abutment in ABUTMENT_CODES
+        for abutment in _COLOURS
         for skew in SKEWS_DEG
     }
     checks.holds(
@@ -92,9 +101,8 @@ def _analyse(
         friction_pct=friction_pct,
     )
     settings = AnalysisSettings(duration_s=DURATION_S)
-    return analyse(
-        variant.normalised(), motion.motion, 1.0, 0.0, settings, ModelOptions(), histories=True
-    )
+    excitation = Excitation(motion=motion.motion)
+    return analyse(variant.normalised(), excitation, settings, ModelOptions(), histories=True)
 
 
 def _skew_statements(checks: Checklist, runs: Runs) -> None:

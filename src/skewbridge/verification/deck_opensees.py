@@ -1,4 +1,4 @@
-"""The rigid skew deck in OpenSees, with the contact units of the contact room."""
+"""The rigid skew deck in OpenSees, with the contact units of the contact package."""
 
 from collections.abc import Callable
 from typing import Final

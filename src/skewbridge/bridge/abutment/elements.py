@@ -1,7 +1,6 @@
 """Springs of wall, wing wall and key: materials, and zeroLength elements in the skewed frame."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import sqrt
 
 import openseespy.opensees as ops
@@ -9,26 +8,21 @@ import openseespy.opensees as ops
 from skewbridge.bridge.abutment.backfill import Passive
 from skewbridge.bridge.catalogue.data import KeyData
 from skewbridge.bridge.deck_plan import PlanVector
+from skewbridge.bridge.handles import SpringHandle
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import KN, MM
 
 # The hyperbolic material wants a gap: far below any displacement that matters.
 NO_GAP_M = 1.0e-6
+_NEVER_M = 1.0e3  # an elastic gap spring would yield at this deformation
 # source: defaults of the OpenSees manual for an unpinched Hysteretic spring without damage
 NO_PINCHING = (1.0, 1.0)
 NO_DAMAGE = (0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Frame:
-    """Local axes of a spring element in plan: ``x`` and, 90 degrees further, ``y``."""
-
-    x: PlanVector
-
-    @property
-    def y(self) -> PlanVector:
-        """Second local axis."""
-        return (-self.x[1], self.x[0])
+def turned(direction: PlanVector) -> PlanVector:
+    """Return a plan direction turned by +90 degrees."""
+    return (-direction[1], direction[0])
 
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
@@ -38,12 +32,10 @@ def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
     gap = max(gap_m, NO_GAP_M)
     stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     if passive.failure_ratio == 0.0:
-        ops.uniaxialMaterial(*("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage"))
+        ops.uniaxialMaterial("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage")
     else:
-        ops.uniaxialMaterial(
-            *("HyperbolicGapMaterial", material, stiffness, stiffness),
-            *(passive.failure_ratio, -ultimate, -gap),
-        )
+        hyperbola = (stiffness, stiffness, passive.failure_ratio, -ultimate, -gap)
+        ops.uniaxialMaterial("HyperbolicGapMaterial", material, *hyperbola)
     return material
 
 
@@ -63,22 +55,18 @@ def elastic_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
     """Create a stiff spring that acts when a gap closes (negative deformation)."""
-    material = tags.material()
-    never = -1.0e3 * stiffness_n_per_m
-    ops.uniaxialMaterial(
-        *("ElasticPPGap", material, stiffness_n_per_m, never, -max(gap_m, NO_GAP_M)),
-        *(0.0, "noDamage"),
-    )
-    return material
+    return _one_sided(stiffness_n_per_m, -1.0, max(gap_m, NO_GAP_M), tags)
 
 
 def stop_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
     """Create an elastic spring that acts in tension (positive deformation) only."""
-    material = tags.material()
-    never = 1.0e3 * stiffness_n_per_m
-    ops.uniaxialMaterial(
-        *("ElasticPPGap", material, stiffness_n_per_m, never, NO_GAP_M, 0.0, "noDamage")
-    )
+    return _one_sided(stiffness_n_per_m, 1.0, NO_GAP_M, tags)
+
+
+def _one_sided(stiffness_n_per_m: float, sign: float, gap_m: float, tags: TagAllocator) -> int:
+    material, never_n = tags.material(), sign * _NEVER_M * stiffness_n_per_m
+    gap = (stiffness_n_per_m, never_n, sign * gap_m, 0.0, "noDamage")
+    ops.uniaxialMaterial("ElasticPPGap", material, *gap)
     return material
 
 
@@ -90,11 +78,8 @@ def key_material(key: KeyData, tags: TagAllocator) -> int:
         for force, disp in zip(key.force_kn, key.displacement_mm, strict=True)
         for value in (force * KN, disp * MM)
     ]
-    ops.uniaxialMaterial(
-        *("Hysteretic", material, *points, *(-value for value in points)),
-        *NO_PINCHING,
-        *NO_DAMAGE,
-    )
+    mirrored = [-value for value in points]
+    ops.uniaxialMaterial("Hysteretic", material, *points, *mirrored, *NO_PINCHING, *NO_DAMAGE)
     return material
 
 
@@ -117,35 +102,42 @@ def dashpot_material(
 
 def spring_element(
     nodes: tuple[int, int],
-    frame: Frame,
+    direction: PlanVector,
     along_x: Sequence[int | None],
     along_y: Sequence[int | None],
     tags: TagAllocator,
-) -> int:
-    """Create a zeroLength element with materials along its local axes, in the order given."""
+) -> tuple[SpringHandle, SpringHandle]:
+    """Create a zeroLength element with materials along a plan direction and across it.
+
+    Returns:
+        The first spring along the direction, and the first across it.
+    """
     kept_x = [material for material in along_x if material is not None]
     kept_y = [material for material in along_y if material is not None]
+    materials, local = [*kept_x, *kept_y], [1] * len(kept_x) + [2] * len(kept_y)
+    across = turned(direction)
+    axes = (*direction, 0.0, *across, 0.0)
     element = tags.element()
-    ops.element(
-        *("zeroLength", element, *nodes, "-mat", *kept_x, *kept_y),
-        *("-dir", *[1] * len(kept_x), *[2] * len(kept_y)),
-        *("-doRayleigh", 0, "-orient", *frame.x, 0.0, *frame.y, 0.0),
+    springs = ("-mat", *materials, "-dir", *local, "-doRayleigh", 0, "-orient", *axes)
+    ops.element("zeroLength", element, *nodes, *springs)
+    return (
+        SpringHandle(element=element, component=0, direction=direction, nodes=nodes),
+        SpringHandle(element=element, component=len(kept_x), direction=across, nodes=nodes),
     )
-    return element
 
 
-def grounded_node(plan_m: PlanVector, height_m: float, tags: TagAllocator) -> int:
-    """Create a fixed node."""
+def grounded_node(plan_m: PlanVector, tags: TagAllocator) -> int:
+    """Create a fixed node at the pads' top."""
     node = tags.node()
-    ops.node(node, *plan_m, height_m)
+    ops.node(node, *plan_m, 0.0)
     ops.fix(node, 1, 1, 1, 1, 1, 1)
     return node
 
 
-def plane_node(plan_m: PlanVector, height_m: float, mass_kg: float, tags: TagAllocator) -> int:
-    """Create a node that moves in plan only."""
+def plane_node(plan_m: PlanVector, mass_kg: float, tags: TagAllocator) -> int:
+    """Create a node at the pads' top that moves in plan only."""
     node = tags.node()
-    ops.node(node, *plan_m, height_m)
+    ops.node(node, *plan_m, 0.0)
     ops.fix(node, 0, 0, 1, 1, 1, 1)
     if mass_kg > 0.0:
         ops.mass(node, mass_kg, mass_kg, 0.0, 0.0, 0.0, 0.0)

@@ -75,12 +75,11 @@ def make_springs(
         materials.append(dashpot)
         local.append(1)
     element = tags.element()
-    ops.element(
-        *("zeroLength", element, *nodes, "-mat", *materials, "-dir", *local),
-        *("-doRayleigh", 0, "-orient", *_orientation(frame)),
-    )
+    axes = ("-orient", *_orientation(frame))
+    springs = ("-mat", *materials, "-dir", *local, "-doRayleigh", 0)
+    ops.element("zeroLength", element, *nodes, *springs, *axes)
     bound_name = "epsInit" if is_elastic else "Fy"
-    springs = Springs(
+    made = Springs(
         element=element,
         normal_modulus=_attach(tags, element, 1, "E"),
         moduli=tuple(_attach(tags, element, k, "E") for k in range(2, directions + 2)),
@@ -88,8 +87,8 @@ def make_springs(
         dashpot=_attach(tags, element, directions + 2, "eta") if has_dashpot else None,
         gap_offset=_attach(tags, element, 1, "epsInit") if is_gap_driven else None,
     )
-    _prove(springs, law, is_elastic=is_elastic)
-    return springs
+    _prove(made, law, is_elastic=is_elastic)
+    return made
 
 
 def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Vector, ...]) -> None:
@@ -109,10 +108,8 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Vector, ..
     ops.uniaxialMaterial("InitStrainMaterial", outer, inner, 0.0)
     element = tags.element()
     local = range(1, len(frame) + 1)
-    ops.element(
-        *("zeroLength", element, *nodes, "-mat", normal, *[outer] * (len(frame) - 1)),
-        *("-dir", *local, "-orient", *_orientation(frame)),
-    )
+    materials, axes = (normal, *[outer] * (len(frame) - 1)), _orientation(frame)
+    ops.element("zeroLength", element, *nodes, "-mat", *materials, "-dir", *local, "-orient", *axes)
     probed = [_attach(tags, element, 1, "Fy"), _attach(tags, element, 2, "Fy")]
     ops.updateParameter(probed[1], bound)
     for position in local[1:]:

@@ -3,7 +3,8 @@
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.contact import ContactError, ContactSet, TagSource, springs
+from skewbridge.contact import ContactError, ContactSet, TagSource
+from skewbridge.contact import element as contact_element
 
 
 @pytest.fixture(autouse=True)
@@ -30,19 +31,23 @@ def test_a_unit_is_proved_and_leaves_nothing_behind(scheme):
 
 
 def test_a_wrong_parameter_name_is_noticed(monkeypatch):
-    attach = springs._attach
+    attach = contact_element._attach
     wrong = {"Fy": "Fyield"}
     monkeypatch.setattr(
-        springs, "_attach", lambda tags, e, k, name: attach(tags, e, k, wrong.get(name, name))
+        contact_element,
+        "_attach",
+        lambda tags, e, k, name: attach(tags, e, k, wrong.get(name, name)),
     )
     with pytest.raises(ContactError, match="does not act"):
         add(ContactSet())
 
 
 def test_a_wrong_position_is_noticed(monkeypatch):
-    attach = springs._attach
+    attach = contact_element._attach
     monkeypatch.setattr(
-        springs, "_attach", lambda tags, e, k, name: attach(tags, e, 1 if name == "Fy" else k, name)
+        contact_element,
+        "_attach",
+        lambda tags, e, k, name: attach(tags, e, 1 if name == "Fy" else k, name),
     )
     with pytest.raises(ContactError, match="does not act"):
         add(ContactSet())
@@ -57,7 +62,7 @@ def test_the_short_form_that_reaches_the_normal_spring_is_noticed(monkeypatch):
             ops.parameter(parameter, "element", element, "material", position, name)
         return parameter
 
-    monkeypatch.setattr(springs, "_attach", broadcast)
+    monkeypatch.setattr(contact_element, "_attach", broadcast)
     with pytest.raises(ContactError, match="does not act"):
         add(ContactSet())
 
