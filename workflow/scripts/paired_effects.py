@@ -2,19 +2,17 @@
 
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        import pandas as pd
-
-        from skewbridge.demands.tables import provenance, write_frame
         from skewbridge.fragility.tables.effects import DEFAULT_DEMANDS, paired_effects
         from skewbridge.fragility.tables.factors import factor_summary
+        from skewbridge.provenance.tables import provenance, read_frame, write_frame
         from skewbridge.study.config import FragilityConfig
 
         settings = FragilityConfig(**snakemake.params.fragility)
-        demands = pd.read_parquet(snakemake.input.demands)
+        demands = read_frame(snakemake.input.demands)
         tables = {
             "effects": paired_effects(demands, bootstrap=settings.bootstrap, seed=settings.seed),
             "factors": factor_summary(demands, DEFAULT_DEMANDS),

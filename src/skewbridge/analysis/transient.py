@@ -1,7 +1,6 @@
 """The nonlinear response history of one variant under one motion."""
 
 from collections.abc import Generator, Mapping
-from importlib.metadata import version
 from math import isnan
 from pathlib import Path
 from typing import Final
@@ -29,11 +28,6 @@ from skewbridge.variant.variant import Variant
 MAX_TRUSTED_HOUBOLT_FAILURES: Final = 2
 # What the works of forces that jump may miss; above it something is wrong with the solution.
 MAX_TRUSTED_RESIDUAL: Final = 0.05
-
-
-def opensees_version() -> str:
-    """Return the version of the solver."""
-    return version("openseespy")
 
 
 def analyse(

@@ -1,7 +1,7 @@
 """The figures of a study: which ones there are, their captions, and their files."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -11,17 +11,20 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.suite import read_suite
+from skewbridge.provenance.files import write_text
+from skewbridge.provenance.tables import read_frame
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.fragility_frequency_figure import frequency_figure
 from skewbridge.report.fragility_style import label
 from skewbridge.report.motion_figures import suite_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
-from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
 from skewbridge.units import G_MPS2
 from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.variant import parse_slug
 
 CAPTIONS: Final = "captions.json"
 CURVE_COMPONENTS: Final = ("column_drift", "deck_displacement", "unseating", "column_shear")
@@ -49,32 +52,19 @@ class Caption:
 type Drawing = tuple[Caption, Callable[[], Figure]]
 
 
-def draw_study(
-    *,
-    demands: Path,
-    curves: Path,
-    effects: Path,
-    suite: Path,
-    friction_pair: Path,
-    im_column: str,
-    folder: Path,
-) -> None:
+def draw_study(*, tables: Mapping[str, Path], im_column: str, folder: Path) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
     Args:
-        demands: Demands table.
-        curves: Fits.
-        effects: Paired effects.
-        suite: The prepared motions.
-        friction_pair: Histories without and with friction.
+        tables: Paths by name: demands, curves, effects, friction_pair, suite.
         im_column: Intensity measure of the fits.
         folder: Where the files go.
     """
-    rows = pd.read_parquet(demands)
+    rows, curves, effects = (read_frame(tables[name]) for name in ("demands", "curves", "effects"))
     drawings = [
-        *_table_drawings(rows, pd.read_parquet(curves), pd.read_parquet(effects), im_column),
-        *_friction_pair_drawings(read_friction_pair(friction_pair)),
-        *_motion_drawings(suite),
+        *_table_drawings(rows, curves, effects, im_column),
+        *_friction_pair_drawings(tables["friction_pair"]),
+        *_motion_drawings(read_suite(tables["suite"])),
     ]
     folder.mkdir(parents=True, exist_ok=True)
     captions: list[Caption] = []
@@ -85,7 +75,7 @@ def draw_study(
         plt.close(figure)
         captions.append(caption)
     text = json.dumps([asdict(caption) for caption in captions], indent=1)
-    (folder / CAPTIONS).write_text(text, encoding="utf-8")
+    write_text(folder / CAPTIONS, text)
 
 
 def read_captions(folder: Path) -> list[Caption]:
@@ -187,11 +177,17 @@ def _fit_drawings(demands: pd.DataFrame, curves: pd.DataFrame, im_column: str) -
     return drawings
 
 
-def _friction_pair_drawings(pair: FrictionPair | None) -> list[Drawing]:
-    if pair is None:
+def _friction_pair_drawings(path: Path) -> list[Drawing]:
+    table = read_frame(path)
+    if table.empty:
         return []
-    runs, variant = pair.by_friction, pair.variants[0]
-    where = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm, motion {pair.motion_id}"
+    runs: dict[str, pd.DataFrame] = {}
+    where = ""
+    for (slug, motion_id), rows in table.groupby(["variant", "motion_id"]):
+        variant = parse_slug(str(slug))
+        where = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm, motion {motion_id}"
+        histories = rows.drop(columns=["variant", "motion_id"]).dropna(axis="columns", how="all")
+        runs[f"friction {variant.friction:g}"] = histories.reset_index(drop=True)
     hysteresis = Caption(
         name="hysteresis",
         title=f"Abutments without and with friction: {where}",
@@ -215,7 +211,7 @@ def _friction_pair_drawings(pair: FrictionPair | None) -> list[Drawing]:
     ]
 
 
-def _motion_drawings(suite: Path) -> list[Drawing]:
+def _motion_drawings(suite: Sequence[SuiteMotion]) -> list[Drawing]:
     def draw() -> Figure:
         spectra = [
             motion.scale
@@ -226,7 +222,7 @@ def _motion_drawings(suite: Path) -> list[Drawing]:
                 PERIODS_S,
             ).rotd50_mps2
             / G_MPS2
-            for motion in read_suite(suite)
+            for motion in suite
         ]
         return suite_spectra(np.array(spectra), PERIODS_S, title="Motions as applied (scaled)")
 

@@ -1,42 +1,20 @@
-"""The same bridge under the same motion, without and with friction: histories for the figures."""
+"""The same bridge under the same motion, without and with friction, as histories to draw."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 import pandas as pd
-import pyarrow.parquet as pq
 
 from skewbridge.analysis.transient import analyse
-from skewbridge.demands.tables import provenance, write_frame
+from skewbridge.provenance.tables import provenance, read_frame, write_frame
 from skewbridge.study.setup import StudySetup
 from skewbridge.variant.variant import Variant, parse_slug
 
-TYPICAL_QUANTILE = 0.75
+TYPICAL_QUANTILE: Final = 0.75
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FrictionPair:
-    """Two histories that differ by friction only.
-
-    Attributes:
-        variants: Without, and with most friction.
-        motion_id: Their motion.
-        histories: History table of each, in the same order.
-    """
-
-    variants: tuple[Variant, ...]
-    motion_id: str
-    histories: tuple[pd.DataFrame, ...]
-
-    @property
-    def by_friction(self) -> Mapping[str, pd.DataFrame]:
-        """The histories by a label for legends, such as ``friction 0.5``."""
-        labels = (f"friction {variant.friction:g}" for variant in self.variants)
-        return dict(zip(labels, self.histories, strict=True))
-
-
-def chosen_variants(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
+def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
     """Return the most skewed bridge with the smallest gap, without and with most friction.
 
     Args:
@@ -65,41 +43,28 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     return str(ordered.iloc[int(TYPICAL_QUANTILE * (len(ordered) - 1))])
 
 
-def write_friction_pair(setup: StudySetup, demands: pd.DataFrame, output: Path) -> None:
-    """Repeat one analysis of each variant of the pair and write their histories.
+def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
+    """Repeat one analysis without and one with friction, and write their histories.
 
     Args:
         setup: What the variants of the study share.
-        demands: Demands table.
-        output: Parquet file: the histories one below the other with a column ``variant``, the
-            motion in the file metadata; without rows where the study has one friction only.
+        demands: Demands table of the study.
+        output: Parquet file: variant, motion_id, and the columns of the histories; without rows
+            where the study has one friction only. A run that diverged has no rows.
     """
-    variants = chosen_variants(demands)
-    if variants is None:
-        write_frame(pd.DataFrame({"variant": []}, dtype=str), output, provenance())
+    rows = read_frame(demands)
+    pair = friction_pair(rows)
+    if pair is None:
+        write_frame(pd.DataFrame(), output, provenance())
         return
-    motion_id = typical_motion(demands, variants[-1])
-    tables: list[pd.DataFrame] = []
-    for variant in variants:
+    motion_id = typical_motion(rows, pair[-1])
+    runs: list[pd.DataFrame] = []
+    for variant in pair:
         task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
-        run = analyse(variant, task.excitation, task.settings, task.options, histories=True)
-        tables.append(pd.DataFrame({"variant": variant.slug, **(run.histories or {})}))
-    write_frame(pd.concat(tables), output, provenance(motion_id=motion_id))
-
-
-def read_friction_pair(path: Path) -> FrictionPair | None:
-    """Return what `write_friction_pair` wrote, or None where there was no pair."""
-    table = pd.read_parquet(path)
-    if table.empty:
-        return None
-    groups = dict(iter(table.groupby("variant", sort=False)))
-    return FrictionPair(
-        variants=tuple(parse_slug(str(slug)) for slug in groups),
-        motion_id=(pq.read_schema(path).metadata or {})[b"motion_id"].decode(),
-        histories=tuple(
-            own.drop(columns="variant").reset_index(drop=True) for own in groups.values()
-        ),
-    )
+        result = analyse(variant, task.excitation, task.settings, task.options, histories=True)
+        histories = pd.DataFrame(result.histories or {})
+        runs.append(histories.assign(variant=variant.slug, motion_id=motion_id))
+    write_frame(pd.concat(runs, ignore_index=True), output, provenance())
 
 
 def _skew_then_small_gap(group: Sequence[Variant]) -> tuple[int, int]:
