@@ -12,6 +12,7 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.suite import SuiteMotion
+from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import write_friction_pair
 from skewbridge.study.setup import StudySetup
 from strong_motion import strong_motion
@@ -30,10 +31,11 @@ def demands(slugs):
 
 
 @pytest.fixture(scope="module")
-def setup():
+def setup(tmp_path_factory):
     motion = strong_motion(duration_s=1.0)
     measures = motion_measures(motion, 0.7)
     return StudySetup(
+        folder=StudyFolder(tmp_path_factory.mktemp("study")),
         suite=(SuiteMotion(motion=motion, scale=1.0, measures=measures),),
         measures={("osb1", "strong"): measures},
         incidence_deg=(0.0,),
