@@ -59,8 +59,10 @@ def script_digest(script, *after, shown=False):
     """What a rule depends on besides its own parameters.
 
     That is its script with everything the script runs, and the parameters of the rules whose
-    outputs it reads. With it the parameters of a rule tell the whole truth: the inputs are `ancient`,
-    so the times of files, which a copied tree changes, do not count.
+    outputs it reads. With it the parameters of a rule tell the whole truth, also after a kill between
+    two rules. Snakemake compares the times of files besides, which a copied tree changes, but goes by
+    the contents of files up to 1 MB: larger tables are therefore `ancient`, beside a small one of
+    the same rule (where all that one rule reads of another were ancient, it would not follow).
 
     Args:
         script: Name of the script, without ending.

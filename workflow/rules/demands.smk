@@ -3,7 +3,7 @@
 rule plan:
     input:
         suite=ancient(rules.prepare_motions.output.suite),
-        intensities=ancient(rules.prepare_motions.output.intensities),
+        intensities=rules.prepare_motions.output.intensities,
     output:
         plan=FOLDER.plan,
     log:
@@ -25,8 +25,8 @@ rule plan:
 rule analyse_variant:
     input:
         suite=ancient(rules.prepare_motions.output.suite),
-        intensities=ancient(rules.prepare_motions.output.intensities),
-        gate=ancient(rules.verify_contact.output.table),
+        intensities=rules.prepare_motions.output.intensities,
+        gate=rules.verify_contact.output.table,
     output:
         demands=FOLDER.variant_demands("{variant}"),
     log:
@@ -46,7 +46,7 @@ rule analyse_variant:
 
 rule collect_demands:
     input:
-        demands=ancient(collect(rules.analyse_variant.output.demands, variant=VARIANTS)),
+        demands=collect(rules.analyse_variant.output.demands, variant=VARIANTS),
     output:
         demands=FOLDER.demands,
     log:
@@ -63,8 +63,8 @@ rule collect_demands:
 rule sensitivity:
     input:
         suite=ancient(rules.prepare_motions.output.suite),
-        intensities=ancient(rules.prepare_motions.output.intensities),
-        gate=ancient(rules.verify_contact.output.table),
+        intensities=rules.prepare_motions.output.intensities,
+        gate=rules.verify_contact.output.table,
     output:
         table=FOLDER.sensitivity,
     log:
@@ -86,10 +86,11 @@ rule sensitivity:
 rule friction_pair:
     input:
         suite=ancient(rules.prepare_motions.output.suite),
-        intensities=ancient(rules.prepare_motions.output.intensities),
-        demands=ancient(rules.collect_demands.output.demands),
+        intensities=rules.prepare_motions.output.intensities,
+        demands=rules.collect_demands.output.demands,
     output:
         histories=FOLDER.friction_pair,
+        chosen=FOLDER.friction_pair.with_suffix(".json"),
     log:
         FOLDER.log("friction_pair"),
     params:

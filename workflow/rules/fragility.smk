@@ -1,6 +1,6 @@
 rule fit_fragility:
     input:
-        demands=ancient(rules.collect_demands.output.demands),
+        demands=rules.collect_demands.output.demands,
         limit_states=ancient(STUDY.fragility.limit_states),
     output:
         curves=FOLDER.fragility("curves"),
@@ -18,7 +18,7 @@ rule fit_fragility:
 
 rule paired_effects:
     input:
-        demands=ancient(rules.collect_demands.output.demands),
+        demands=rules.collect_demands.output.demands,
     output:
         effects=FOLDER.fragility("effects"),
         factors=FOLDER.fragility("factors"),

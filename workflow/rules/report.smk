@@ -1,12 +1,14 @@
 rule figures:
     input:
-        demands=ancient(rules.collect_demands.output.demands),
+        demands=rules.collect_demands.output.demands,
         suite=ancient(rules.prepare_motions.output.suite),
+        intensities=rules.prepare_motions.output.intensities,
         friction_pair=ancient(rules.friction_pair.output.histories),
-        curves=ancient(rules.fit_fragility.output.curves),
-        effects=ancient(rules.paired_effects.output.effects),
+        chosen=rules.friction_pair.output.chosen,
+        curves=rules.fit_fragility.output.curves,
+        effects=rules.paired_effects.output.effects,
     output:
-        folder=directory(FOLDER.figures),
+        captions=FOLDER.captions,
     log:
         FOLDER.log("figures"),
     params:
@@ -26,9 +28,9 @@ rule figures:
 
 rule check_results:
     input:
-        demands=ancient(rules.collect_demands.output.demands),
-        curves=ancient(rules.fit_fragility.output.curves),
-        effects=ancient(rules.paired_effects.output.effects),
+        demands=rules.collect_demands.output.demands,
+        curves=rules.fit_fragility.output.curves,
+        effects=rules.paired_effects.output.effects,
     output:
         checks=FOLDER.checks,
     log:
@@ -46,18 +48,18 @@ rule check_results:
 
 rule report:
     input:
-        figures=ancient(rules.figures.output.folder),
-        demands=ancient(rules.collect_demands.output.demands),
+        figures=rules.figures.output.captions,
+        demands=rules.collect_demands.output.demands,
         suite=ancient(rules.prepare_motions.output.suite),
-        intensities=ancient(rules.prepare_motions.output.intensities),
-        gate=ancient(rules.verify_contact.output.table),
-        curves=ancient(rules.fit_fragility.output.curves),
-        effects=ancient(rules.paired_effects.output.effects),
-        factors=ancient(rules.paired_effects.output.factors),
-        medians=ancient(rules.fit_fragility.output.medians),
-        system=ancient(rules.fit_fragility.output.system),
-        checks=ancient(rules.check_results.output.checks),
-        sensitivity=ancient(rules.sensitivity.output.table),
+        intensities=rules.prepare_motions.output.intensities,
+        gate=rules.verify_contact.output.table,
+        curves=rules.fit_fragility.output.curves,
+        effects=rules.paired_effects.output.effects,
+        factors=rules.paired_effects.output.factors,
+        medians=rules.fit_fragility.output.medians,
+        system=rules.fit_fragility.output.system,
+        checks=rules.check_results.output.checks,
+        sensitivity=rules.sensitivity.output.table,
     output:
         html=FOLDER.report,
     log:

@@ -11,5 +11,5 @@ if __name__ == "__main__":
         draw_study(
             tables={name: Path(path) for name, path in snakemake.input.items()},
             im_column=snakemake.params.im,
-            folder=Path(snakemake.output.folder),
+            captions=Path(snakemake.output.captions),
         )

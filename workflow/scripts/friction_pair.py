@@ -12,4 +12,9 @@ if __name__ == "__main__":
 
         folder = StudyFolder(Path(snakemake.params.results))
         setup = StudySetup.from_sections(snakemake.params.sections, folder)
-        write_friction_pair(setup, Path(snakemake.input.demands), Path(snakemake.output.histories))
+        write_friction_pair(
+            setup,
+            Path(snakemake.input.demands),
+            Path(snakemake.output.histories),
+            Path(snakemake.output.chosen),
+        )

@@ -25,7 +25,6 @@ from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
 from skewbridge.units import G_MPS2
 from skewbridge.variant.variant import ABUTMENT_CODES, parse_slug
 
-CAPTIONS: Final = "captions.json"
 CURVE_COMPONENTS: Final = ("column_drift", "deck_displacement", "unseating", "column_shear")
 CLOUD_DEMANDS: Final = ("column_drift_ratio", "column_shear_dcr", "deck_disp_m", "unseating_m")
 AXIS_WORDS: Final = {"friction": "friction", "gap_mm": "the joint gap", "skew_deg": "skew"}
@@ -51,13 +50,13 @@ class Caption:
 type Drawing = tuple[Caption, Callable[[], Figure]]
 
 
-def draw_study(*, tables: Mapping[str, Path], im_column: str, folder: Path) -> None:
+def draw_study(*, tables: Mapping[str, Path], im_column: str, captions: Path) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
     Args:
         tables: Paths by name: demands, curves, effects, friction_pair, suite.
         im_column: Intensity measure of the fits.
-        folder: Where the files go.
+        captions: Where the captions go; the figures go beside it, in place of older ones.
     """
     rows, curves, effects = (read_frame(tables[name]) for name in ("demands", "curves", "effects"))
     drawings = [
@@ -65,21 +64,24 @@ def draw_study(*, tables: Mapping[str, Path], im_column: str, folder: Path) -> N
         *_friction_pair_drawings(tables["friction_pair"]),
         *_motion_drawings(read_suite(tables["suite"])),
     ]
+    folder = captions.parent
     folder.mkdir(parents=True, exist_ok=True)
-    captions: list[Caption] = []
+    for older in folder.glob("*.[sp][vn]g"):
+        older.unlink()
+    told: list[Caption] = []
     for caption, draw in drawings:
         figure = draw()
         for ending in ("svg", "png"):
             figure.savefig(folder / f"{caption.name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
         plt.close(figure)
-        captions.append(caption)
-    text = json.dumps([asdict(caption) for caption in captions], indent=1)
-    write_text(folder / CAPTIONS, text)
+        told.append(caption)
+    text = json.dumps([asdict(caption) for caption in told], indent=1)
+    write_text(captions, text)
 
 
-def read_captions(folder: Path) -> list[Caption]:
-    """Return the captions of the figures in a folder, in their order."""
-    return [Caption(**item) for item in json.loads((folder / CAPTIONS).read_text("utf-8"))]
+def read_captions(path: Path) -> list[Caption]:
+    """Return the captions of the figures beside them, in their order."""
+    return [Caption(**item) for item in json.loads(path.read_text("utf-8"))]
 
 
 def _table_drawings(

@@ -1,5 +1,6 @@
 """The same bridge under the same motion, without and with friction, as histories to draw."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -7,6 +8,7 @@ from typing import Final
 import pandas as pd
 
 from skewbridge.analysis.transient import analyse
+from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import provenance, read_frame, write_frame
 from skewbridge.study.setup import StudySetup
 from skewbridge.variant.variant import Variant, parse_slug
@@ -43,7 +45,7 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     return str(ordered.iloc[int(TYPICAL_QUANTILE * (len(ordered) - 1))])
 
 
-def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
+def write_friction_pair(setup: StudySetup, demands: Path, output: Path, chosen: Path) -> None:
     """Repeat one analysis without and one with friction, and write their histories.
 
     Args:
@@ -51,11 +53,13 @@ def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
         demands: Demands table of the study.
         output: Parquet file: variant, motion_id, and the columns of the histories; without rows
             where the study has one friction only. A run that diverged has no rows.
+        chosen: JSON file: which variants and which motion.
     """
     rows = read_frame(demands)
     pair = friction_pair(rows)
     if pair is None:
         write_frame(pd.DataFrame(), output, provenance())
+        write_text(chosen, json.dumps({"variants": [], "motion_id": None}))
         return
     motion_id = typical_motion(rows, pair[-1])
     runs: list[pd.DataFrame] = []
@@ -73,6 +77,8 @@ def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
         histories = pd.DataFrame(result.histories or {})
         runs.append(histories.assign(variant=variant.slug, motion_id=motion_id))
     write_frame(pd.concat(runs, ignore_index=True), output, provenance())
+    names = [variant.slug for variant in pair]
+    write_text(chosen, json.dumps({"variants": names, "motion_id": motion_id}))
 
 
 def _skew_then_small_gap(group: Sequence[Variant]) -> tuple[int, int]:

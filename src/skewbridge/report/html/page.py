@@ -160,13 +160,13 @@ def _bridge_row(name: str) -> dict[str, Any]:
     }
 
 
-def _pictures(folder: Path) -> list[Picture]:
+def _pictures(captions: Path) -> list[Picture]:
     return [
         Picture(
             caption=caption,
-            data=base64.b64encode((folder / f"{caption.name}.svg").read_bytes()).decode(),
+            data=base64.b64encode(captions.with_name(f"{caption.name}.svg").read_bytes()).decode(),
         )
-        for caption in read_captions(folder)
+        for caption in read_captions(captions)
     ]
 
 
