@@ -14,7 +14,7 @@ if __name__ == "__main__":
         setup = StudySetup.from_sections(snakemake.params.sections, folder)
         write_friction_pair(
             setup,
-            Path(snakemake.input.demands),
-            Path(snakemake.output.histories),
-            Path(snakemake.output.chosen),
+            demands=Path(snakemake.input.demands),
+            output=Path(snakemake.output.histories),
+            chosen=Path(snakemake.output.chosen),
         )

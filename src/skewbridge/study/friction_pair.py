@@ -45,7 +45,7 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     return str(ordered.iloc[int(TYPICAL_QUANTILE * (len(ordered) - 1))])
 
 
-def write_friction_pair(setup: StudySetup, demands: Path, output: Path, chosen: Path) -> None:
+def write_friction_pair(setup: StudySetup, *, demands: Path, output: Path, chosen: Path) -> None:
     """Repeat one analysis without and one with friction, and write their histories.
 
     Args:
