@@ -5,8 +5,8 @@ import pytest
 
 from skewbridge.analysis.abutment_history import abutment_history
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.errors import InputError
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification import bridge_records
 from skewbridge.verification.bridge_cycles import (

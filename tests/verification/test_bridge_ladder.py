@@ -12,8 +12,8 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.dead_load import total_weight_n
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.read import read_motion
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENT_CODES, Variant
 
 BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")

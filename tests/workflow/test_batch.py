@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.demands.schema import TIMING
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import SuiteMotion
 from skewbridge.study.batch import Task, plan_tasks, run_key, run_tasks
 from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(

@@ -3,13 +3,15 @@ from snakemake.exceptions import WorkflowError
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
-from skewbridge.study.loading import parse_config, require_writable
-from skewbridge.variant.grid import expand_grid
 from skewbridge.provenance.digests import ENGINE_ROOMS, digest_of, source_digest
+from skewbridge.provenance.files import writable_folder
+from skewbridge.study.loading import parse_config, plain_sections
+from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.variant import SLUG_PATTERN
 
 try:
     STUDY = parse_config(config)
-    require_writable(Path("results"))
+    writable_folder(Path("results"))
     for name in STUDY.grid.bridge:
         load_bridge(name)
 except InputError as error:
@@ -19,20 +21,11 @@ VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
 
 
 wildcard_constraints:
-    variant=r"[a-z][a-z0-9_]*_(ro|si|sp|co|cf)_skewm?\d{2}_gap\d{3}_mu\d{3}",
-
-
-def section(name):
-    """One section of the configuration as plain values, for `params`."""
-    return getattr(STUDY, name).model_dump()
+    variant=SLUG_PATTERN,
 
 
 # What an analysis depends on besides its variant and its motion.
-ANALYSIS_SECTIONS = {
-    "motions": section("motions"),
-    "model": section("model"),
-    "analysis": section("analysis"),
-}
+ANALYSIS_SECTIONS = plain_sections(STUDY, "motions", "model", "analysis")
 
 
 def folder_state(folder):

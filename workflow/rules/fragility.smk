@@ -9,7 +9,7 @@ rule fit_fragility:
     log:
         "results/logs/fit_fragility.log",
     params:
-        fragility=section("fragility"),
+        sections=plain_sections(STUDY, "fragility"),
         digest=source_digest("fragility"),
     script:
         "../scripts/fit_fragility.py"
@@ -24,7 +24,7 @@ rule paired_effects:
     log:
         "results/logs/paired_effects.log",
     params:
-        fragility=section("fragility"),
+        sections=plain_sections(STUDY, "fragility"),
         digest=source_digest("fragility"),
     script:
         "../scripts/paired_effects.py"

@@ -7,7 +7,7 @@ rule prepare_motions:
     log:
         "results/logs/prepare_motions.log",
     params:
-        motions=section("motions"),
+        sections=plain_sections(STUDY, "motions"),
         files=folder_state(STUDY.motions.folder),
         bridges=STUDY.grid.bridge,
         digest=source_digest("units", "motions"),

@@ -51,7 +51,7 @@ rule report:
     log:
         "results/logs/report.log",
     params:
-        config=STUDY.model_dump(),
+        config=STUDY.model_dump(mode="json"),
         digest=source_digest("report"),
     script:
         "../scripts/report.py"

@@ -13,9 +13,9 @@ if __name__ == "__main__":
         from skewbridge.fragility.tables.limit_states import load_limit_states
         from skewbridge.fragility.tables.median_effects import paired_capacity_effects
         from skewbridge.fragility.tables.system_curves import system_curves
-        from skewbridge.study.config import FragilityConfig
+        from skewbridge.study.loading import parse_config
 
-        settings = FragilityConfig(**snakemake.params.fragility)
+        settings = parse_config(snakemake.params.sections).fragility
         demands = pd.read_parquet(snakemake.input.demands)
         states = load_limit_states(Path(snakemake.input.limit_states))
         bootstrap = {"bootstrap": settings.bootstrap, "seed": settings.seed}

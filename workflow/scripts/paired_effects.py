@@ -11,9 +11,9 @@ if __name__ == "__main__":
         from skewbridge.demands.tables import provenance, write_frame
         from skewbridge.fragility.tables.effects import DEFAULT_DEMANDS, paired_effects
         from skewbridge.fragility.tables.factors import factor_summary
-        from skewbridge.study.config import FragilityConfig
+        from skewbridge.study.loading import parse_config
 
-        settings = FragilityConfig(**snakemake.params.fragility)
+        settings = parse_config(snakemake.params.sections).fragility
         demands = pd.read_parquet(snakemake.input.demands)
         tables = {
             "effects": paired_effects(demands, bootstrap=settings.bootstrap, seed=settings.seed),

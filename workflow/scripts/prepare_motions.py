@@ -6,11 +6,11 @@ from skewbridge.cli.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.study.config import MotionsConfig
+        from skewbridge.study.loading import parse_config
         from skewbridge.study.setup import prepare_motions
 
         prepare_motions(
-            MotionsConfig(**snakemake.params.motions),
+            parse_config(snakemake.params.sections).motions,
             bridges=snakemake.params.bridges,
             suite_path=Path(snakemake.output.suite),
             intensities_path=Path(snakemake.output.intensities),

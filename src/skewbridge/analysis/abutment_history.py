@@ -13,10 +13,10 @@ from skewbridge.analysis.recovery import Stepper
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import GroundInput, configure_solver, set_test, solver_log
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
 from skewbridge.contact.ledger import UnitLedger
 from skewbridge.motions.record import GroundMotion
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 type Series = NDArray[np.float64]

@@ -26,11 +26,11 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.status import Watch
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactError
 from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 type Progress = Callable[[float, float], None]

@@ -10,10 +10,10 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.dead_load import abutment_reactions_n
 from skewbridge.bridge.handles import AbutmentHandle
 from skewbridge.bridge.model import build_contact_set, build_side, require_fresh_domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import G_MPS2
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 

@@ -7,14 +7,14 @@ import typer
 
 from skewbridge.cli.output import JsonOption, clear_errors, emit_json, emit_table, messages
 from skewbridge.cli.variant_options import (
-    AbutmentOption,
     BridgeOption,
-    FrictionOption,
-    GapOption,
-    SkewOption,
-    variant_of,
+    SetOption,
+    VariantChoice,
+    model_options,
+    takes_variant,
 )
 from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,43 +29,27 @@ def register(app: typer.Typer) -> None:
     app.command("column")(column)
 
 
-def result_folder(out: Path) -> Path:
-    """Return the folder, made if need be.
-
-    Raises:
-        InputError: It cannot be made.
-    """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"out {out}: {error.strerror}") from error
-    return out
-
-
 @clear_errors
+@takes_variant()
 def model(
+    choice: VariantChoice,
     out: OutOption,
-    bridge: BridgeOption = "osb1",
-    abutment: AbutmentOption = "contact-friction",
-    skew_deg: SkewOption = 0,
-    gap_mm: GapOption = 51,
-    friction: FrictionOption = 0.5,
+    changes: SetOption = None,
     gap_scale: Annotated[float, typer.Option("--gap-scale", help="Factor on drawn gaps.")] = 20.0,
     as_json: JsonOption = False,
 ) -> None:
     """Draw a model (model.png, model.html) and write it as a plain OpenSeesPy script."""
-    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
+    variant, options = choice.variant(), model_options(changes)
     from skewbridge.analysis.model_script import model_script
     from skewbridge.bridge.geometry import model_geometry
-    from skewbridge.bridge.options import ModelOptions
     from skewbridge.report.model_view import model_figure, model_page
 
-    geometry = model_geometry(variant)
-    folder = result_folder(out)
+    geometry = model_geometry(variant, options)
+    folder = writable_folder(out)
     model_figure(geometry, gap_scale=gap_scale).savefig(folder / "model.png", dpi=150)
     page = model_page(geometry, gap_scale=gap_scale)
     (folder / "model.html").write_text(page, encoding="utf-8")
-    script = model_script(variant, ModelOptions())
+    script = model_script(variant, options)
     (folder / "model.py").write_text(script, encoding="utf-8")
     files = [str(folder / name) for name in ("model.png", "model.html", "model.py")]
     if as_json:
@@ -148,7 +132,7 @@ def column(
     span = height if data.base == "pinned" else height / 2
     shear = shear_section(data.column, span, curve)
     table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / 1e3}
-    folder = result_folder(out)
+    folder = writable_folder(out)
     pd.DataFrame(table).to_parquet(folder / "moment_curvature.parquet", index=False)
     title = f"{data.title}, bent {bent}, {axial_n / 1e3:.0f} kN"
     column_figure(curve, shear, axial_n, title=title).savefig(folder / "column.png", dpi=150)

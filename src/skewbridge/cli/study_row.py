@@ -37,8 +37,8 @@ def task_of_row(key: str, config: Path) -> "Task":
     if row is None:
         raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
     study = load_config(config, base=DEFAULT_CONFIG)
-    setup = StudySetup.from_sections(
-        study.model_dump(include={"motions", "model", "analysis"}),
+    setup = StudySetup.from_config(
+        study,
         {name: RESULTS / "motions" / f"{name}.parquet" for name in ("suite", "intensities")},
     )
     wanted = row["motion_id"], row["scale"], row["incidence_deg"]

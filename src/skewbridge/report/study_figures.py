@@ -19,6 +19,7 @@ from skewbridge.report.fragility_style import label
 from skewbridge.report.friction_pair import friction_pair, pair_histories, typical_motion
 from skewbridge.report.motion_figures import suite_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
+from skewbridge.study.loading import parse_config
 from skewbridge.study.setup import StudySetup
 from skewbridge.units import G_MPS2
 from skewbridge.variant.variant import ABUTMENT_CODES
@@ -70,7 +71,7 @@ def draw_study(
         sections: Sections of the configuration that the analyses depend on.
         folder: Where the files go.
     """
-    setup = StudySetup.from_sections(sections, motions)
+    setup = StudySetup.from_config(parse_config(sections), motions)
     rows = pd.read_parquet(demands)
     drawings = [
         *_table_drawings(rows, pd.read_parquet(curves), pd.read_parquet(effects), im_column),

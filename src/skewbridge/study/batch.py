@@ -17,7 +17,6 @@ from skewbridge.analysis.result import RAN, AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse, opensees_version
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.demands.columns import INTENSITY_COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.schema import key_values
@@ -26,6 +25,7 @@ from skewbridge.motions.suite import SuiteMotion
 from skewbridge.provenance.digests import ENGINE_ROOMS, canonical, digest_of, source_digest
 from skewbridge.study.journal import JournalWriter
 from skewbridge.study.orphans import end_with
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 logger = logging.getLogger(__name__)

@@ -11,16 +11,16 @@ import pyarrow.parquet as pq
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.demands.tables import provenance, write_frame
 from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
 from skewbridge.motions.levels import striped, unscaled_cloud
+from skewbridge.motions.settings import MotionsConfig
 from skewbridge.motions.suite import SuiteMotion, prepare_suite, read_suite, write_suite
 from skewbridge.study.batch import Task, plan_tasks
 from skewbridge.study.capacity_search import Search
-from skewbridge.study.config import AnalysisConfig, ModelConfig, MotionsConfig
-from skewbridge.units import MM
+from skewbridge.study.config import StudyConfig
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import parse_slug
 
 logger = logging.getLogger(__name__)
@@ -35,7 +35,7 @@ class StudySetup:
 
     Attributes:
         suite: The ground motions with their factors.
-        measures: Intensity measures at factor 1, by bridge and motion.
+        measures: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
         incidence_deg: Angles of incidence.
         settings: How to integrate.
         options: How to model.
@@ -50,14 +50,13 @@ class StudySetup:
     search: Search | None = None
 
     @classmethod
-    def from_sections(cls, sections: Mapping[str, Any], motions: Mapping[str, Any]) -> Self:
-        """Build the setup from sections of the configuration and the prepared motions.
+    def from_config(cls, study: StudyConfig, motions: Mapping[str, Any]) -> Self:
+        """Build the setup from the configuration and the prepared motions.
 
         Args:
-            sections: ``motions``, ``model`` and ``analysis`` of the configuration.
+            study: Of the sections, ``motions``, ``model`` and ``analysis`` count.
             motions: Paths of the files that `prepare_motions` wrote, by name.
         """
-        shaking = MotionsConfig(**sections["motions"])
         intensities = pq.read_table(motions["intensities"]).to_pylist()
         return cls(
             suite=tuple(read_suite(Path(motions["suite"]))),
@@ -65,17 +64,23 @@ class StudySetup:
                 (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
                 for row in intensities
             },
-            incidence_deg=tuple(shaking.incidence_deg),
-            settings=settings_from(AnalysisConfig(**sections["analysis"])),
-            options=options_from(ModelConfig(**sections["model"])),
-            search=search_from(shaking),
+            incidence_deg=study.motions.incidence_deg,
+            settings=study.analysis,
+            options=study.model,
+            search=search_from(study.motions),
         )
 
     def tasks(self, slug: str) -> list[Task]:
-        """Return the analyses of one variant; in an IDA one per motion, at the first factor."""
-        variant = parse_slug(slug)
+        """Return the analyses of one variant; in an IDA one per motion, at the first factor.
+
+        The values of a variant on the axes of modelling options stand above the configured ones.
+        """
+        named = parse_slug(slug)
+        files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
+        variant = replace(named, bridge=files[named.bridge])
         suite = [self._for_bridge(variant.bridge, motion) for motion in self.suite]
-        return plan_tasks(variant, suite, self.incidence_deg, self.settings, self.options)
+        options = replace(self.options, **dict(variant.options))
+        return plan_tasks(variant, suite, self.incidence_deg, self.settings, options)
 
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
         at_1 = self.measures[bridge, motion.motion.motion_id]
@@ -83,29 +88,6 @@ class StudySetup:
         if self.search is not None:
             scale = self.search.first_factor(replace(motion, scale=1.0, measures=dict(at_1)))
         return replace(motion, scale=scale, measures=scaled_measures(dict(at_1), scale))
-
-
-def settings_from(analysis: AnalysisConfig) -> AnalysisSettings:
-    """Return the settings of the transient analysis that the configuration asks for."""
-    return AnalysisSettings(
-        scheme=analysis.scheme,
-        dt_s=analysis.dt_s,
-        duration_s=analysis.duration_s,
-        free_vibration_s=analysis.free_vibration_s,
-        collapse_drift_ratio=analysis.collapse_drift_ratio,
-        collapse_deck_disp_m=analysis.collapse_deck_disp_m,
-    )
-
-
-def options_from(model: ModelConfig) -> ModelOptions:
-    """Return the modelling options that the configuration asks for."""
-    return ModelOptions(
-        arrays=model.arrays,
-        column_integration=model.column_integration,
-        transverse_gap_m=model.transverse_gap_mm * MM,
-        cohesion_n=model.cohesion_n,
-        backwall_points=model.backwall_points,
-    )
 
 
 def search_from(motions: MotionsConfig) -> Search | None:

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from skewbridge.analysis.abutment_history import AbutmentHistory, abutment_history
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.units import KJ, KN, MM
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.bridge_cycles import half_cycles, stick_slip_changes
 from skewbridge.verification.bridge_records import PaperMotion, tarzana

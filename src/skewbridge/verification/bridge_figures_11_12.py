@@ -11,7 +11,7 @@ import pandas as pd
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings, Scheme
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.bridge_cycles import (
     HalfCycle,

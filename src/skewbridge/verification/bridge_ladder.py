@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from skewbridge.analysis.result import RAN, AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.units import MM
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENT_CODES, Variant
 from skewbridge.verification.bridge_figures_11_12 import DURATION_S, FRICTION_PCT, GAP_MM
 from skewbridge.verification.bridge_history_figures import histories_of
