@@ -10,8 +10,9 @@ import yaml
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
+from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.provenance.files import writable_folder
-from skewbridge.reading import read_mapping
+from skewbridge.reading import read_mapping, read_yaml
 from skewbridge.report.reference_pages import PAGES, ROOT
 from skewbridge.study.loading import load_config, parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid
@@ -161,3 +162,15 @@ def test_equal_bridges_are_analysed_once() -> None:
         {"grid": {"abutment": ["roller"], "gap_mm": [25, 51], "friction": [0, 0.5]}}
     )
     assert [variant.skew_deg for variant in expand_grid(config.grid)] == [0, 30, 60]
+
+
+@pytest.mark.parametrize("name", ["limit_states.yaml", "limit_states_template.yaml"])
+def test_limit_states_fit_their_schema_and_load(name: str) -> None:
+    path = ROOT / "config" / name
+    assert path.read_text().startswith("# yaml-language-server: $schema=limit_states.schema.json\n")
+    schema = json.loads((ROOT / "config/limit_states.schema.json").read_text())
+    entries = read_yaml(path)
+    jsonschema.validate(entries, schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate([entries[0] | {"unit": "furlong"}], schema)
+    assert load_limit_states(path)

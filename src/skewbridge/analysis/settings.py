@@ -37,26 +37,18 @@ class AnalysisSettings:
         description="default (Houbolt), or paper: the same at the paper's step, with lagged "
         "friction bounds, corotational arrays and distributed plasticity",
     )
-    dt_s: Number = Field(
-        default=PAPER_DT_S,
-        ge=1.0e-5,
-        le=0.02,
-        description="time step",
-        json_schema_extra={"unit": "s"},
-    )
+    dt_s: Number = Field(default=PAPER_DT_S, ge=1.0e-5, le=0.02, description="time step")
     duration_s: Number | None = Field(
         default=None,
         gt=0.0,
         le=1.0e4,
         description="cut every motion to this window; null for the whole motion",
-        json_schema_extra={"unit": "s"},
     )
     free_vibration_s: Number = Field(
         default=0.0,
         ge=0.0,
         le=1.0e3,
         description="zeros after the motion (the shipped suite has its 5 s inside)",
-        json_schema_extra={"unit": "s"},
     )
     collapse_drift_ratio: Number = Field(
         default=0.10,  # source: design criterion of the study
@@ -69,7 +61,6 @@ class AnalysisSettings:
         ge=1.0e-3,
         le=5.0,
         description="deck displacement that counts as collapse",
-        json_schema_extra={"unit": "m"},
     )
     integrator: Command | None = Field(
         default=None,
@@ -82,7 +73,6 @@ class AnalysisSettings:
         le=1.0e3,
         description="convergence test on the energy of an increment; demands are insensitive to "
         "it, symmetry and repeatability under rounding are not",
-        json_schema_extra={"unit": "J"},
     )
     max_iterations: Whole = Field(
         default=30, ge=2, le=1000, description="iterations of one attempt at one step"

@@ -24,15 +24,12 @@ class MotionsConfig:
         "at every level; ida: search per motion for the first exceedance",
     )
     level_range_g: tuple[Positive, Positive] = Field(
-        default=(0.1, 1.5),
-        description="range of Sa_avg that scaled_cloud spans and ida searches",
-        json_schema_extra={"unit": "g"},
+        default=(0.1, 1.5), description="range of Sa_avg that scaled_cloud spans and ida searches"
     )
     stripes_g: tuple[Positive, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5),
         min_length=2,
         description="levels of Sa_avg of design stripes, rising",
-        json_schema_extra={"unit": "g"},
     )
     factor_limits: tuple[Positive, Positive] = Field(
         default=(0.25, 4.0),
@@ -45,15 +42,10 @@ class MotionsConfig:
         default=0.025, description="its limit, in the unit of the demands table"
     )
     shaking_s: Positive | None = Field(
-        default=None,
-        description="keep only the strongest part of this length; null for all",
-        json_schema_extra={"unit": "s"},
+        default=None, description="keep only the strongest part of this length; null for all"
     )
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
-        default=(0.0,),
-        min_length=1,
-        description="angle from the bridge x axis to component 1",
-        json_schema_extra={"unit": "deg"},
+        default=(0.0,), min_length=1, description="angle from the bridge x axis to component 1"
     )
 
     @model_validator(mode="after")

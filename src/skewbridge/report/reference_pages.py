@@ -30,7 +30,8 @@ CONFIG_HEAD: Final = """\
 `smoke.yaml` is the small study of the tests, `real.yaml` runs recorded motions, `full.yaml` a finer
 grid; `stripes.yaml` scales every motion to every level and `ida.yaml` searches each motion's
 capacity. An unknown key, a value outside its limits or a number read as text stops the study before
-anything is computed. Write numbers with an exponent like `2.0e+7`: YAML reads `2e7` as text.
+anything is computed. Keys end with the unit of their numbers. Write numbers with an exponent like
+`2.0e+7`: YAML reads `2e7` as text.
 
 What reruns: a new skew, gap, friction or motion runs only what is new; a limit state or a
 statistical key reruns the fits and what follows; a key of `model` or `analysis` reruns the
@@ -82,10 +83,8 @@ def _key_rows(
     for name, field in told["properties"].items():
         if "default" in field:
             default = yaml.safe_dump(field["default"], default_flow_style=True).split("\n")[0]
-            unit = f" ({field['unit']})" if "unit" in field else ""
-            meaning = field["description"] + unit
             limits = _limits(_resolved(field, schema))
-            rows.append((f"{section}.{name}", f"`{default}`", limits, meaning))
+            rows.append((f"{section}.{name}", f"`{default}`", limits, field["description"]))
     return rows
 
 

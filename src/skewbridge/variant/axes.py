@@ -12,6 +12,7 @@ from typing import Any, Final
 from pydantic import TypeAdapter
 
 from skewbridge.errors import InputError
+from skewbridge.units import split_unit
 from skewbridge.variant.options import ModelOptions
 
 
@@ -175,21 +176,27 @@ def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:
 
 def _option_axes() -> tuple[Axis, ...]:
     fields = TypeAdapter(ModelOptions).json_schema()["properties"]
-    found = ((name, field, _number(field)) for name, field in fields.items())
+    numbers = ((name, field, _number(field)) for name, field in fields.items())
     return tuple(
-        Axis(
-            name=name,
-            unit=field.get("unit", "-"),
-            label=field["title"],
-            title=field["title"].lower(),
-            description=field["description"],
-            code=name.replace("_", "-"),
-            low=number["minimum"],
-            high=number["maximum"],
-            step=1.0 if number["type"] == "integer" else None,
-        )
-        for name, field, number in found
-        if number is not None
+        _option_axis(name, field["description"], number)
+        for name, field, number in numbers
+        if number
+    )
+
+
+def _option_axis(name: str, description: str, number: Mapping[str, Any]) -> Axis:
+    stem, unit = split_unit(name)
+    title = stem.replace("_", " ")
+    return Axis(
+        name=name,
+        unit=unit,
+        label=title.capitalize(),
+        title=title,
+        description=description,
+        code=name.replace("_", "-"),
+        low=number["minimum"],
+        high=number["maximum"],
+        step=1.0 if number["type"] == "integer" else None,
     )
 
 

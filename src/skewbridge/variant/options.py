@@ -11,6 +11,7 @@ from pydantic.dataclasses import dataclass
 from skewbridge.reading import Number, Whole
 from skewbridge.units import MM
 
+Fibers = Annotated[Whole, Field(ge=1, le=200)]
 type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 
@@ -33,57 +34,38 @@ class ModelOptions:
         description="column plasticity: hinge_radau (hinge of the bridge's hinge length) or "
         "lobatto5 (distributed, as in the paper)",
     )
+    # source: Rahman & Mackie, section 4
     transverse_gap_mm: Number = Field(
-        default=6.4,  # source: Rahman & Mackie, section 4
-        ge=0.0,
-        le=1.0e5,
-        title="Transverse gap",
-        description="gap at each exterior shear key",
-        json_schema_extra={"unit": "mm"},
+        default=6.4, ge=0.0, le=1.0e5, description="gap at each exterior shear key"
     )
     cohesion_n: Number = Field(
         default=0.0,
         ge=0.0,
         le=1.0e9,
-        title="Cohesion",
         description="cohesion of the backwall contact, total per wall, shared by its points",
-        json_schema_extra={"unit": "N"},
     )
     backwall_points: Whole = Field(
-        default=5,
-        ge=2,
-        le=41,
-        title="Backwall points",
-        description="contact points along one backwall, corners included",
+        default=5, ge=2, le=41, description="contact points along one backwall, corners included"
     )
     normal_stiffness_n_per_m: Number | None = Field(
         default=None,
         ge=1.0e-3,
         le=1.0e18,
-        title="Normal penalty",
-        description="contact penalty per wall point; null applies the rule (theory)",
-        json_schema_extra={"unit": "N/m"},
+        description="contact penalty per wall point; null applies the rule",
     )
     tangent_stiffness_n_per_m: Number | None = Field(
-        default=None,
-        ge=1.0e-3,
-        le=1.0e18,
-        title="Tangential penalty",
-        description="the same for the tangential springs",
-        json_schema_extra={"unit": "N/m"},
+        default=None, ge=1.0e-3, le=1.0e18, description="tangential penalty; null applies the rule"
     )
     normal_stiffness_factor: Number = Field(
         default=1.0,
         ge=1.0e-3,
         le=1.0e3,
-        title="Factor on the normal penalty",
         description="factor on the normal penalty, for studies of its effect",
     )
     tangent_stiffness_factor: Number = Field(
         default=1.0,
         ge=1.0e-3,
         le=1.0e3,
-        title="Factor on the tangential penalty",
         description="factor on the tangential penalty, for studies of its effect",
     )
     # ASSUME light walls radiate: 10 % of critical
@@ -91,7 +73,6 @@ class ModelOptions:
         default=0.10,
         ge=0.0,
         le=1.0,
-        title="Wall dashpot ratio",
         description="critical damping ratio of the dashpots on wall and key nodes",
     )
     # ASSUME a pushed backwall comes back slowly: this adds 0.4 % to the backbone at 76 mm,
@@ -100,10 +81,8 @@ class ModelOptions:
         default=3.0e5,
         ge=1.0,
         le=1.0e9,
-        title="Wall restoring stiffness",
         description="weak elastic spring that brings a pushed backwall back, per wall at zero "
         "skew (reduced like the backfill)",
-        json_schema_extra={"unit": "N/m"},
     )
     backfill: Literal["hyperbolic", "sdc"] = Field(
         default="hyperbolic", description="hyperbolic curve, or the bilinear one of SDC 2.0"
@@ -113,7 +92,6 @@ class ModelOptions:
         default=0.0,
         ge=0.0,
         le=0.9,
-        title="Variation of the backfill",
         description="relative change of backfill strength and stiffness from the middle to the "
         "ends of a wall skewed at 60 degrees, linear in skew; 0.3 is Kaviani's",
     )
@@ -135,19 +113,11 @@ class ModelOptions:
         description="whether the critical length of the embankment moves with the abutment "
         "(abutment model spring)",
     )
-    column_fibers: tuple[
-        Annotated[Whole, Field(ge=1, le=200)],
-        Annotated[Whole, Field(ge=1, le=200)],
-        Annotated[Whole, Field(ge=1, le=200)],
-    ] = Field(
+    column_fibers: tuple[Fibers, Fibers, Fibers] = Field(
         default=(8, 20, 2), description="rings and wedges of the core, and rings of the cover"
     )
     deck_elements_per_span: Whole = Field(
-        default=4,
-        ge=1,
-        le=64,
-        title="Deck elements per span",
-        description="elastic elements per span",
+        default=4, ge=1, le=64, description="elastic elements per span"
     )
     shear_model: ShearModel = Field(
         default="sdc",
