@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.suite import SuiteMotion
+from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.config import StudyConfig
+from skewbridge.study.folder import StudyFolder
 from skewbridge.study.loading import parse_config
 from skewbridge.study.setup import StudySetup
 from skewbridge.variant.grid import expand_grid
@@ -23,6 +23,7 @@ def setup_of(study: StudyConfig) -> StudySetup:
     )
     measures = motion_measures(motion, 0.7)
     return StudySetup(
+        folder=StudyFolder(),
         suite=(SuiteMotion(motion=motion, scale=1.0, measures=measures),),
         measures={(bridge, "pulse"): measures for bridge in study.grid.bridge},
         incidence_deg=study.motions.incidence_deg,

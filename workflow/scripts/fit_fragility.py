@@ -2,21 +2,20 @@
 
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        import pandas as pd
-
-        from skewbridge.demands.tables import provenance, write_frame
+        from skewbridge.fragility.settings import FragilityConfig
         from skewbridge.fragility.tables.curves import fit_study
         from skewbridge.fragility.tables.limit_states import load_limit_states
         from skewbridge.fragility.tables.median_effects import paired_capacity_effects
         from skewbridge.fragility.tables.system_curves import system_curves
-        from skewbridge.study.loading import parse_config
+        from skewbridge.provenance.tables import provenance, read_frame, write_frame
+        from skewbridge.reading import checked
 
-        settings = parse_config(snakemake.params.sections).fragility
-        demands = pd.read_parquet(snakemake.input.demands)
+        settings = checked(FragilityConfig, snakemake.params.fragility, "fragility")
+        demands = read_frame(snakemake.input.demands)
         states = load_limit_states(Path(snakemake.input.limit_states))
         bootstrap = {"bootstrap": settings.bootstrap, "seed": settings.seed}
         tables = {

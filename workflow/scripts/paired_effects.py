@@ -2,19 +2,18 @@
 
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        import pandas as pd
-
-        from skewbridge.demands.tables import provenance, write_frame
+        from skewbridge.fragility.settings import FragilityConfig
         from skewbridge.fragility.tables.effects import DEFAULT_DEMANDS, paired_effects
         from skewbridge.fragility.tables.factors import factor_summary
-        from skewbridge.study.loading import parse_config
+        from skewbridge.provenance.tables import provenance, read_frame, write_frame
+        from skewbridge.reading import checked
 
-        settings = parse_config(snakemake.params.sections).fragility
-        demands = pd.read_parquet(snakemake.input.demands)
+        settings = checked(FragilityConfig, snakemake.params.fragility, "fragility")
+        demands = read_frame(snakemake.input.demands)
         tables = {
             "effects": paired_effects(demands, bootstrap=settings.bootstrap, seed=settings.seed),
             "factors": factor_summary(demands, DEFAULT_DEMANDS),

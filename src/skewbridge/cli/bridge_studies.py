@@ -17,7 +17,7 @@ from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 
@@ -70,13 +70,10 @@ def sdc(
     A folder of `run` gives all checks of one analysis, per corner; the demands of a study give
     one row of ratios per variant, for the medians over its motions.
     """
-    try:
-        table = read_table(source if source.is_file() else source / "demands.parquet")
-        histories = None if source.is_file() else read_table(source / "histories.parquet")
-    except OSError as error:
-        raise InputError(
-            f"{source}: neither a demands.parquet nor a folder of a run: {error}"
-        ) from error
+    from skewbridge.provenance.tables import read_frame
+
+    table = read_frame(source if source.is_file() else source / "demands.parquet")
+    histories = None if source.is_file() else read_frame(source / "histories.parquet")
     from skewbridge.analysis.sdc import corner_moves_m, sdc_rows, summary_row
     from skewbridge.variant.variant import parse_slug
 
@@ -98,13 +95,6 @@ def sdc(
         emit_json({"title": title, "checks": rows})
     else:
         emit_table(rows, title=title)
-
-
-def read_table(path: Path) -> "pd.DataFrame":
-    """Return a parquet table."""
-    import pandas as pd
-
-    return pd.read_parquet(path)
 
 
 @clear_errors

@@ -27,7 +27,7 @@ from skewbridge.provenance.files import writable_folder
 if TYPE_CHECKING:
     from skewbridge.analysis.result import AnalysisResult
     from skewbridge.analysis.settings import AnalysisSettings
-    from skewbridge.study.batch import Task
+    from skewbridge.study.task import Task
     from skewbridge.variant.options import ModelOptions
     from skewbridge.variant.variant import Variant
 
@@ -117,8 +117,8 @@ def _task(
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
-    from skewbridge.motions.suite import SuiteMotion
-    from skewbridge.study.batch import Task
+    from skewbridge.motions.record import SuiteMotion
+    from skewbridge.study.task import Task
 
     t1_s = load_bridge(variant.bridge).t1_s
     motion = read_motion(*files)
@@ -139,7 +139,9 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
     from rich.progress import Progress
 
     from skewbridge.analysis.transient import analyse
-    from skewbridge.study.batch import identity_of, outcome_of, run_key
+    from skewbridge.study.batch import identity_of
+    from skewbridge.study.keys import run_key
+    from skewbridge.study.task import outcome_of
 
     identity = identity_of(task, run_key(task))
     wall_s, cpu_s = time.perf_counter(), time.process_time()
@@ -166,7 +168,8 @@ def _write(
     """Write the row, the histories and the figures of an analysis."""
     import pandas as pd
 
-    from skewbridge.demands.tables import provenance, write_demands, write_frame
+    from skewbridge.demands.tables import write_demands
+    from skewbridge.provenance.tables import provenance, write_frame
 
     digests = provenance(motion_sha256=task.motion.motion.sha256, run_key=row["run_key"])
     write_demands([row], out / "demands.parquet", digests)

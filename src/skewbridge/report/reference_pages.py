@@ -67,25 +67,22 @@ This page is written from the code (`src/skewbridge/demands/schema.py` and the f
 def config_page() -> str:
     """Return the key table of the configuration as Markdown."""
     schema = StudyConfig.model_json_schema()
-    rows = [
-        row
-        for section, place in schema["properties"].items()
-        for row in _key_rows(section, _resolved(place, schema), schema)
-    ]
+    rows: list[tuple[str, ...]] = []
+    for name, place in schema["properties"].items():
+        told = _resolved(place, schema)
+        keys = {f"{name}.{key}": field for key, field in told.get("properties", {}).items()}
+        # an option that is an axis of a grid has no default there, and its row in `model`
+        rows += [
+            _key_row(key, field, schema)
+            for key, field in (keys or {name: told}).items()
+            if "default" in field
+        ]
     return CONFIG_HEAD + "\n" + _table(("key", "default", "limits", "meaning"), rows)
 
 
-def _key_rows(
-    section: str, told: Mapping[str, Any], schema: Mapping[str, Any]
-) -> list[tuple[str, ...]]:
-    """Return the rows of a section; options that are axes of a grid have theirs in `model`."""
-    rows: list[tuple[str, ...]] = []
-    for name, field in told["properties"].items():
-        if "default" in field:
-            default = yaml.safe_dump(field["default"], default_flow_style=True).split("\n")[0]
-            limits = _limits(_resolved(field, schema))
-            rows.append((f"{section}.{name}", f"`{default}`", limits, field["description"]))
-    return rows
+def _key_row(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> tuple[str, ...]:
+    default = yaml.safe_dump(field["default"], default_flow_style=True).split("\n")[0]
+    return key, f"`{default}`", _limits(_resolved(field, schema)), field["description"]
 
 
 def _resolved(field: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -7,6 +7,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.fragility.settings import FragilityConfig
 from skewbridge.motions.settings import MotionsConfig
 from skewbridge.reading import Whole
+from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
 
@@ -27,6 +28,9 @@ class StudyConfig(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
+    results: str = Field(
+        default=DEFAULT_ROOT, min_length=1, description="folder of everything that the study writes"
+    )
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelOptions = Field(default_factory=ModelOptions)

@@ -16,6 +16,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.risk import annual_frequency
+from skewbridge.provenance.tables import read_frame
 
 FORMATS: Final = ("nrml", "pelicun", "csv")
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
@@ -104,7 +105,7 @@ def openquake_measure(column: str) -> tuple[str, float]:
 
 def _read(source: Path) -> pd.DataFrame:
     try:
-        table = pd.read_parquet(source) if source.suffix == ".parquet" else pd.read_csv(source)
+        table = read_frame(source) if source.suffix == ".parquet" else pd.read_csv(source)
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read {source}: {error}") from error
     for column in ("variant", "component", "limit_state", "method", "status", "theta", "beta"):
