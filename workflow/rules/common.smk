@@ -2,7 +2,7 @@
 from snakemake.exceptions import WorkflowError
 from snakemake.settings.enums import RerunTrigger
 
-from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.errors import InputError
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.content import content_digest

@@ -26,9 +26,8 @@ SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
 
 
 def bridge_names() -> tuple[str, ...]:
-    """Return the names of the catalogue and of the user's own bridges."""
-    files = (*FOLDER.glob("*.yaml"), *OWN_FOLDER.glob("*.yaml"))
-    return tuple(sorted({path.stem for path in files}))
+    """Return the names of the catalogue."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
 def load_bridge(name: str) -> BridgeData:
@@ -50,7 +49,9 @@ def bridge_file(name: str) -> Path:
         return Path(name)
     found = _named(name, OWN_FOLDER)
     if found is None:
-        raise InputError(f"bridge must be one of {', '.join(bridge_names())}, got {name!r}")
+        own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
+        known = ", ".join((*bridge_names(), *own))
+        raise InputError(f"bridge must be one of {known}, got {name!r}")
     return found
 
 
