@@ -17,9 +17,9 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 DEMANDS = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")

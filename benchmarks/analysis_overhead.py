@@ -21,8 +21,8 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.status import Watch
 from skewbridge.analysis.step_loop import configure_solver, solver_log
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.read import read_motion
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 LOOPS = ("bare", "contacts", "contacts, demands", "contacts, demands, energy")

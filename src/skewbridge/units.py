@@ -22,3 +22,19 @@ FOOT: Final = 12 * INCH
 KIP: Final = 4448.2216152605
 PSI: Final = KIP / 1000 / INCH**2
 KSI: Final = 1000 * PSI
+
+#: Units as names end with them, the longer endings first.
+_IN_NAMES: Final = {
+    "_n_per_m": "N/m",
+    "_deg": "deg",
+    "_mm": "mm",
+    "_kn": "kN",
+    "_n": "N",
+    "_m": "m",
+}
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """Return a name without the unit it ends with, and the unit; ``-`` for none."""
+    ending = next((ending for ending in _IN_NAMES if name.endswith(ending)), "")
+    return name.removesuffix(ending), _IN_NAMES.get(ending, "-")

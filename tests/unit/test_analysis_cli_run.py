@@ -15,7 +15,7 @@ from skewbridge.demands.tables import write_demands
 from skewbridge.study.batch import identity_of
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import run_key
-from skewbridge.study.loading import load_config
+from skewbridge.study.loading import load_config, plain_sections
 from skewbridge.study.prepare import prepare_motions
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import outcome_of
@@ -92,13 +92,17 @@ def test_a_collapse_is_a_result(pair, tmp_path):
         (["--skew-deg", "75"], "skew_deg must be within -60..60, got 75"),
         (["--gap-mm", "-5"], "gap_mm"),
         (["--friction", "-0.1"], "friction"),
-        (["--friction", "0.123"], "whole hundredths"),
+        (["--friction", "0.123"], "whole steps of 0.01"),
         (["--abutment", "magic"], "abutment must be one of"),
         (["--bridge", "nowhere"], "nowhere"),
-        (["--scheme", "best"], "scheme must be default or paper"),
-        (["--dt-s", "0.5"], "dt_s must be within"),
+        (["--scheme", "best"], "scheme: must be 'default' or 'paper', got 'best'"),
+        (["--dt-s", "0.5"], "dt_s: must be less than or equal to 0.02, got 0.5"),
         (["--scale", "0"], "scale must be a positive number"),
-        (["--arrays", "soft"], "arrays must be one of"),
+        (["--set", "arrays=soft"], "arrays: must be 'rigid' or 'corotational', got 'soft'"),
+        (["--set", "transverse_gap_mm=-1"], "transverse_gap_mm: must be greater than"),
+        (["--set", "max_iterations=1"], "max_iterations: must be greater than"),
+        (["--set", "array=rigid"], "array: unknown key"),
+        (["--set", "rigid"], "--set takes KEY=VALUE, got 'rigid'"),
     ],
 )
 def test_bad_options_exit_with_2_and_name_the_limit(pair, tmp_path, options, words):
@@ -143,7 +147,7 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     parsed = load_config(study / "config" / "config.yaml")
     folder = StudyFolder(study / "elsewhere")
     prepare_motions(parsed.motions, conditioning_t1_s=0.748, t1_s={"osb1": 0.748}, folder=folder)
-    sections = parsed.model_dump(include={"motions", "model", "analysis"})
+    sections = plain_sections(parsed, "motions", "model", "analysis")
     task = StudySetup.from_sections(sections, folder).tasks("osb1_cf_skew30_gap051_mu050")[0]
     result = analyse(task.variant, task.excitation, task.settings, task.options)
     row = identity_of(task, run_key(task)) | outcome_of(result) | {"wall_s": 0.0, "cpu_s": 0.0}

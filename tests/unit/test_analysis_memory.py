@@ -14,7 +14,7 @@ from strong_motion import strong_motion
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 motion, settings = strong_motion(), AnalysisSettings(duration_s=0.05)

@@ -57,12 +57,12 @@ def test_a_model_is_drawn_and_written(tmp_path: Path) -> None:
         (("modal", "--skew-deg", "75"), "skew_deg must be within -60..60, got 75"),
         (("modal", "--gap-mm", "-1"), "gap_mm must be within"),
         (("modal", "--friction", "-0.1"), "friction"),
-        (("modal", "--friction", "0.505"), "whole hundredths"),
+        (("modal", "--friction", "0.505"), "whole steps of 0.01"),
         (("modal", "--abutment", "seat"), "abutment must be one of"),
-        (("modal", "--column-integration", "simpson"), "column_integration must be one of"),
+        (("modal", "--set", "column_integration=simpson"), "column_integration: must be 'hinge"),
         (("pushover", "--direction", "z", "--out", "."), "direction must be x or y"),
         (("static", "--max-disp-m", "-1", "--out", "."), "max_disp_m must be within"),
-        (("static", "--backfill", "clay", "--out", "."), "backfill must be one of"),
+        (("static", "--set", "backfill=clay", "--out", "."), "backfill: must be 'hyperbolic'"),
     ],
 )
 def test_bad_input_is_named_and_exits_with_2(arguments: tuple[str, ...], message: str) -> None:

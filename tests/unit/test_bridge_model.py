@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import openseespy.opensees as ops
 import pytest
+from pydantic import ValidationError
 
 from skewbridge.analysis.damping import apply_rayleigh, rayleigh_factors
 from skewbridge.analysis.gravity import apply_gravity, column_axial_forces_n, support_reactions_n
@@ -21,9 +22,9 @@ from skewbridge.bridge.deck import lumping_shares
 from skewbridge.bridge.deck_plan import deck_end, tributary_shares
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 
@@ -228,7 +229,7 @@ def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("transverse_gap_m", -0.1),
+        ("transverse_gap_mm", -0.1),
         ("backwall_points", 1),
         ("wall_dashpot_ratio", 2.0),
         ("normal_stiffness_n_per_m", 0.0),
@@ -238,7 +239,7 @@ def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
     ],
 )
 def test_a_bad_option_is_named(field: str, value: object) -> None:
-    with pytest.raises(InputError, match=field):
+    with pytest.raises(ValidationError, match=field):
         ModelOptions(**{field: value})
 
 

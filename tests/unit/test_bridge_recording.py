@@ -11,8 +11,8 @@ import pytest
 from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.analysis.model_script import model_script
 from skewbridge.bridge.model import DomainError, build, domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.recording import recording
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(

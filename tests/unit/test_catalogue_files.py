@@ -1,12 +1,16 @@
 """Bridge files: what is in the catalogue, and what a bad file answers."""
 
+import json
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 from skewbridge.bridge.catalogue import bridge_names, load_bridge, load_bridge_file
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.errors import InputError
+from skewbridge.reading import read_mapping
+from skewbridge.report.reference_pages import ROOT
 
 
 def write_variant(tmp_path: Path, text: str) -> Path:
@@ -68,7 +72,7 @@ def test_a_user_adds_a_bridge_by_adding_a_file(tmp_path: Path) -> None:
         ('spans_m: {v: [40.0], src: "d: x"}\n', "bents", "1 spans need 0 bents"),
         ('damping:\n  ratio: {v: 0.7, src: "d: x"}\n', "damping.ratio", "less than 0.5"),
         ("base: hinged\n", "base", "pinned"),
-        ("colour: red\n", "colour", "not permitted"),
+        ("colour: red\n", "colour", "unknown key"),
         ("deck:\n  depth_m: 1.8\n", "deck.depth_m", "no source"),
         ('deck:\n  depth_m: {v: 1.8, src: "x: y"}\n', "deck.depth_m", "src must be"),
         ('deck:\n  depth_m: {v: 1.8e0x, src: "d: x"}\n', "deck.depth_m", "valid number"),
@@ -91,7 +95,7 @@ def test_a_missing_number_names_its_key(tmp_path: Path) -> None:
     lines = [line for line in text.split("\n") if "hoop_spacing_mm" not in line]
     path = tmp_path / "mine.yaml"
     path.write_text("\n".join(lines), encoding="utf-8")
-    with pytest.raises(InputError, match=r"mine.yaml: column.hoop_spacing_mm: Field required"):
+    with pytest.raises(InputError, match=r"mine.yaml: column.hoop_spacing_mm: is missing"):
         load_bridge_file(path)
 
 
@@ -110,3 +114,41 @@ def test_an_unknown_parent_or_bridge_is_refused(tmp_path: Path) -> None:
         load_bridge_file(path)
     with pytest.raises(InputError, match="bridge must be one of"):
         load_bridge("osb9")
+
+
+def test_an_own_bridge_is_found_by_its_name_before_the_catalogue(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = tmp_path / "config/bridges"
+    own.mkdir(parents=True)
+    (own / "mine.yaml").write_text("extends: osb1\nbase: fixed\n", encoding="utf-8")
+    (own / "osb1.yaml").write_text("extends: osb1\ntitle: mine\n", encoding="utf-8")
+    before = load_bridge("osb1").title
+    monkeypatch.chdir(tmp_path)
+    assert load_bridge("osb1").title == "mine" != before
+    assert (load_bridge("mine").base, load_bridge("mine").title) == ("fixed", "mine")
+    assert load_bridge("config/bridges/mine.yaml") == load_bridge("mine")
+    with pytest.raises(InputError, match=r"bridge must be one of .* mine.* got 'osb9'"):
+        load_bridge("osb9")
+
+
+def test_bridges_that_extend_each_other_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "one.yaml").write_text("extends: two\n", encoding="utf-8")
+    (tmp_path / "two.yaml").write_text("extends: one\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"two\.yaml: extends: no other bridge 'one'"):
+        load_bridge_file(tmp_path / "one.yaml")
+
+
+def test_the_template_loads_and_has_every_key() -> None:
+    template = load_bridge_file(ROOT / "config/bridges/template.yaml")
+    assert all(value is not None for value in template.model_dump().values())
+    assert set(template.sources) > set(load_bridge("osb1").sources)
+
+
+def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
+    schema = json.loads((ROOT / "config/bridge.schema.json").read_text())
+    for path in (*FOLDER.glob("*.yaml"), *(ROOT / "config/bridges").glob("*.yaml")):
+        jsonschema.validate(read_mapping(path), schema)
+    for bad in ({"extends": "osb1", "deck": {"depth_m": 1.8}}, {"title": "one key only"}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(bad, schema)

@@ -6,7 +6,9 @@ import pytest
 
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.schema import demands_schema, to_table
+from skewbridge.demands.schema import demands_schema, key_values, to_table
+from skewbridge.variant.axes import OPTION_AXES
+from skewbridge.variant.variant import parse_slug
 
 ROW = {
     column.name: {"text": "x", "integer": 1, "number": 1.0}[column.kind] for column in COLUMNS
@@ -51,3 +53,17 @@ def test_a_demand_never_reached_stays_unknown() -> None:
 def test_a_row_that_breaks_the_contract_is_named(rows: list[dict], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         to_table(rows, {"commit": "x"})
+
+
+def test_an_axis_of_a_modelling_option_has_its_column_after_the_core_axes() -> None:
+    variant = parse_slug("osb1_cf_skew30_gap051_mu050_backwall-points9_transverse-gap-mm25p4")
+    table = to_table([ROW | key_values(variant, "syn001", 1.0, 0.0)], {})
+    place = table.column_names.index("friction")
+    assert table.column_names[place + 1 : place + 3] == ["transverse_gap_mm", "backwall_points"]
+    row = table.to_pylist()[0]
+    assert (row["transverse_gap_mm"], row["backwall_points"]) == (25.4, 9)
+    assert table.schema.field("transverse_gap_mm").metadata[b"unit"] == b"mm"
+
+
+def test_no_modelling_option_has_the_name_of_a_column() -> None:
+    assert not {axis.name for axis in OPTION_AXES} & {column.name for column in COLUMNS}

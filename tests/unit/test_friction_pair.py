@@ -9,12 +9,12 @@ import pytest
 import skewbridge
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.suite import SuiteMotion
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import write_friction_pair
 from skewbridge.study.setup import StudySetup
+from skewbridge.variant.options import ModelOptions
 from strong_motion import strong_motion
 
 SLUGS = [

@@ -11,7 +11,6 @@ import pyarrow.parquet as pq
 import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import collect_demands
 from skewbridge.errors import InputError
@@ -28,6 +27,7 @@ from skewbridge.study.runs import write_plan
 from skewbridge.study.sensitivity import CHANGES, changed_task, write_sensitivity
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task, no_result
+from skewbridge.variant.options import ModelOptions
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
 

@@ -9,13 +9,13 @@ import pytest
 from motions_files import index_of, make_pairs
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue.loading import FOLDER
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.content import content_digest
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 from skewbridge.study import keys
 from skewbridge.study.keys import bridge_digest, run_key
 from skewbridge.study.task import Task
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(bridge="osb1", abutment="contact", skew_deg=30, gap_mm=25, friction_pct=0)

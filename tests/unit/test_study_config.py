@@ -1,14 +1,22 @@
 """The configuration: defaults, limits, merging, and the pages made from it."""
 
+import json
+import re
 from pathlib import Path
 
+import jsonschema
 import pytest
+import yaml
 
+from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
+from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.provenance.files import writable_folder
+from skewbridge.reading import read_mapping, read_yaml
 from skewbridge.report.reference_pages import PAGES, ROOT
-from skewbridge.study.loading import load_config, parse_config
+from skewbridge.study.loading import load_config, parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.options import ModelOptions
 
 
 def test_the_default_grid_has_twelve_variants_and_sixteen_motions() -> None:
@@ -32,18 +40,41 @@ def test_the_file_config_says_what_the_models_say() -> None:
     [
         ({"grdi": {}}, "grdi: unknown key"),
         ({"grid": {"skwe_deg": [0]}}, r"grid\.skwe_deg: unknown key"),
-        ({"grid": {"skew_deg": [75]}}, r"grid\.skew_deg\.0: .* 60, got 75"),
-        ({"grid": {"gap_mm": [-1]}}, r"grid\.gap_mm\.0: .* 0, got -1"),
-        ({"grid": {"friction": [-0.1]}}, r"grid\.friction\.0: .* 0, got -0\.1"),
-        ({"grid": {"friction": [0.123]}}, r"hundredths.*got 0\.123"),
+        ({"grid": {"skew_deg": [75]}}, r"grid\.skew_deg\.0: must be within -60\.\.60, got 75$"),
+        ({"grid": {"gap_mm": [-1]}}, r"grid\.gap_mm\.0: .* 0\.\.999, got -1$"),
+        ({"grid": {"friction": [-0.1]}}, r"grid\.friction\.0: .* 0\.\.1\.5, got -0\.1"),
+        ({"grid": {"friction": [0.123]}}, r"grid\.friction\.0: .*steps of 0\.01, got 0\.123"),
         ({"grid": {"skew_deg": []}}, r"grid\.skew_deg: .*at least 1"),
-        ({"grid": {"skew_deg": [7.5]}}, r"grid\.skew_deg\.0: .*integer, got 7\.5"),
+        ({"grid": {"skew_deg": [7.5]}}, r"grid\.skew_deg\.0: .*whole steps of 1, got 7\.5"),
         (
             {"model": {"cohesion_n": "2e7"}},
             r"model\.cohesion_n: .*got '2e7' \(it is text.*2\.0e\+7",
         ),
-        ({"analysis": {"dt_s": 0.0}}, r"analysis\.dt_s: .*greater than 0, got 0"),
+        (
+            {"analysis": {"dt_s": 0.0}},
+            r"analysis\.dt_s: .*equal to 0\.00001, got 0$",
+        ),
         ({"motions": {"level_range_g": [1.0, 0.1]}}, "level_range_g must rise"),
+        (
+            {"model": {"backfill": "clay"}},
+            r"model\.backfill: must be .* or 'sdc', got 'clay'",
+        ),
+        ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 1, got 0$"),
+        ({"model": 3}, "model: keys and values are needed, got 3$"),
+        ({"analysis": {"integrator": ["Euler"]}}, "integrator must be Houbolt, Newmark or HHT"),
+        (
+            {"analysis": {"scheme": "paper", "dt_s": 0.01}},
+            r"fixed at 0\.005 .* got 0\.01",
+        ),
+        ({"grid": {"transverse_gap_mm": [-1]}}, r"grid\.transverse_gap_mm\.0: .*100000, got -1$"),
+        ({"grid": {"backwall_points": [5.5]}}, r"backwall_points\.0: .*steps of 1, got 5\.5"),
+        ({"grid": {"arrays": ["rigid"]}}, r"grid\.arrays: unknown key"),
+        (
+            {"grid": {"cohesion_n": ["2e7"]}},
+            r"grid\.cohesion_n\.0: .* number, got '2e7'",
+        ),
+        ({"grid": {"bridge": ["My-Bridge"]}}, "small letters, digits and _.*got 'My-Bridge'"),
+        ({"grid": {"bridge": ["osb1", "x/osb1.yaml"]}}, "two bridges have the same name"),
     ],
 )
 def test_a_bad_value_is_named_with_its_limit(raw: dict[str, object], words: str) -> None:
@@ -58,8 +89,67 @@ def test_all_findings_are_told_at_once() -> None:
 
 def test_a_results_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "results").write_text("a file of that name")
-    with pytest.raises(InputError, match=r"cannot write to the folder .*results"):
+    with pytest.raises(InputError, match=r"folder .*results"):
         writable_folder(tmp_path / "results")
+
+
+def test_a_section_is_the_class_that_the_analyses_take() -> None:
+    config = parse_config({})
+    assert config.model == ModelOptions()
+    assert config.analysis == AnalysisSettings()
+    assert {"model", "analysis"} == set(plain_sections(config, "model", "analysis"))
+
+
+def test_every_choice_of_the_assumptions_is_a_key() -> None:
+    told = (ROOT / "docs/assumptions/bridge.md").read_text()
+    choices = dict(re.findall(r"`(\w+): ([\w.]+)`", told))
+    assert {"foundation", "backfill_variation", "key_frame"} <= set(choices)
+    for key, text in choices.items():
+        value = yaml.safe_load(text)
+        assert plain_sections(parse_config({"model": {key: value}}), "model")["model"][key] == value
+    told = (ROOT / "docs/assumptions/analysis.md").read_text()
+    for key in re.findall(r"`analysis\.(\w+)`", told):
+        assert key in plain_sections(parse_config({}), "analysis")["analysis"]
+    assert parse_config({"model": {"backwall_points": 41}}).model.backwall_points == 41
+
+
+def test_plain_sections_are_read_back_as_they_were() -> None:
+    raw = {
+        "grid": {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5]},
+        "model": {"column_fibers": [6, 12, 1], "keys": "monolithic"},
+        "analysis": {"integrator": ["Newmark", 0.5, 0.25]},
+    }
+    config = parse_config(raw)
+    plain = json.loads(json.dumps(plain_sections(config, *type(config).model_fields)))
+    assert parse_config(plain) == config
+    assert config.analysis.integrator_command == ("Newmark", 0.5, 0.25)
+
+
+def config_files() -> list[Path]:
+    return sorted(path for path in (ROOT / "config").glob("*.yaml") if "limit" not in path.name)
+
+
+@pytest.mark.parametrize("path", config_files(), ids=lambda path: path.name)
+def test_the_schema_of_editors_accepts_every_shipped_configuration(path: Path) -> None:
+    assert path.read_text().startswith("# yaml-language-server: $schema=schema.json\n")
+    jsonschema.validate(read_mapping(path), json.loads((ROOT / "config/schema.json").read_text()))
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        {"grid": {"skew_degg": [0]}},
+        {"grid": {"skew_deg": [75]}},
+        {"grid": {"transverse_gap_mm": [-1]}},
+        {"model": {"backfill": "clay"}},
+        {"analysis": {"dt_s": "fast"}},
+    ],
+)
+def test_the_schema_of_editors_refuses_what_the_study_refuses(raw: dict[str, object]) -> None:
+    with pytest.raises(InputError):
+        parse_config(raw)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(raw, json.loads((ROOT / "config/schema.json").read_text()))
 
 
 @pytest.mark.parametrize("name", sorted(PAGES))
@@ -72,3 +162,15 @@ def test_equal_bridges_are_analysed_once() -> None:
         {"grid": {"abutment": ["roller"], "gap_mm": [25, 51], "friction": [0, 0.5]}}
     )
     assert [variant.skew_deg for variant in expand_grid(config.grid)] == [0, 30, 60]
+
+
+@pytest.mark.parametrize("name", ["limit_states.yaml", "limit_states_template.yaml"])
+def test_limit_states_fit_their_schema_and_load(name: str) -> None:
+    path = ROOT / "config" / name
+    assert path.read_text().startswith("# yaml-language-server: $schema=limit_states.schema.json\n")
+    schema = json.loads((ROOT / "config/limit_states.schema.json").read_text())
+    entries = read_yaml(path)
+    jsonschema.validate(entries, schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate([entries[0] | {"unit": "furlong"}], schema)
+    assert load_limit_states(path)

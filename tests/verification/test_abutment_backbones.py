@@ -11,7 +11,7 @@ import pytest
 from skewbridge.analysis.pushover import PushCurve, push_abutment
 from skewbridge.bridge.abutment.backfill import sdc_backfill, skew_reduction, wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 PADS_N_PER_M = 5 * 2208e3

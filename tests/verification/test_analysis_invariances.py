@@ -6,7 +6,7 @@ import pytest
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from strong_motion import mirrored, strong_motion
 
@@ -90,7 +90,7 @@ def test_opposite_skew_mirrors_the_response(skew_deg, reference):
 
 def test_a_gap_that_nothing_closes_gives_no_contact_demands():
     # 1 m at the backwalls and 5 m at the keys, against a deck that moves by decimetres.
-    wide = run(variant(gap_mm=999), options=ModelOptions(transverse_gap_m=5.0))
+    wide = run(variant(gap_mm=999), options=ModelOptions(transverse_gap_mm=5000.0))
     assert wide.status == "ok"
     assert wide.demands["deck_disp_m"] > 0.05
     for name in (

@@ -6,8 +6,8 @@ import pytest
 from skewbridge.analysis.abutment_history import abutment_history
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.errors import InputError
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.registry import run_study
 from skewbridge.verification.studies import paper_motions

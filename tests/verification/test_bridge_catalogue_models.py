@@ -17,7 +17,7 @@ from skewbridge.bridge.dead_load import (
     continuous_reactions_n,
     total_weight_n,
 )
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 ELASTIC = ModelOptions(elastic_columns=True)

@@ -12,9 +12,9 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.dead_load import total_weight_n
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.record import GroundMotion
 from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from strong_motion import strong_motion
 

@@ -8,7 +8,7 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 DURATION_S = 5.0
@@ -70,7 +70,7 @@ def test_friction_springs_at_zero_bound_do_nothing() -> None:
 
 def test_a_gap_no_motion_can_close_gives_no_contact_demands() -> None:
     demands = run(
-        "contact_friction", gap_mm=999, options=ModelOptions(transverse_gap_m=5.0)
+        "contact_friction", gap_mm=999, options=ModelOptions(transverse_gap_mm=5000.0)
     ).demands
     for name in (
         *("backwall_force_kn", "shear_key_force_kn", "friction_force_kn", "contact_closures"),

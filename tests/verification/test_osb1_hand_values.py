@@ -10,7 +10,7 @@ import pytest
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 

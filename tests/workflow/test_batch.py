@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.demands.schema import TIMING
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
@@ -17,6 +16,7 @@ from skewbridge.study.batch import run_tasks
 from skewbridge.study.journal import open_journal, read_journal
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(

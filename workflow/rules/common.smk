@@ -10,9 +10,9 @@ from skewbridge.provenance.digests import digest_of, opensees_version, source_di
 from skewbridge.provenance.files import writable_folder
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import bridge_digest
-from skewbridge.study.loading import parse_config
+from skewbridge.study.loading import parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid
-from skewbridge.variant.variant import parse_slug
+from skewbridge.variant.variant import SLUG_PATTERN, parse_slug
 
 # The bridge whose conditioning period sets the factors of every study (design, section 5).
 CONDITIONING_BRIDGE = "osb1"
@@ -20,7 +20,7 @@ CONDITIONING_BRIDGE = "osb1"
 try:
     STUDY = parse_config(config)
     FOLDER = StudyFolder(writable_folder(Path(STUDY.results)))
-    BRIDGES = {name: bridge_digest(name) for name in STUDY.grid.bridge}
+    BRIDGES = {Path(name).stem: bridge_digest(name) for name in STUDY.grid.bridge}
     T1_S = {name: load_bridge(name).t1_s for name in STUDY.grid.bridge}
     CONDITIONING_T1_S = load_bridge(CONDITIONING_BRIDGE).t1_s
     LIMIT_STATES = digest_of(load_limit_states(Path(STUDY.fragility.limit_states)))
@@ -39,12 +39,12 @@ HARDEST = max(VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg))
 
 
 wildcard_constraints:
-    variant="|".join(VARIANTS),
+    variant=SLUG_PATTERN,
 
 
 def section(name):
     """One section of the configuration as plain values, for `params`."""
-    return getattr(STUDY, name).model_dump()
+    return plain_sections(STUDY, name)[name]
 
 
 # What an analysis depends on besides its variant and its motion.

@@ -75,7 +75,7 @@ rule sensitivity:
         variant=HARDEST.slug,
         motions=STUDY.sensitivity.motions,
         sections=ANALYSIS_SECTIONS,
-        bridge=BRIDGES[HARDEST.bridge],
+        bridge=BRIDGES[HARDEST.bridge_name],
         opensees=opensees_version(),
         digest=script_digest("sensitivity", rules.prepare_motions),
     script:

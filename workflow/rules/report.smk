@@ -62,7 +62,7 @@ rule report:
     log:
         FOLDER.log("report"),
     params:
-        config=STUDY.model_dump(),
+        config=STUDY.model_dump(mode="json"),
         digest=script_digest(
             "report",
             rules.figures,

@@ -6,14 +6,15 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
+        from skewbridge.fragility.settings import FragilityConfig
         from skewbridge.fragility.tables.curves import fit_study
         from skewbridge.fragility.tables.limit_states import load_limit_states
         from skewbridge.fragility.tables.median_effects import paired_capacity_effects
         from skewbridge.fragility.tables.system_curves import system_curves
         from skewbridge.provenance.tables import provenance, read_frame, write_frame
-        from skewbridge.study.config import FragilityConfig
+        from skewbridge.reading import checked
 
-        settings = FragilityConfig(**snakemake.params.fragility)
+        settings = checked(FragilityConfig, snakemake.params.fragility, "fragility")
         demands = read_frame(snakemake.input.demands)
         states = load_limit_states(Path(snakemake.input.limit_states))
         bootstrap = {"bootstrap": settings.bootstrap, "seed": settings.seed}

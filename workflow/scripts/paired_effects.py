@@ -6,12 +6,13 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
+        from skewbridge.fragility.settings import FragilityConfig
         from skewbridge.fragility.tables.effects import DEFAULT_DEMANDS, paired_effects
         from skewbridge.fragility.tables.factors import factor_summary
         from skewbridge.provenance.tables import provenance, read_frame, write_frame
-        from skewbridge.study.config import FragilityConfig
+        from skewbridge.reading import checked
 
-        settings = FragilityConfig(**snakemake.params.fragility)
+        settings = checked(FragilityConfig, snakemake.params.fragility, "fragility")
         demands = read_frame(snakemake.input.demands)
         tables = {
             "effects": paired_effects(demands, bootstrap=settings.bootstrap, seed=settings.seed),

@@ -6,12 +6,13 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.study.config import MotionsConfig
+        from skewbridge.motions.settings import MotionsConfig
+        from skewbridge.reading import checked
         from skewbridge.study.folder import StudyFolder
         from skewbridge.study.prepare import prepare_motions
 
         prepare_motions(
-            MotionsConfig(**snakemake.params.motions),
+            checked(MotionsConfig, snakemake.params.motions, "motions"),
             conditioning_t1_s=snakemake.params.conditioning_t1_s,
             t1_s=snakemake.params.t1_s,
             folder=StudyFolder(Path(snakemake.params.results)),

@@ -12,9 +12,9 @@ from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, StepLoop, solver_log
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
 from skewbridge.contact.ledger import UnitLedger
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 type Series = NDArray[np.float64]

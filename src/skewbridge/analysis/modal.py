@@ -9,8 +9,8 @@ import openseespy.opensees as ops
 from skewbridge.analysis.gravity import apply_gravity, column_axial_forces_n, support_reactions_n
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.units import KN
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 

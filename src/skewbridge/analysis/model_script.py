@@ -4,8 +4,8 @@ from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.recording import recording
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 

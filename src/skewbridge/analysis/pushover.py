@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from skewbridge.analysis.gravity import apply_gravity, hold_dead_load
 from skewbridge.bridge.handles import BridgeModel, PlanVector
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.errors import InputError
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 type FloatArray = NDArray[np.float64]

@@ -1,14 +1,16 @@
-"""How an analysis integrates in time, and when it stops."""
+"""How an analysis integrates in time, and when it stops: section ``analysis``."""
 
-import math
-from dataclasses import dataclass, replace
-from typing import Final, Literal
+from dataclasses import replace
+from typing import Final, Literal, Self
 
-from skewbridge.bridge.options import ModelOptions
-from skewbridge.errors import InputError
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.dataclasses import dataclass
+
+from skewbridge.reading import Number, Whole
+from skewbridge.variant.options import ModelOptions
 
 type Scheme = Literal["default", "paper"]
-type Command = tuple[str | float | int, ...]
+Command = tuple[str | float | int, ...]
 
 PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 
@@ -18,62 +20,85 @@ _INTEGRATORS: Final[dict[str, Command]] = {
     "default": ("Houbolt",),
     "paper": ("Houbolt",),  # source: Rahman & Mackie, section 5
 }
+_KNOWN: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class AnalysisSettings:
-    """Numbers of the transient analysis.
-
-    Attributes:
-        scheme: ``default`` (Houbolt), or ``paper`` for the same at the paper's step, with lagged
-            friction bounds, corotational arrays and distributed plasticity.
-        dt_s: Time step.
-        duration_s: Cut the motion to this window; None for the whole motion.
-        free_vibration_s: Time without excitation after the motion.
-        collapse_drift_ratio: Column drift that counts as collapse.
-        collapse_deck_disp_m: Deck displacement that counts as collapse.
-        integrator: Command that replaces the scheme's, for studies of the integrators.
-        tolerance_j: Convergence test on the energy of an increment. Demands are insensitive to
-            it, but symmetry and repeatability under rounding are not.
-        max_iterations: Of one attempt at one step.
-        mean_iterations: Budget of the whole analysis, in iterations per regular step: an analysis
-            that needs more ends with ``timeout``. Seconds would not repeat.
-        energy: Whether to keep the energy balance (about 5 % of the time).
+    """Numbers of the transient analysis; each field is a key of the configuration.
 
     Raises:
-        InputError: A number is outside its limits.
+        ValidationError: A value is outside its limits (`skewbridge.reading.checked` says it in
+            words).
     """
 
-    scheme: Scheme = "default"
-    dt_s: float = PAPER_DT_S
-    duration_s: float | None = None
-    free_vibration_s: float = 0.0
-    collapse_drift_ratio: float = 0.10  # source: design criterion of the study
-    collapse_deck_disp_m: float = 2.0  # source: design criterion of the study
-    integrator: Command | None = None
-    tolerance_j: float = 1.0e-8
-    max_iterations: int = 30
-    mean_iterations: float = 25.0
-    energy: bool = True
+    scheme: Scheme = Field(
+        default="default",
+        description="default (Houbolt), or paper: the same at the paper's step, with lagged "
+        "friction bounds, corotational arrays and distributed plasticity",
+    )
+    dt_s: Number = Field(default=PAPER_DT_S, ge=1.0e-5, le=0.02, description="time step")
+    duration_s: Number | None = Field(
+        default=None,
+        gt=0.0,
+        le=1.0e4,
+        description="cut every motion to this window; null for the whole motion",
+    )
+    free_vibration_s: Number = Field(
+        default=0.0,
+        ge=0.0,
+        le=1.0e3,
+        description="zeros after the motion (the shipped suite has its 5 s inside)",
+    )
+    collapse_drift_ratio: Number = Field(
+        default=0.10,  # source: design criterion of the study
+        ge=1.0e-4,
+        le=0.5,
+        description="column drift that counts as collapse",
+    )
+    collapse_deck_disp_m: Number = Field(
+        default=2.0,  # source: design criterion of the study
+        ge=1.0e-3,
+        le=5.0,
+        description="deck displacement that counts as collapse",
+    )
+    integrator: Command | None = Field(
+        default=None,
+        description="arguments of the OpenSees integrator that replaces the scheme's, for "
+        "example [Newmark, 0.5, 0.25]; null for the scheme's",
+    )
+    tolerance_j: Number = Field(
+        default=1.0e-8,
+        ge=1.0e-16,
+        le=1.0e3,
+        description="convergence test on the energy of an increment; demands are insensitive to "
+        "it, symmetry and repeatability under rounding are not",
+    )
+    max_iterations: Whole = Field(
+        default=30, ge=2, le=1000, description="iterations of one attempt at one step"
+    )
+    mean_iterations: Number = Field(
+        default=25.0,
+        ge=1.0,
+        le=1.0e4,
+        description="budget of the whole analysis, in iterations per regular step; one that needs "
+        "more ends with timeout (seconds would not repeat)",
+    )
+    energy: bool = Field(
+        default=True,
+        strict=True,
+        description="whether to keep the energy balance (about 5 % of the time)",
+    )
 
-    def __post_init__(self) -> None:
-        if self.scheme not in _INTEGRATORS:
-            raise InputError(f"scheme must be default or paper, got {self.scheme!r}")
-        duration_s = self.dt_s if self.duration_s is None else self.duration_s
-        for field, value, low, high in (
-            ("dt_s", self.dt_s, 1.0e-5, 0.02),
-            ("duration_s", duration_s, self.dt_s, 1.0e4),
-            ("free_vibration_s", self.free_vibration_s, 0.0, 1.0e3),
-            ("collapse_drift_ratio", self.collapse_drift_ratio, 1.0e-4, 0.5),
-            ("collapse_deck_disp_m", self.collapse_deck_disp_m, 1.0e-3, 5.0),
-            ("tolerance_j", self.tolerance_j, 1.0e-16, 1.0e3),
-            ("max_iterations", self.max_iterations, 2, 1000),
-            ("mean_iterations", self.mean_iterations, 1.0, 1.0e4),
-        ):
-            if not (math.isfinite(value) and low <= value <= high):
-                raise InputError(f"{field} must be within {low:g}..{high:g}, got {value:g}")
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.duration_s is not None and self.duration_s < self.dt_s:
+            raise ValueError(f"duration_s must be at least dt_s, got {self.duration_s:g}")
+        if self.integrator is not None and self.integrator[:1] not in _KNOWN:
+            raise ValueError(f"integrator must be Houbolt, Newmark or HHT, got {self.integrator}")
         if self.scheme == "paper" and self.dt_s != PAPER_DT_S:
-            raise InputError(f"dt_s is fixed at {PAPER_DT_S:g} in scheme paper, got {self.dt_s:g}")
+            raise ValueError(f"dt_s is fixed at {PAPER_DT_S:g} in scheme paper, got {self.dt_s:g}")
+        return self
 
     @property
     def integrator_command(self) -> Command:

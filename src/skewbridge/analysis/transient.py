@@ -21,7 +21,7 @@ from skewbridge.analysis.status import Watch
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, solver_log
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 # Houbolt restarts as the trapezoidal rule after a failed step, which makes energy at contacts.

@@ -15,10 +15,10 @@ from skewbridge.bridge.column import (
 from skewbridge.bridge.dead_load import column_weight_n
 from skewbridge.bridge.deck import Deck, add_weight, bent_positions_m
 from skewbridge.bridge.handles import ColumnHandle
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2, GPA, KN
+from skewbridge.variant.options import ModelOptions
 
 RIGID_TWIST = 100.0  # times the polar moment of the cap
 RIGID_BENDING = 1000.0  # times the second moment of area of the cap

@@ -10,10 +10,10 @@ from skewbridge.bridge.dead_load import column_axial_n
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.materials import STEELS, Concrete, core_concrete, cover_concrete
 from skewbridge.bridge.moment_curvature import MomentCurvature, moment_curvature
-from skewbridge.bridge.options import ModelOptions, ShearModel
 from skewbridge.bridge.shear_capacity import ShearSection
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import GPA, MM, MPA
+from skewbridge.variant.options import ModelOptions, ShearModel
 
 LOBATTO_POINTS = 5  # source: usual choice for force-based columns; the paper gives no number
 HINGE_RADAU_SECTIONS = 6  # OpenSees numbers the points of HingeRadau 1 to 6

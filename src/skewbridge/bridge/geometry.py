@@ -6,7 +6,7 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.handles import BridgeModel, PlanVector
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 type Point = tuple[float, float, float]

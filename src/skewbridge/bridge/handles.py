@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.options import ModelOptions, ShearModel
 from skewbridge.bridge.shear_capacity import ShearSection
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
+from skewbridge.variant.options import ModelOptions, ShearModel
 from skewbridge.variant.variant import Variant
 
 type PlanVector = tuple[float, float]

@@ -15,10 +15,10 @@ from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.deck import Deck, build_spine
 from skewbridge.bridge.deck_plan import DeckEnd, Side, deck_end
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import MM
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 

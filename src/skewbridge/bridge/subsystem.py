@@ -9,10 +9,10 @@ from skewbridge.bridge.abutment.parts import SideParts
 from skewbridge.bridge.dead_load import abutment_reactions_n
 from skewbridge.bridge.handles import AbutmentHandle
 from skewbridge.bridge.model import blueprint, build_side
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import G_MPS2
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 

@@ -17,12 +17,10 @@ from skewbridge.cli.output import (
     messages,
 )
 from skewbridge.cli.variant_options import (
-    AbutmentOption,
-    BridgeOption,
-    FrictionOption,
-    GapOption,
-    SkewOption,
-    variant_of,
+    SetOption,
+    VariantChoice,
+    model_options,
+    takes_variant,
 )
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
@@ -30,7 +28,7 @@ from skewbridge.variant.abutments import ABUTMENTS
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
-    from skewbridge.bridge.options import ModelOptions
+    from skewbridge.variant.options import ModelOptions
     from skewbridge.variant.variant import Variant
 
 LADDER_ANGLES_DEG = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
@@ -43,11 +41,6 @@ AngleOption = Annotated[
     typer.Option("--angle-deg", help="Direction counter-clockwise from x; replaces --direction."),
 ]
 MaxDispOption = Annotated[float, typer.Option("--max-disp-m", help="Where the push ends.")]
-BackfillOption = Annotated[str, typer.Option("--backfill", help="hyperbolic or sdc.")]
-KeysOption = Annotated[str, typer.Option("--keys", help="sacrificial or monolithic.")]
-IntegrationOption = Annotated[
-    str, typer.Option("--column-integration", help="hinge_radau or lobatto5.")
-]
 
 
 def register(app: typer.Typer) -> None:
@@ -59,19 +52,15 @@ def register(app: typer.Typer) -> None:
 
 
 @clear_errors
+@takes_variant()
 def modal(
-    bridge: BridgeOption = "osb1",
-    abutment: AbutmentOption = "contact-friction",
-    skew_deg: SkewOption = 0,
-    gap_mm: GapOption = 51,
-    friction: FrictionOption = 0.5,
-    column_integration: IntegrationOption = "hinge_radau",
+    choice: VariantChoice,
+    changes: SetOption = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for modal.parquet.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Weight, dead-load forces, periods and participating masses, gaps open."""
-    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
-    options = _options(column_integration=column_integration)
+    variant, options = choice.variant(), model_options(changes)
     import pandas as pd
 
     from skewbridge.analysis.modal import modal_properties
@@ -106,25 +95,19 @@ def modal(
 
 
 @clear_errors
+@takes_variant(abutment="roller")
 def pushover(
+    choice: VariantChoice,
     out: OutOption,
-    bridge: BridgeOption = "osb1",
-    abutment: AbutmentOption = "roller",
-    skew_deg: SkewOption = 0,
-    gap_mm: GapOption = 51,
-    friction: FrictionOption = 0.5,
     direction: DirectionOption = "x",
     angle_deg: AngleOption = None,
     max_disp_m: MaxDispOption = 0.30,
-    column_integration: IntegrationOption = "hinge_radau",
-    backfill: BackfillOption = "hyperbolic",
-    keys: KeysOption = "sacrificial",
+    changes: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Push the whole bridge in proportion to its masses; base shear against displacement."""
-    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
+    variant, options = choice.variant(), model_options(changes)
     angle = _angle(direction, angle_deg)
-    options = _options(column_integration=column_integration, backfill=backfill, keys=keys)
     from skewbridge.analysis.pushover import push_bridge
 
     curve = push_bridge(variant, options, angle_deg=angle, max_disp_m=max_disp_m)
@@ -132,18 +115,14 @@ def pushover(
 
 
 @clear_errors
+@takes_variant()
 def static(
+    choice: VariantChoice,
     out: OutOption,
-    bridge: BridgeOption = "osb1",
-    abutment: AbutmentOption = "contact-friction",
-    skew_deg: SkewOption = 0,
-    gap_mm: GapOption = 51,
-    friction: FrictionOption = 0.5,
     direction: DirectionOption = "x",
     angle_deg: AngleOption = None,
     max_disp_m: MaxDispOption = 0.20,
-    backfill: BackfillOption = "hyperbolic",
-    keys: KeysOption = "sacrificial",
+    changes: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Push one abutment by its deck end (x: into the backfill, angle 180: away from it).
@@ -151,17 +130,16 @@ def static(
     `--abutment all` pushes every model of the ladder in six directions and draws them.
     """
     angle = _angle(direction, angle_deg)
-    options = _options(backfill=backfill, keys=keys)
-    if abutment == "all":
-        variants = {
-            name: variant_of(bridge, name, skew_deg, gap_mm, friction) for name in ABUTMENTS
-        }
+    options = model_options(changes)
+    if choice.abutment == "all":
+        variants = {name: choice.variant(name) for name in ABUTMENTS}
         _push_ladder(variants, options, max_disp_m, out, as_json=as_json)
         return
-    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
     from skewbridge.analysis.pushover import push_abutment
 
-    curve = push_abutment(variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400)
+    curve = push_abutment(
+        choice.variant(), options, angle_deg=angle, max_disp_m=max_disp_m, steps=400
+    )
     _finish(curve, out, as_json=as_json)
 
 
@@ -191,7 +169,9 @@ def _push_ladder(
     folder = writable_folder(out)
     curves.to_parquet(folder / "curve.parquet", index=False)
     first = next(iter(variants.values()))
-    title = f"{first.bridge}, right abutment, skew {first.skew_deg} degrees, gap {first.gap_mm} mm"
+    title = (
+        f"{first.bridge_name}, right abutment, skew {first.skew_deg} degrees, gap {first.gap_mm} mm"
+    )
     ladder_figure(curves, title=title).savefig(folder / "ladder.png", dpi=150)
     if as_json:
         emit_json({"pushes": peaks})
@@ -205,12 +185,6 @@ def _angle(direction: str, angle_deg: float | None) -> float:
     if direction not in ("x", "y"):
         raise InputError(f"direction must be x or y, got {direction!r}")
     return 0.0 if direction == "x" else 90.0
-
-
-def _options(**chosen: Any) -> "ModelOptions":
-    from skewbridge.bridge.options import ModelOptions
-
-    return ModelOptions(**chosen)
 
 
 def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:

@@ -7,12 +7,11 @@ import typer
 
 from skewbridge.cli.output import JsonOption, clear_errors, emit_json, emit_table, messages
 from skewbridge.cli.variant_options import (
-    AbutmentOption,
     BridgeOption,
-    FrictionOption,
-    GapOption,
-    SkewOption,
-    variant_of,
+    SetOption,
+    VariantChoice,
+    model_options,
+    takes_variant,
 )
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
@@ -31,29 +30,26 @@ def register(app: typer.Typer) -> None:
 
 
 @clear_errors
+@takes_variant()
 def model(
+    choice: VariantChoice,
     out: OutOption,
-    bridge: BridgeOption = "osb1",
-    abutment: AbutmentOption = "contact-friction",
-    skew_deg: SkewOption = 0,
-    gap_mm: GapOption = 51,
-    friction: FrictionOption = 0.5,
+    changes: SetOption = None,
     gap_scale: Annotated[float, typer.Option("--gap-scale", help="Factor on drawn gaps.")] = 20.0,
     as_json: JsonOption = False,
 ) -> None:
     """Draw a model (model.png, model.html) and write it as a plain OpenSeesPy script."""
-    variant = variant_of(bridge, abutment, skew_deg, gap_mm, friction)
+    variant, options = choice.variant(), model_options(changes)
     from skewbridge.analysis.model_script import model_script
     from skewbridge.bridge.geometry import model_geometry
-    from skewbridge.bridge.options import ModelOptions
     from skewbridge.report.model_view import model_figure, model_page
 
-    geometry = model_geometry(variant)
+    geometry = model_geometry(variant, options)
     folder = writable_folder(out)
     model_figure(geometry, gap_scale=gap_scale).savefig(folder / "model.png", dpi=150)
     page = model_page(geometry, gap_scale=gap_scale)
     (folder / "model.html").write_text(page, encoding="utf-8")
-    script = model_script(variant, ModelOptions())
+    script = model_script(variant, options)
     (folder / "model.py").write_text(script, encoding="utf-8")
     files = [str(folder / name) for name in ("model.png", "model.html", "model.py")]
     if as_json:

@@ -1,5 +1,6 @@
 """`skewbridge run`: one analysis with its demands, histories and figures."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,19 +16,19 @@ from skewbridge.cli.output import (
 )
 from skewbridge.cli.study_row import DEFAULT_CONFIG, task_of_row
 from skewbridge.cli.variant_options import (
-    AbutmentOption,
-    BridgeOption,
-    FrictionOption,
-    GapOption,
-    SkewOption,
-    variant_of,
+    SetOption,
+    VariantChoice,
+    settings_and_options,
+    takes_variant,
 )
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
 
 if TYPE_CHECKING:
     from skewbridge.analysis.result import AnalysisResult
+    from skewbridge.analysis.settings import AnalysisSettings
     from skewbridge.study.task import Task
+    from skewbridge.variant.options import ModelOptions
     from skewbridge.variant.variant import Variant
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
@@ -43,13 +44,6 @@ SchemeOption = Annotated[str, typer.Option("--scheme", help="default or paper.")
 DtOption = Annotated[float, typer.Option("--dt-s", help="Time step.")]
 DurationOption = Annotated[
     float | None, typer.Option("--duration-s", help="Cut the motion to this window.")
-]
-FreeOption = Annotated[
-    float, typer.Option("--free-vibration-s", help="Time without excitation after the motion.")
-]
-ArraysOption = Annotated[str, typer.Option("--arrays", help="rigid or corotational.")]
-IntegrationOption = Annotated[
-    str, typer.Option("--column-integration", help="hinge_radau or lobatto5.")
 ]
 SaveModelOption = Annotated[
     bool, typer.Option("--save-model", help="Write the model as an OpenSeesPy script, model.py.")
@@ -68,22 +62,17 @@ def register(app: typer.Typer) -> None:
 
 
 @clear_errors
+@takes_variant()
 def run(
+    choice: VariantChoice,
     out: OutOption,
     motion: MotionOption = None,
-    bridge: BridgeOption = "osb1",
-    abutment: AbutmentOption = "contact-friction",
-    skew_deg: SkewOption = 0,
-    gap_mm: GapOption = 51,
-    friction: FrictionOption = 0.5,
     scale: ScaleOption = 1.0,
     incidence_deg: IncidenceOption = 0.0,
     scheme: SchemeOption = "default",
     dt_s: DtOption = 0.005,
     duration_s: DurationOption = None,
-    free_vibration_s: FreeOption = 0.0,
-    arrays: ArraysOption = "rigid",
-    column_integration: IntegrationOption = "hinge_radau",
+    changes: SetOption = None,
     figures: FiguresOption = True,
     save_model: SaveModelOption = False,
     study_row: RowOption = None,
@@ -96,19 +85,10 @@ def run(
     elif motion is None:
         raise InputError("motion: name two component files, or a row of a finished study")
     else:
-        task = _task(
-            variant_of(bridge, abutment, skew_deg, gap_mm, friction).normalised(),
-            motion,
-            scale,
-            incidence_deg,
-            {
-                "scheme": scheme,
-                "dt_s": dt_s,
-                "duration_s": duration_s,
-                "free_vibration_s": free_vibration_s,
-            },
-            {"arrays": arrays, "column_integration": column_integration},
-        )
+        named = {"scheme": scheme, "dt_s": dt_s, "duration_s": duration_s}
+        settings, options = settings_and_options(changes, named)
+        task = _task(choice.variant().normalised(), motion, scale, settings, options)
+        task = replace(task, incidence_deg=incidence_deg)
     result, row = _analysed(task, writable_folder(out))
     _write(task, result, row, out, figures=figures)
     if save_model:
@@ -130,29 +110,25 @@ def _task(
     variant: "Variant",
     files: tuple[Path, Path],
     scale: float,
-    incidence_deg: float,
-    settings: dict[str, Any],
-    options: dict[str, Any],
+    settings: "AnalysisSettings",
+    options: "ModelOptions",
 ) -> "Task":
-    """Return the analysis that the options ask for."""
-    from skewbridge.analysis.settings import AnalysisSettings
+    """Return the analysis that the options ask for, at incidence 0."""
     from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.bridge.options import ModelOptions
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
     from skewbridge.motions.record import SuiteMotion
     from skewbridge.study.task import Task
 
-    checked_settings, checked_options = AnalysisSettings(**settings), ModelOptions(**options)
     t1_s = load_bridge(variant.bridge).t1_s
     motion = read_motion(*files)
     measures = scaled_measures(motion_measures(motion, t1_s), scale)
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=incidence_deg,
-        settings=checked_settings,
-        options=checked_options,
+        incidence_deg=0.0,
+        settings=settings,
+        options=options,
     )
 
 

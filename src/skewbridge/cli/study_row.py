@@ -25,7 +25,7 @@ def task_of_row(key: str, config: Path) -> "Task":
     from skewbridge.provenance.tables import read_table
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.keys import run_key
-    from skewbridge.study.loading import load_config
+    from skewbridge.study.loading import load_config, plain_sections
     from skewbridge.study.setup import StudySetup
 
     study = load_config(config, base=DEFAULT_CONFIG)
@@ -37,7 +37,7 @@ def task_of_row(key: str, config: Path) -> "Task":
     row = next((row for row in rows if row["run_key"] == key), None)
     if row is None:
         raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
-    sections = study.model_dump(include={"motions", "model", "analysis"})
+    sections = plain_sections(study, "motions", "model", "analysis")
     setup = StudySetup.from_sections(sections, folder)
     wanted = row["motion_id"], row["scale"], row["incidence_deg"]
     for task in setup.tasks(row["variant"]):

@@ -1,41 +1,152 @@
-"""The options that name one variant on the command line."""
+"""The options that name one variant and how it is modelled, made from the axes and the keys."""
 
-from typing import Annotated
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import wraps
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+import yaml
 
 from skewbridge.errors import InputError
+from skewbridge.reading import checked
 from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.axes import AXES, Axis
 from skewbridge.variant.variant import Variant
 
-BridgeOption = Annotated[str, typer.Option("--bridge", help="Name in the catalogue, e.g. osb1.")]
+if TYPE_CHECKING:
+    from skewbridge.analysis.settings import AnalysisSettings
+    from skewbridge.variant.options import ModelOptions
+
+BridgeOption = Annotated[
+    str, typer.Option("--bridge", help="Name of a bridge, e.g. osb1, or path of its file.")
+]
 AbutmentOption = Annotated[
     str,
     typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}."),
 ]
-SkewOption = Annotated[int, typer.Option("--skew-deg", help="Whole degrees, -60 to 60.")]
-GapOption = Annotated[int, typer.Option("--gap-mm", help="Longitudinal gap, whole millimetres.")]
-FrictionOption = Annotated[
-    float, typer.Option("--friction", help="Coulomb coefficient, in hundredths.")
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Any key of model or analysis (config/README.md), e.g. backfill=sdc; repeatable.",
+    ),
 ]
 
-HUNDREDTHS = 100
-_ROUNDING = 1e-9
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariantChoice:
+    """The variant that the options of a command name.
+
+    Attributes:
+        bridge: Name or file.
+        abutment: Abutment model as given.
+        values: Value on every core axis.
+    """
+
+    bridge: str
+    abutment: str
+    values: Mapping[str, float]
+
+    def variant(self, abutment: str | None = None) -> Variant:
+        """Return the variant, or the same one with another abutment model.
+
+        Raises:
+            InputError: A value is outside its limits or between two steps.
+        """
+        return Variant.at(self.bridge, (abutment or self.abutment).replace("-", "_"), self.values)
 
 
-def variant_of(bridge: str, abutment: str, skew_deg: int, gap_mm: int, friction: float) -> Variant:
-    """Return the variant that the options name.
+def takes_variant(*, abutment: str = "contact-friction") -> Callable[..., Any]:
+    """Give a command one option per axis; it gets them as its argument ``choice``.
+
+    Args:
+        abutment: Default of ``--abutment``.
+    """
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        own = inspect.signature(command).parameters
+        named = {
+            "bridge": (BridgeOption, "osb1"),
+            "abutment": (AbutmentOption, abutment),
+            **{axis.name: _axis_option(axis) for axis in AXES},
+        }
+        options = [
+            inspect.Parameter(
+                name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
+            )
+            for name, (annotation, default) in named.items()
+        ]
+        kept = [
+            parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            for name, parameter in own.items()
+            if name != "choice"
+        ]
+
+        @wraps(command)
+        def with_choice(**given: Any) -> None:
+            bridge, model = given.pop("bridge"), given.pop("abutment")
+            values = {axis.name: given.pop(axis.name) for axis in AXES}
+            command(choice=VariantChoice(bridge=bridge, abutment=model, values=values), **given)
+
+        parameters = [*options, *kept]
+        with_choice.__dict__["__signature__"] = inspect.Signature(parameters)
+        with_choice.__annotations__ = {each.name: each.annotation for each in parameters}
+        return with_choice
+
+    return decorate
+
+
+def model_options(pairs: Sequence[str] | None) -> "ModelOptions":
+    """Return the modelling options with what ``--set`` changes.
 
     Raises:
-        InputError: A value is outside its limits, or the friction is not in whole hundredths.
+        InputError: A key is none of them, or a value outside its limits.
     """
-    hundredths = friction * HUNDREDTHS
-    if not abs(hundredths - round(hundredths)) < _ROUNDING * HUNDREDTHS:
-        raise InputError(f"friction must be in whole hundredths, got {friction}")
-    return Variant(
-        bridge=bridge,
-        abutment=abutment.replace("-", "_"),
-        skew_deg=skew_deg,
-        gap_mm=gap_mm,
-        friction_pct=round(hundredths),
-    )
+    from skewbridge.variant.options import ModelOptions
+
+    return checked(ModelOptions, _chosen(pairs), "--set")
+
+
+def settings_and_options(
+    pairs: Sequence[str] | None, named: Mapping[str, Any]
+) -> "tuple[AnalysisSettings, ModelOptions]":
+    """Return the settings of the analysis and the modelling options with what is chosen.
+
+    Args:
+        pairs: Texts of ``--set``.
+        named: Keys of the analysis that have an option of their own.
+
+    Raises:
+        InputError: A key is unknown, or a value outside its limits.
+    """
+    from skewbridge.analysis.settings import AnalysisSettings
+    from skewbridge.variant.options import ModelOptions
+
+    chosen, keys = _chosen(pairs), {field.name for field in fields(AnalysisSettings)}
+    analysis = {key: value for key, value in chosen.items() if key in keys}
+    model = {key: value for key, value in chosen.items() if key not in keys}
+    settings = checked(AnalysisSettings, {**named, **analysis}, "the options")
+    return settings, checked(ModelOptions, model, "--set")
+
+
+def _chosen(pairs: Sequence[str] | None) -> dict[str, Any]:
+    chosen: dict[str, Any] = {}
+    for pair in pairs or ():
+        key, equals, text = pair.partition("=")
+        if not equals:
+            raise InputError(f"--set takes KEY=VALUE, got {pair!r}")
+        try:
+            chosen[key.strip()] = yaml.safe_load(text)
+        except yaml.YAMLError:
+            raise InputError(f"--set {key}: not a value, got {text!r}") from None
+    return chosen
+
+
+def _axis_option(axis: Axis) -> tuple[Any, Any]:
+    kind = int if axis.is_whole else float
+    text = f"{axis.description[0].upper()}{axis.description[1:]}, {axis.low:g} to {axis.high:g}."
+    option = typer.Option(f"--{axis.name.replace('_', '-')}", help=text)
+    return Annotated[kind, option], kind(axis.usual)

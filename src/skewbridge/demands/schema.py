@@ -6,8 +6,10 @@ from typing import Any, Final
 import pandas as pd
 import pyarrow as pa
 
-from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.column import Column
+from skewbridge.demands.columns import COLUMNS, axis_column
 from skewbridge.statuses import STATUSES
+from skewbridge.variant.axes import AXES, axes_of
 from skewbridge.variant.variant import Variant
 
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
@@ -18,7 +20,21 @@ TIMING: Final = ("wall_s", "cpu_s")
 _TYPES: Final = {"text": pa.string(), "integer": pa.int64(), "number": pa.float64()}
 
 
-def demands_schema(provenance: Mapping[str, str] | None = None) -> pa.Schema:
+def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
+    """Return the columns of the table: those of every study, and the further axes of this one.
+
+    Args:
+        present: Names that a row has; the modelling options among them are axes.
+    """
+    known = {column.name for column in COLUMNS}
+    extra = tuple(axis_column(axis) for axis in axes_of(present) if axis.name not in known)
+    after = 1 + next(i for i, column in enumerate(COLUMNS) if column.name == AXES[-1].name)
+    return (*COLUMNS[:after], *extra, *COLUMNS[after:])
+
+
+def demands_schema(
+    provenance: Mapping[str, str] | None = None, columns: Iterable[Column] = COLUMNS
+) -> pa.Schema:
     """Return the Arrow schema: unit and description per field, provenance for the file."""
     fields = [
         pa.field(
@@ -26,7 +42,7 @@ def demands_schema(provenance: Mapping[str, str] | None = None) -> pa.Schema:
             _TYPES[column.kind],
             metadata={"unit": column.unit, "description": column.description},
         )
-        for column in COLUMNS
+        for column in columns
     ]
     metadata: dict[bytes | str, bytes | str] = dict((provenance or {}).items())
     return pa.schema(fields, metadata=metadata)
@@ -38,11 +54,9 @@ def key_values(
     """Return the key columns of one analysis."""
     return {
         "variant": variant.slug,
-        "bridge": variant.bridge,
+        "bridge": variant.bridge_name,
         "abutment": variant.abutment,
-        "skew_deg": variant.skew_deg,
-        "gap_mm": variant.gap_mm,
-        "friction": variant.friction,
+        **variant.values(),
         "motion_id": motion_id,
         "scale": scale,
         "incidence_deg": incidence_deg,
@@ -59,8 +73,9 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
     Raises:
         ValueError: A row lacks a column, has one too many, an unknown status, or its key twice.
     """
-    names = [column.name for column in COLUMNS]
     ordered = sorted(rows, key=lambda row: tuple(row[name] for name in KEY))
+    columns = columns_with(ordered[0] if ordered else ())
+    names = [column.name for column in columns]
     keys = [tuple(row[name] for name in KEY) for row in ordered]
     if len(set(keys)) != len(keys):
         raise ValueError(
@@ -71,7 +86,7 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
             raise ValueError(f"row {key}: wrong columns {sorted(set(row) ^ set(names))}")
         if row["status"] not in STATUSES:
             raise ValueError(f"row {key}: unknown status {row['status']!r}")
-    schema = demands_schema(provenance)
+    schema = demands_schema(provenance, columns)
     return pa.table({name: [row[name] for row in ordered] for name in names}, schema=schema)
 
 

@@ -1,14 +1,18 @@
-"""Pages written from the code: the key table of the configuration and the data dictionary."""
+"""Files written from the code: key table and JSON schemas of the configuration, data dictionary."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+import yaml
+
+from skewbridge.bridge.catalogue.schema import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS
-from skewbridge.study.loading import key_table
+from skewbridge.study.config import StudyConfig
 
 ROOT: Final = Path(__file__).parents[3]
 
@@ -26,7 +30,8 @@ CONFIG_HEAD: Final = """\
 `smoke.yaml` is the small study of the tests, `real.yaml` runs recorded motions, `full.yaml` a finer
 grid; `stripes.yaml` scales every motion to every level and `ida.yaml` searches each motion's
 capacity. An unknown key, a value outside its limits or a number read as text stops the study before
-anything is computed. Write numbers with an exponent like `2.0e+7`: YAML reads `2e7` as text.
+anything is computed. Keys end with the unit of their numbers. Write numbers with an exponent like
+`2.0e+7`: YAML reads `2e7` as text.
 
 What reruns: a new skew, gap, friction or motion runs only what is new; a limit state or a
 statistical key reruns the fits and what follows; a key of `model` or `analysis`, a number of a
@@ -36,7 +41,16 @@ comments, notes beside the motions and the times of files rerun nothing, so a st
 Everything that a study writes lies in the folder `results:` (default `results`): give every study
 that is to be kept a folder of its own.
 
-This page is written from the models in `src/skewbridge/study/config.py` by `make docs`.
+- **An own bridge**: copy `bridges/template.yaml` to `bridges/NAME.yaml` and write `bridge: [NAME]`;
+  or write the path of any file, whose name (without folder and ending) then names the bridge.
+- **Own limit states**: copy `limit_states_template.yaml` and name the copy in
+  `fragility.limit_states`.
+- **Another axis**: any numeric key of `model` can stand under `grid:` with a list of values, for
+  example `transverse_gap_mm: [6.4, 25.4]`; it then replaces the value under `model:`.
+- **Editors** that know `yaml-language-server` check keys and values while you write: each file
+  names its schema in the first line.
+
+This page and the schemas are written from the classes of the sections by `make docs`.
 """
 
 COLUMNS_HEAD: Final = """\
@@ -56,8 +70,42 @@ This page is written from the code (`src/skewbridge/demands/schema.py` and the f
 
 def config_page() -> str:
     """Return the key table of the configuration as Markdown."""
-    rows = [(row["key"], f"`{row['default']}`", row["meaning"]) for row in key_table()]
-    return CONFIG_HEAD + "\n" + _table(("key", "default", "meaning and unit"), rows)
+    schema = StudyConfig.model_json_schema()
+    rows: list[tuple[str, ...]] = []
+    for name, place in schema["properties"].items():
+        told = _resolved(place, schema)
+        keys = {f"{name}.{key}": field for key, field in told.get("properties", {}).items()}
+        # an option that is an axis of a grid has no default there, and its row in `model`
+        rows += [
+            _key_row(key, field, schema)
+            for key, field in (keys or {name: told}).items()
+            if "default" in field
+        ]
+    return CONFIG_HEAD + "\n" + _table(("key", "default", "limits", "meaning"), rows)
+
+
+def _key_row(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> tuple[str, ...]:
+    default = yaml.safe_dump(field["default"], default_flow_style=True).split("\n")[0]
+    return key, f"`{default}`", _limits(_resolved(field, schema)), field["description"]
+
+
+def _resolved(field: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
+    return schema["$defs"][field["$ref"].rsplit("/", 1)[1]] if "$ref" in field else field
+
+
+def _limits(field: Mapping[str, Any]) -> str:
+    """Return what a value must be, in a few characters."""
+    told = next(iter(field.get("anyOf", [field])))
+    told = told.get("items", told)
+    if "enum" in told:
+        return ", ".join(str(choice) for choice in told["enum"])
+    bounds = {
+        "≥": told.get("minimum"),
+        ">": told.get("exclusiveMinimum"),
+        "≤": told.get("maximum"),
+        "<": told.get("exclusiveMaximum"),
+    }
+    return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds.items() if bound is not None)
 
 
 def columns_page() -> str:
@@ -70,7 +118,16 @@ def columns_page() -> str:
     return page
 
 
-PAGES: Final = {"config/README.md": config_page, "docs/columns.md": columns_page}
+def _schema(make: Callable[[], dict[str, Any]]) -> Callable[[], str]:
+    return lambda: json.dumps(make(), indent=1) + "\n"
+
+
+PAGES: Final[dict[str, Callable[[], str]]] = {
+    "config/README.md": config_page,
+    "config/schema.json": _schema(StudyConfig.model_json_schema),
+    "config/bridge.schema.json": _schema(bridge_schema),
+    "docs/columns.md": columns_page,
+}
 
 
 def write_pages(root: Path = ROOT) -> None:

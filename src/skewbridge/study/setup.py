@@ -2,19 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Self
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.motions.settings import MotionsConfig
 from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.tables import read_table
+from skewbridge.reading import checked
 from skewbridge.study.capacity_search import Search
-from skewbridge.study.config import AnalysisConfig, ModelConfig, MotionsConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.task import Task
-from skewbridge.units import MM
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import parse_slug
 
 
@@ -25,7 +26,7 @@ class StudySetup:
     Attributes:
         folder: Where the study lies.
         suite: The ground motions with their factors.
-        measures: Intensity measures at factor 1, by bridge and motion.
+        measures: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
         incidence_deg: Angles of incidence.
         settings: How to integrate.
         options: How to model.
@@ -51,7 +52,7 @@ class StudySetup:
         Raises:
             InputError: The motions are not prepared, or by another version of the program.
         """
-        shaking = MotionsConfig(**sections["motions"])
+        shaking = checked(MotionsConfig, sections["motions"], "motions")
         intensities = read_table(folder.intensities).to_pylist()
         return cls(
             folder=folder,
@@ -60,25 +61,29 @@ class StudySetup:
                 (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
                 for row in intensities
             },
-            incidence_deg=tuple(shaking.incidence_deg),
-            settings=settings_from(AnalysisConfig(**sections["analysis"])),
-            options=options_from(ModelConfig(**sections["model"])),
+            incidence_deg=shaking.incidence_deg,
+            settings=checked(AnalysisSettings, sections["analysis"], "analysis"),
+            options=checked(ModelOptions, sections["model"], "model"),
             search=search_from(shaking),
         )
 
     def tasks(self, slug: str) -> list[Task]:
         """Return the analyses of one variant, the longest motions first (better use of the cores).
 
-        In an IDA there is one per motion, at the first factor of its search.
+        In an IDA there is one per motion, at the first factor of its search. The values of a
+        variant on the axes of modelling options stand above the configured ones.
         """
-        variant = parse_slug(slug)
+        named = parse_slug(slug)
+        files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
+        variant = replace(named, bridge=files[named.bridge])
+        options = replace(self.options, **dict(variant.options))
         tasks = [
             Task(
                 variant=variant,
                 motion=self._for_bridge(variant.bridge, motion),
                 incidence_deg=angle,
                 settings=self.settings,
-                options=self.options,
+                options=options,
             )
             for motion in self.suite
             for angle in self.incidence_deg
@@ -91,29 +96,6 @@ class StudySetup:
         if self.search is not None:
             scale = self.search.first_factor(replace(motion, scale=1.0, measures=dict(at_1)))
         return replace(motion, scale=scale, measures=scaled_measures(dict(at_1), scale))
-
-
-def settings_from(analysis: AnalysisConfig) -> AnalysisSettings:
-    """Return the settings of the transient analysis that the configuration asks for."""
-    return AnalysisSettings(
-        scheme=analysis.scheme,
-        dt_s=analysis.dt_s,
-        duration_s=analysis.duration_s,
-        free_vibration_s=analysis.free_vibration_s,
-        collapse_drift_ratio=analysis.collapse_drift_ratio,
-        collapse_deck_disp_m=analysis.collapse_deck_disp_m,
-    )
-
-
-def options_from(model: ModelConfig) -> ModelOptions:
-    """Return the modelling options that the configuration asks for."""
-    return ModelOptions(
-        arrays=model.arrays,
-        column_integration=model.column_integration,
-        transverse_gap_m=model.transverse_gap_mm * MM,
-        cohesion_n=model.cohesion_n,
-        backwall_points=model.backwall_points,
-    )
 
 
 def search_from(motions: MotionsConfig) -> Search | None:

@@ -14,10 +14,10 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.errors import InputError
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.statuses import RAN
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 logger = logging.getLogger(__name__)

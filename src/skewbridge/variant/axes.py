@@ -1,8 +1,19 @@
-"""The axes of a study: what may differ between the variants of one bridge, told once."""
+"""The axes of a study: what may differ between the variants of one bridge, told once.
 
-from collections.abc import Iterable
+Skew, gap and friction are axes of every variant; each numeric field of `ModelOptions` is one
+where the grid names it.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
+
+from pydantic import TypeAdapter
+
+from skewbridge.errors import InputError
+from skewbridge.units import split_unit
+from skewbridge.variant.options import ModelOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,10 +27,12 @@ class Axis:
         title: The same in the middle of a sentence.
         description: What the number is.
         code: Letters before the number in the name of a variant.
-        digits: Digits of that number.
         low: Smallest value.
         high: Largest value.
-        step: Values are whole multiples of it, so that names never depend on rounding.
+        step: Values are whole multiples of it, so that names never depend on rounding; None for
+            a modelling option that takes any number.
+        digits: Digits of that multiple in the name; 0 writes the value as it is.
+        usual: Value of the command line where none is given.
         symbol: Stands for the label beside a value in figures.
     """
 
@@ -29,10 +42,11 @@ class Axis:
     title: str
     description: str
     code: str
-    digits: int
     low: float
     high: float
-    step: float
+    step: float | None
+    digits: int = 0
+    usual: float = 0.0
     symbol: str = ""
 
     @property
@@ -45,6 +59,47 @@ class Axis:
         """Whether the values are whole numbers."""
         return self.step == 1.0
 
+    def complaint(self, value: float) -> str | None:
+        """Return in words what a value must be, None if it is on the axis."""
+        if not self.low <= value <= self.high:
+            return f"must be within {self.low:g}..{self.high:g}"
+        steps = 0.0 if self.step is None else value / self.step
+        if abs(steps - round(steps)) > 1e-9:
+            return f"must be in whole steps of {self.step:g}"
+        return None
+
+    def checked(self, value: float) -> float:
+        """Return a value of the axis, an integer where all of them are.
+
+        Raises:
+            InputError: It is outside the limits or between two steps.
+        """
+        if complaint := self.complaint(value):
+            raise InputError(f"{self.name} {complaint}, got {value:g}")
+        return round(value) if self.is_whole else float(value)
+
+    def steps(self, value: float) -> int:
+        """Return a value as a multiple of the step.
+
+        Raises:
+            InputError: It is outside the limits or between two steps.
+        """
+        return round(self.checked(value) / (self.step or 1.0))
+
+    def in_name(self, value: float) -> str:
+        """Return the part of a variant's name that tells the value."""
+        if not self.digits:
+            plain = f"{value!r}".removesuffix(".0").replace("+", "").replace(".", "p")
+            return f"{self.code}{plain}"
+        steps = self.steps(value)
+        return f"{self.code}{'m' if steps < 0 else ''}{abs(steps):0{self.digits}d}"
+
+    def from_name(self, text: str) -> float:
+        """Return the value that the part of a name after the letters tells."""
+        if not self.digits:
+            return self.checked(float(text.replace("p", ".")))
+        return int(text.replace("m", "-")) * (self.step or 1.0)
+
 
 AXES: Final = (
     Axis(
@@ -54,10 +109,10 @@ AXES: Final = (
         title="skew",
         description="skew of the abutment line from the transverse axis",
         code="skew",
-        digits=2,
         low=-60.0,
         high=60.0,
         step=1.0,
+        digits=2,
     ),
     Axis(
         name="gap_mm",
@@ -66,10 +121,11 @@ AXES: Final = (
         title="the joint gap",
         description="initial joint gap",
         code="gap",
-        digits=3,
         low=0.0,
         high=999.0,
         step=1.0,
+        digits=3,
+        usual=51,  # source: Rahman & Mackie, section 4
     ),
     Axis(
         name="friction",
@@ -78,16 +134,80 @@ AXES: Final = (
         title="friction",
         description="Coulomb coefficient at the contacts",
         code="mu",
-        digits=3,
         low=0.0,
         high=1.5,
         step=0.01,
+        digits=3,
+        usual=0.5,  # source: Rahman & Mackie, section 4
         symbol="μ",
     ),
 )
+
+#: Part of a variant's name that tells a modelling option: letters, then the number.
+OPTION_PATTERN: Final = r"[a-z]+(?:-[a-z]+)*-?\d+(?:p\d+)?(?:e-?\d+)?"
+
+
+def option_in_name(part: str) -> tuple[str, float]:
+    """Return axis and value that a part of a variant's name tells.
+
+    Raises:
+        InputError: It names no numeric modelling option, or a value outside its limits.
+    """
+    match = re.fullmatch(r"([a-z-]*[a-z])(-?\d.*)", part)
+    if match is None:
+        raise InputError(f"not a part of a variant name: {part!r}")
+    found = axis(match[1].replace("-", "_"))
+    return found.name, found.from_name(match[2])
+
+
+def axis(name: str) -> Axis:
+    """Return an axis by its name.
+
+    Raises:
+        InputError: Neither a core axis nor a numeric modelling option.
+    """
+    if name not in _BY_NAME:
+        raise InputError(f"axis must be one of {', '.join(_BY_NAME)}, got {name!r}")
+    return _BY_NAME[name]
 
 
 def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:
     """Return the axes among the columns of a table, in the order of the axis table."""
     present = set(columns)
-    return tuple(axis for axis in AXES if axis.name in present)
+    return tuple(axis for axis in _BY_NAME.values() if axis.name in present)
+
+
+def _option_axes() -> tuple[Axis, ...]:
+    fields = TypeAdapter(ModelOptions).json_schema()["properties"]
+    numbers = ((name, field, _number(field)) for name, field in fields.items())
+    return tuple(
+        _option_axis(name, field["description"], number)
+        for name, field, number in numbers
+        if number
+    )
+
+
+def _option_axis(name: str, description: str, number: Mapping[str, Any]) -> Axis:
+    stem, unit = split_unit(name)
+    title = stem.replace("_", " ")
+    return Axis(
+        name=name,
+        unit=unit,
+        label=title.capitalize(),
+        title=title,
+        description=description,
+        code=name.replace("_", "-"),
+        low=number["minimum"],
+        high=number["maximum"],
+        step=1.0 if number["type"] == "integer" else None,
+    )
+
+
+def _number(field: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Return the schema of the number that a field takes, None where it takes none."""
+    kinds = field.get("anyOf", [field])
+    return next((kind for kind in kinds if kind.get("type") in ("number", "integer")), None)
+
+
+OPTION_AXES: Final = _option_axes()
+_BY_NAME: Final = {axis.name: axis for axis in (*AXES, *OPTION_AXES)}

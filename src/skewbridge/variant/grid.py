@@ -1,9 +1,127 @@
-"""Expansion of the grid into variants."""
+"""The grid of a study, section ``grid``, and its expansion into variants."""
 
+import re
+from collections.abc import Iterable
 from itertools import product
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self
 
-from skewbridge.study.config import GridConfig
-from skewbridge.variant.variant import Variant
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from skewbridge.reading import Number
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.axes import AXES, OPTION_AXES, Axis
+from skewbridge.variant.variant import BRIDGE_PATTERN, Variant
+
+
+def _known_abutment(value: str) -> str:
+    name = value.replace("-", "_")
+    if name not in ABUTMENTS:
+        raise ValueError(f"must be one of {', '.join(ABUTMENTS)}")
+    return name
+
+
+def _named_bridge(value: str) -> str:
+    if not re.fullmatch(BRIDGE_PATTERN, Path(value).stem):
+        raise ValueError("a bridge is named by small letters, digits and _, and so is its file")
+    return value
+
+
+def _different_names(values: tuple[str, ...]) -> tuple[str, ...]:
+    if len({Path(value).stem for value in values}) < len(values):
+        raise ValueError("two bridges have the same name")
+    return values
+
+
+def _values_of(axis: Axis) -> dict[str, Any]:
+    number = {"type": "integer" if axis.is_whole else "number"}
+    return {
+        "type": "array",
+        "minItems": 1,
+        "description": axis.description,
+        "items": number | {"minimum": axis.low, "maximum": axis.high},
+    }
+
+
+def _with_axes(schema: dict[str, Any]) -> None:
+    """Name the limits of every axis in the JSON schema, and forbid other keys."""
+    for axis in (*AXES, *OPTION_AXES):
+        schema["properties"].setdefault(axis.name, {}).update(_values_of(axis))
+    schema["additionalProperties"] = False
+
+
+Values = Annotated[tuple[Number, ...], Field(min_length=1)]
+_OPTION_VALUES: Final = TypeAdapter(dict[str, Values])
+Abutment = Annotated[
+    str, AfterValidator(_known_abutment), Field(json_schema_extra={"enum": list(ABUTMENTS)})
+]
+Bridge = Annotated[str, AfterValidator(_named_bridge)]
+
+
+class GridConfig(BaseModel):
+    """The axes of the study; every combination is one bridge variant.
+
+    Beside the fields any numeric key of ``model`` is an axis if the grid names it.
+    """
+
+    model_config = ConfigDict(extra="allow", frozen=True, json_schema_extra=_with_axes)
+
+    bridge: Annotated[tuple[Bridge, ...], AfterValidator(_different_names)] = Field(
+        default=("osb1",),
+        min_length=1,
+        description="names of bridges in config/bridges/ and the catalogue, or paths of files",
+    )
+    abutment: tuple[Abutment, ...] = Field(
+        default=("contact_friction",),
+        min_length=1,
+        description="abutment models, from the simplest to contact with friction",
+    )
+    skew_deg: Values = (0, 30, 60)
+    gap_mm: Values = (25, 51)
+    friction: Values = (0.0, 0.5)
+
+    def values(self) -> dict[str, tuple[float, ...]]:
+        """Return the values on every axis of the grid, by its name."""
+        core = {axis.name: getattr(self, axis.name) for axis in AXES}
+        return core | (self.model_extra or {})
+
+    @model_validator(mode="after")
+    def _values_on_their_axes(self) -> Self:
+        extra, known = self.model_extra or {}, {each.name: each for each in (*AXES, *OPTION_AXES)}
+        _raise_any(
+            _finding("extra_forbidden", "no axis", (name,), extra[name])
+            for name in extra.keys() - known.keys()
+        )
+        extra.update(_OPTION_VALUES.validate_python(extra))
+        _raise_any(
+            _finding("axis", complaint, (name, number), value)
+            for name, values in self.values().items()
+            for number, value in enumerate(values)
+            if (complaint := known[name].complaint(value))
+        )
+        return self
+
+
+def _raise_any(findings: Iterable[InitErrorDetails]) -> None:
+    if told := list(findings):
+        raise ValidationError.from_exception_data("grid", told)
+
+
+def _finding(
+    kind: Literal["extra_forbidden", "axis"], words: str, where: tuple[str | int, ...], given: Any
+) -> InitErrorDetails:
+    return InitErrorDetails(
+        type=PydanticCustomError(kind, "{words}", {"words": words}), loc=where, input=given
+    )
 
 
 def expand_grid(grid: GridConfig) -> list[Variant]:
@@ -12,16 +130,11 @@ def expand_grid(grid: GridConfig) -> list[Variant]:
     Axes that an abutment model lacks are set to zero first (a roller has no gap), so that the
     same bridge is never analysed twice.
     """
-    variants = {
-        Variant(
-            bridge=bridge,
-            abutment=abutment,
-            skew_deg=skew_deg,
-            gap_mm=gap_mm,
-            friction_pct=round(friction * 100),
-        ).normalised()
-        for bridge, abutment, skew_deg, gap_mm, friction in product(
-            grid.bridge, grid.abutment, grid.skew_deg, grid.gap_mm, grid.friction
-        )
-    }
-    return sorted(variants)
+    axes = grid.values()
+    places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
+    return sorted(
+        {
+            Variant.at(bridge, abutment, place).normalised()
+            for bridge, abutment, place in product(grid.bridge, grid.abutment, places)
+        }
+    )

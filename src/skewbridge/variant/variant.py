@@ -1,21 +1,27 @@
-"""One bridge of the grid and its integer-coded name."""
+"""One bridge of the grid and its name."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from pathlib import Path
+from typing import Final, Self
 
 from skewbridge.errors import InputError
 from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
-
-MAX_SKEW_DEG: Final = 60
-MAX_GAP_MM: Final = 999
-MAX_FRICTION_PCT: Final = 150
+from skewbridge.variant.axes import AXES, OPTION_PATTERN, axis, option_in_name
 
 _NAMES: Final = {traits.code: name for name, traits in ABUTMENTS.items()}
-_SLUG = re.compile(
-    rf"(?P<bridge>[a-z][a-z0-9_]*)_(?P<code>{'|'.join(_NAMES)})"
-    r"_skew(?P<skew>m?\d{2})_gap(?P<gap>\d{3})_mu(?P<mu>\d{3})"
+#: Pattern of the name of a bridge, which begins the name of its variants.
+BRIDGE_PATTERN: Final = r"[a-z][a-z0-9_]*"
+_CORE: Final = "".join(
+    rf"_{axis.code}{'m?' if axis.low < 0 else ''}\d{{{axis.digits}}}" for axis in AXES
 )
+_SLUG: Final = (
+    rf"(?P<bridge>{BRIDGE_PATTERN})_(?P<code>{'|'.join(_NAMES)})"
+    rf"(?P<core>{_CORE})(?P<options>(?:_{OPTION_PATTERN})*)"
+)
+#: Pattern of the name of a variant, without named groups.
+SLUG_PATTERN: Final = re.sub(r"\(\?P<\w+>", "(?:", _SLUG)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
@@ -23,11 +29,12 @@ class Variant:
     """One bridge of the grid, in whole numbers so that names and keys never depend on floats.
 
     Attributes:
-        bridge: Name of a catalogue entry, for example ``osb1``.
+        bridge: Name of a bridge, for example ``osb1``, or the path of its file.
         abutment: Abutment model, a name in `skewbridge.variant.abutments`.
-        skew_deg: Skew of the abutment line from the transverse axis, whole degrees, -60 to 60.
+        skew_deg: Skew of the abutment line from the transverse axis, whole degrees.
         gap_mm: Initial longitudinal joint gap, whole millimetres.
         friction_pct: Coulomb coefficient at the contacts, whole hundredths.
+        options: Modelling options that are axes of the grid, with their values, sorted.
 
     Raises:
         InputError: A value is outside its limits.
@@ -38,19 +45,38 @@ class Variant:
     skew_deg: int
     gap_mm: int
     friction_pct: int
+    options: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         if self.abutment not in ABUTMENTS:
             raise InputError(
                 f"abutment must be one of {', '.join(ABUTMENTS)}, got {self.abutment!r}"
             )
-        for field, value, low, high in (
-            ("skew_deg", self.skew_deg, -MAX_SKEW_DEG, MAX_SKEW_DEG),
-            ("gap_mm", self.gap_mm, 0, MAX_GAP_MM),
-            ("friction (hundredths)", self.friction_pct, 0, MAX_FRICTION_PCT),
-        ):
-            if not low <= value <= high:
-                raise InputError(f"{field} must be within {low}..{high}, got {value}")
+        for name, value in self.values().items():
+            axis(name).checked(value)
+
+    @classmethod
+    def at(cls, bridge: str, abutment: str, values: Mapping[str, float]) -> Self:
+        """Return the variant at these values of its axes.
+
+        Args:
+            bridge: Name of a bridge or path of its file.
+            abutment: Abutment model.
+            values: Every core axis, and the modelling options that are axes.
+
+        Raises:
+            InputError: An axis is unknown or a value is not on it.
+        """
+        core = {core.name: core.steps(values[core.name]) for core in AXES}
+        options = {name: axis(name).checked(values[name]) for name in values if name not in core}
+        return cls(
+            bridge=bridge,
+            abutment=abutment,
+            skew_deg=core["skew_deg"],
+            gap_mm=core["gap_mm"],
+            friction_pct=core["friction"],
+            options=tuple(sorted(options.items())),
+        )
 
     @property
     def friction(self) -> float:
@@ -62,12 +88,20 @@ class Variant:
         """Traits of the abutment model."""
         return ABUTMENTS[self.abutment]
 
+    def bridge_name(self) -> str:
+        """Name of the bridge in tables and names: its file's, without folder and ending."""
+        return Path(self.bridge).stem
+
+    def values(self) -> dict[str, float]:
+        """Return the value on every axis that the variant has, by column."""
+        core = {"skew_deg": self.skew_deg, "gap_mm": self.gap_mm, "friction": self.friction}
+        return core | dict(self.options)
+
     @property
     def slug(self) -> str:
         """Name of the variant, for example ``osb1_cf_skew30_gap051_mu050``."""
-        skew = f"{'m' if self.skew_deg < 0 else ''}{abs(self.skew_deg):02d}"
-        place = f"{self.bridge}_{self.traits.code}_skew{skew}"
-        return f"{place}_gap{self.gap_mm:03d}_mu{self.friction_pct:03d}"
+        parts = [axis(name).in_name(value) for name, value in self.values().items()]
+        return "_".join([self.bridge_name, self.traits.code, *parts])
 
     def normalised(self) -> "Variant":
         """Return the variant with the axes set to zero that its abutment model does not have."""
@@ -84,15 +118,12 @@ def parse_slug(slug: str) -> Variant:
     Raises:
         InputError: The text is not a slug.
     """
-    match = _SLUG.fullmatch(slug)
+    match = re.fullmatch(_SLUG, slug)
     if match is None:
         raise InputError(
             f"not a variant name: {slug!r} (expected e.g. osb1_cf_skew30_gap051_mu050)"
         )
-    return Variant(
-        bridge=match["bridge"],
-        abutment=_NAMES[match["code"]],
-        skew_deg=int(match["skew"].replace("m", "-")),
-        gap_mm=int(match["gap"]),
-        friction_pct=int(match["mu"]),
-    )
+    core = zip(AXES, match["core"].removeprefix("_").split("_"), strict=True)
+    values = {axis.name: axis.from_name(part.removeprefix(axis.code)) for axis, part in core}
+    values |= dict(map(option_in_name, match["options"].split("_")[1:]))
+    return Variant.at(match["bridge"], _NAMES[match["code"]], values)

@@ -12,8 +12,8 @@ from typing import Literal
 import openseespy.opensees as ops
 
 from skewbridge.bridge.deck_plan import DeckEnd
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
+from skewbridge.variant.options import ModelOptions
 
 type Line = Literal["inner", "bearing", "outer"]
 

@@ -14,10 +14,10 @@ from skewbridge.bridge.abutment.elements import (
 from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
 from skewbridge.bridge.deck_plan import DeckEnd, PlanVector, tributary_shares
 from skewbridge.bridge.handles import AbutmentHandle, BearingHandle, CornerHandle, SpringHandle
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import TONNE
+from skewbridge.variant.options import ModelOptions
 
 CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 

@@ -1,6 +1,6 @@
 """Contact penalties by rule, from the stiffness and the mass of what stands behind a contact."""
 
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 
 # A penalty 50 times its neighbour softens the two in series by 2 %.
 NORMAL_OVER_NEIGHBOUR = 50.0

@@ -1,6 +1,7 @@
 """The bridges: one YAML file each, every number with its source, and their typed reading.
 
-A user adds a bridge by adding a file; see `skewbridge.bridge.catalogue.loading` for the form.
+A user's own bridges stand in `config/bridges/`; see `skewbridge.bridge.catalogue.loading` for
+the form.
 """
 
 from skewbridge.bridge.catalogue.data import BridgeData

@@ -3,7 +3,10 @@
 A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``; the classes are
 a (the paper), b (found text), c (recollection of a named report), d (engineering rule), calc
 (computed from the others). A list of numbers takes one such mapping with a list as ``v``.
-``extends: NAME`` starts from another file of the same folder; mappings merge, the rest replaces.
+``extends: NAME`` starts from another bridge; mappings merge, the rest replaces.
+
+A bridge is found by its name in ``config/bridges/`` of the working folder, then in the catalogue
+of the package; a path with the ending ``.yaml`` names any other file.
 """
 
 import re
@@ -12,14 +15,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
-import yaml
-from pydantic import ValidationError
-
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.errors import InputError
+from skewbridge.reading import checked, read_mapping
 
 FOLDER: Final = Path(__file__).parent
-_SOURCE = re.compile(r"(a|b|c|d|calc): \S.*")
+#: Bridges of the user, beside the configuration.
+OWN_FOLDER: Final = Path("config/bridges")
+SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
 
 
 def bridge_names() -> tuple[str, ...]:
@@ -27,57 +30,71 @@ def bridge_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
-@cache
 def load_bridge(name: str) -> BridgeData:
-    """Return a bridge of the catalogue, or of a YAML file if `name` is a path.
+    """Return a bridge by its name, or of a YAML file if `name` is a path.
 
     Raises:
         InputError: Unknown name, or a bad file; names file, key and limit.
     """
+    return load_bridge_file(bridge_file(name))
+
+
+def bridge_file(name: str) -> Path:
+    """Return the file of a bridge: the path itself, or where its name is found first.
+
+    Raises:
+        InputError: No file has this name.
+    """
     if name.endswith((".yaml", ".yml")):
-        return load_bridge_file(Path(name))
-    if name not in bridge_names():
-        raise InputError(f"bridge must be one of {', '.join(bridge_names())}, got {name!r}")
-    return load_bridge_file(FOLDER / f"{name}.yaml")
+        return Path(name)
+    found = _named(name, OWN_FOLDER)
+    if found is None:
+        own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
+        known = ", ".join((*bridge_names(), *own))
+        raise InputError(f"bridge must be one of {known}, got {name!r}")
+    return found
 
 
 def load_bridge_file(path: Path) -> BridgeData:
-    """Return the bridge in a file.
+    """Return the bridge in a file, read once in a process.
 
     Raises:
         InputError: The file is missing, not YAML, or breaks a limit; names file, key and limit.
     """
+    return _loaded(path.resolve())
+
+
+@cache
+def _loaded(path: Path) -> BridgeData:
     sources: dict[str, str] = {}
-    plain = _strip(_merged(path), "", sources, path)
-    try:
-        return BridgeData.model_validate({**plain, "name": path.stem, "sources": sources})
-    except ValidationError as error:
-        lines = [
-            f"{path.name}: {'.'.join(str(part) for part in item['loc']) or 'file'}: {item['msg']}"
-            + (f", got {item['input']!r}" if isinstance(item["input"], str | int | float) else "")
-            for item in error.errors()
-        ]
-        raise InputError("; ".join(lines), file=path.name) from error
+    plain = _strip(_with_parents(path, ()), "", sources, path)
+    raw = {**plain, "name": path.stem, "sources": sources}
+    return checked(BridgeData, raw, Path(path.name))
 
 
-def _merged(path: Path) -> dict[str, Any]:
-    try:
-        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError) as error:
-        raise InputError(f"{path.name}: cannot be read as YAML: {error}", file=path.name) from error
-    if not isinstance(tree, dict):
-        raise InputError(f"{path.name}: a mapping is needed at the top", file=path.name)
+def _with_parents(path: Path, children: tuple[Path, ...]) -> dict[str, Any]:
+    tree = read_mapping(path)
     parent = tree.pop("extends", None)
     if parent is None:
         return tree
-    beside = path.parent / f"{parent}.yaml"
-    base = beside if beside.exists() else FOLDER / f"{parent}.yaml"
-    if base == path or not base.exists():
+    seen = (*children, path)
+    base = _named(f"{parent}", path.parent, without=seen)
+    if base is None:
         raise InputError(f"{path.name}: extends: no other bridge {parent!r}", file=path.name)
-    return _overlay(_merged(base), tree)
+    return _overlay(_with_parents(base, seen), tree)
+
+
+def _named(name: str, beside: Path, without: tuple[Path, ...] = ()) -> Path | None:
+    """Return the first file of a bridge: beside another, the user's own, then the catalogue's."""
+    paths = (
+        (folder / f"{name}.yaml").resolve()
+        for folder in dict.fromkeys((beside, OWN_FOLDER, FOLDER))
+    )
+    return next((path for path in paths if path.is_file() and path not in without), None)
 
 
 def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a bridge with another laid over it; a number with its source replaces as a whole."""
     merged = dict(base)
     for key, value in top.items():
         below = merged.get(key)
@@ -91,7 +108,7 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
     if isinstance(node, dict):
         if "v" in node:
             source = node.get("src", "")
-            if set(node) - {"v", "src"} or not _SOURCE.fullmatch(str(source)):
+            if set(node) - {"v", "src"} or not re.fullmatch(SOURCE_PATTERN, str(source)):
                 raise InputError(
                     f"{path.name}: {where}: src must be '<a|b|c|d|calc>: text', got {source!r}",
                     file=path.name,

@@ -72,7 +72,7 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
     )
     environment.filters["number"] = _number
     page = environment.get_template("report.html.j2").render(
-        bridges=[_bridge_row(name) for name in sorted(demands["bridge"].unique())],
+        bridges=[_bridge_row(name) for name in sorted(config["grid"]["bridge"])],
         statuses=_statuses(demands),
         summary=_summary(demands),
         headline=_headline(effects),
@@ -140,7 +140,7 @@ def _no_exceedance(curves: pd.DataFrame) -> list[str]:
 def _bridge_row(name: str) -> dict[str, Any]:
     data = load_bridge(name)
     return {
-        "name": name,
+        "name": data.name,
         "title": data.title,
         "base": data.base,
         "t1_s": data.t1_s,

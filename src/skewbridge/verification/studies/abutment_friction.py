@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from skewbridge.analysis.abutment_history import AbutmentHistory, abutment_history
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.units import KJ, KN, MM
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.figure_style import label, legend, panels

@@ -13,9 +13,9 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.statuses import RAN
 from skewbridge.units import MM
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study

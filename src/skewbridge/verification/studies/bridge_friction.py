@@ -13,7 +13,7 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings, Scheme
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.options import ModelOptions
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.friction_figures import (

@@ -19,9 +19,9 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import section_response, shear_section
 from skewbridge.bridge.dead_load import column_axial_n, total_weight_n
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.options import ModelOptions
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
+from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.friction_pairs import paper_variant
 

@@ -1,0 +1,144 @@
+"""How a variant is modelled: the choices that are not data of the bridge, section ``model``.
+
+Each field is a key of the configuration; every numeric one can be an axis of the grid.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from skewbridge.reading import Number, Whole
+from skewbridge.units import MM
+
+Fibers = Annotated[Whole, Field(ge=1, le=200)]
+type ShearModel = Literal["sdc", "kowalsky_priestley"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class ModelOptions:
+    """Modelling choices of one analysis; the defaults are the default study's.
+
+    Raises:
+        ValidationError: A value is outside its limits (`skewbridge.reading.checked` says it in
+            words).
+    """
+
+    arrays: Literal["rigid", "corotational"] = Field(
+        default="rigid",
+        description="transverse arrays of the abutment: rigid links, or stiff corotational "
+        "elements as in the paper (2.3 times dearer)",
+    )
+    column_integration: Literal["hinge_radau", "lobatto5"] = Field(
+        default="hinge_radau",
+        description="column plasticity: hinge_radau (hinge of the bridge's hinge length) or "
+        "lobatto5 (distributed, as in the paper)",
+    )
+    # source: Rahman & Mackie, section 4
+    transverse_gap_mm: Number = Field(
+        default=6.4, ge=0.0, le=1.0e5, description="gap at each exterior shear key"
+    )
+    cohesion_n: Number = Field(
+        default=0.0,
+        ge=0.0,
+        le=1.0e9,
+        description="cohesion of the backwall contact, total per wall, shared by its points",
+    )
+    backwall_points: Whole = Field(
+        default=5, ge=2, le=41, description="contact points along one backwall, corners included"
+    )
+    normal_stiffness_n_per_m: Number | None = Field(
+        default=None,
+        ge=1.0e-3,
+        le=1.0e18,
+        description="contact penalty per wall point; null applies the rule",
+    )
+    tangent_stiffness_n_per_m: Number | None = Field(
+        default=None, ge=1.0e-3, le=1.0e18, description="tangential penalty; null applies the rule"
+    )
+    normal_stiffness_factor: Number = Field(
+        default=1.0,
+        ge=1.0e-3,
+        le=1.0e3,
+        description="factor on the normal penalty, for studies of its effect",
+    )
+    tangent_stiffness_factor: Number = Field(
+        default=1.0,
+        ge=1.0e-3,
+        le=1.0e3,
+        description="factor on the tangential penalty, for studies of its effect",
+    )
+    # ASSUME light walls radiate: 10 % of critical
+    wall_dashpot_ratio: Number = Field(
+        default=0.10,
+        ge=0.0,
+        le=1.0,
+        description="critical damping ratio of the dashpots on wall and key nodes",
+    )
+    # ASSUME a pushed backwall comes back slowly: this adds 0.4 % to the backbone at 76 mm,
+    # 5e6 would add 7 %
+    wall_restoring_n_per_m: Number = Field(
+        default=3.0e5,
+        ge=1.0,
+        le=1.0e9,
+        description="weak elastic spring that brings a pushed backwall back, per wall at zero "
+        "skew (reduced like the backfill)",
+    )
+    backfill: Literal["hyperbolic", "sdc"] = Field(
+        default="hyperbolic", description="hyperbolic curve, or the bilinear one of SDC 2.0"
+    )
+    # ASSUME the backfill is uniform along the wall
+    backfill_variation: Number = Field(
+        default=0.0,
+        ge=0.0,
+        le=0.9,
+        description="relative change of backfill strength and stiffness from the middle to the "
+        "ends of a wall skewed at 60 degrees, linear in skew; 0.3 is Kaviani's",
+    )
+    keys: Literal["sacrificial", "monolithic"] = Field(
+        default="sacrificial", description="exterior shear keys that break, or that hold"
+    )
+    key_frame: Literal["skewed", "deck_edge"] = Field(
+        default="skewed",
+        description="normal of the keys along the skewed abutment line, or across the deck edge",
+    )
+    # ASSUME column bases stand on rigid ground
+    foundation: Literal["fixed", "springs"] = Field(
+        default="fixed",
+        description="column bases on rigid ground, or on the springs of the bridge's file",
+    )
+    embankment_mass: bool = Field(
+        default=False,
+        strict=True,
+        description="whether the critical length of the embankment moves with the abutment "
+        "(abutment model spring)",
+    )
+    column_fibers: tuple[Fibers, Fibers, Fibers] = Field(
+        default=(8, 20, 2), description="rings and wedges of the core, and rings of the cover"
+    )
+    deck_elements_per_span: Whole = Field(
+        default=4, ge=1, le=64, description="elastic elements per span"
+    )
+    shear_model: ShearModel = Field(
+        default="sdc",
+        description="shear capacity in column_shear_dcr: Caltrans criteria (nominal materials, "
+        "displacement ductility), or Kowalsky and Priestley (expected ones, curvature ductility)",
+    )
+    elastic_columns: bool = Field(
+        default=False,
+        strict=True,
+        description="cracked elastic columns, for hand checks and modal comparisons",
+    )
+    # Prediction is the better one where a step resolves the contact. With a light wall between
+    # deck and soil it does not (3 rad of its frequency per 5 ms) and the prediction overshoots:
+    # halving the step then moves unseating by 2 %, and by less than 1 % with `lagged`.
+    coupling: Literal["lagged", "extrapolated"] = Field(
+        default="lagged",
+        description="friction bound of a step from the last committed normal force (as in the "
+        "paper), or from the one predicted at its end",
+    )
+
+    @property
+    def transverse_gap_m(self) -> float:
+        """Gap at each exterior shear key."""
+        return self.transverse_gap_mm * MM
