@@ -9,6 +9,7 @@ if __name__ == "__main__":
         import pandas as pd
 
         from skewbridge.demands.tables import provenance, write_frame
+        from skewbridge.fragility.fit_settings import FitSettings
         from skewbridge.fragility.tables.curves import fit_study
         from skewbridge.fragility.tables.limit_states import load_limit_states
         from skewbridge.fragility.tables.median_effects import paired_capacity_effects
@@ -18,12 +19,12 @@ if __name__ == "__main__":
         settings = FragilityConfig(**snakemake.params.fragility)
         demands = pd.read_parquet(snakemake.input.demands)
         states = load_limit_states(Path(snakemake.input.limit_states))
-        bootstrap = {"bootstrap": settings.bootstrap, "seed": settings.seed}
+        fits = FitSettings(
+            level=settings.confidence, replicates=settings.bootstrap, seed=settings.seed
+        )
         tables = {
-            "curves": fit_study(
-                demands, states, settings.im, level=settings.confidence, **bootstrap
-            ),
-            "medians": paired_capacity_effects(demands, states, settings.im, **bootstrap),
+            "curves": fit_study(demands, states, settings.im, fits),
+            "medians": paired_capacity_effects(demands, states, settings.im, fits),
             "system": system_curves(demands, states, settings.im),
         }
         for name, table in tables.items():

@@ -1,4 +1,4 @@
-"""Effect of friction, skew and gap on the demands: paired by motion, and their shares."""
+"""Effect of every axis on the demands: paired by motion, and their shares."""
 
 from pathlib import Path
 
@@ -8,16 +8,20 @@ if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         import pandas as pd
 
+        from skewbridge.demands.columns import demands_for
         from skewbridge.demands.tables import provenance, write_frame
-        from skewbridge.fragility.tables.effects import DEFAULT_DEMANDS, paired_effects
+        from skewbridge.fragility.fit_settings import FitSettings
+        from skewbridge.fragility.tables.effects import paired_effects
         from skewbridge.fragility.tables.factors import factor_summary
         from skewbridge.study.config import FragilityConfig
 
         settings = FragilityConfig(**snakemake.params.fragility)
         demands = pd.read_parquet(snakemake.input.demands)
+        fits = FitSettings(replicates=settings.bootstrap, seed=settings.seed)
+        names = demands_for("effect", demands.columns)
         tables = {
-            "effects": paired_effects(demands, bootstrap=settings.bootstrap, seed=settings.seed),
-            "factors": factor_summary(demands, DEFAULT_DEMANDS),
+            "effects": paired_effects(demands, names, fits),
+            "factors": factor_summary(demands, names, fits),
         }
         for name, table in tables.items():
             write_frame(table, Path(snakemake.output[name]), provenance())

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.contact_layout import ContactPlan
-
-type Status = Literal["ok", "collapse", "numerical_failure", "timeout", "crash"]
+from skewbridge.statuses import Status
 
 RAN: Final = ("ok", "collapse")
 """Statuses of an analysis that did what it should."""

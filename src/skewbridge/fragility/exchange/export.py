@@ -16,14 +16,16 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.risk import annual_frequency
+from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.tables.key_columns import variant_columns
 
 FORMATS: Final = ("nrml", "pelicun", "csv")
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 _CMPS_PER_MPS: Final = 100.0  # OpenQuake takes PGV in cm/s
-_CSV_COLUMNS: Final = (
-    "variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "component", "limit_state",
-    "method", "im", "theta", "beta", "beta_total", "theta_low", "theta_high", "beta_low",
-    "beta_high", "ci_method", "level", "status", "warnings", "n_runs", "n_records", "n_unknown",
+_CURVE_COLUMNS: Final = (
+    "component", "limit_state", "method", "im", "theta", "beta", "beta_total", "theta_low",
+    "theta_high", "beta_low", "beta_high", "ci_method", "level", "status", "warnings", "n_runs",
+    "n_records", "n_unknown",
 )  # fmt: skip
 
 
@@ -57,12 +59,12 @@ def export_curves(
     if chosen.empty:
         known = ", ".join(sorted(table["method"].unique()))
         raise InputError(f"no curves of method {method!r} (known: {known})")
-    usable = chosen[chosen["status"] == "ok"]
+    usable = chosen[chosen["status"] == FITTED]
     total = usable["beta_total"].where(usable["beta_total"].notna(), usable["beta"])
     usable = usable.assign(beta_written=total)
     try:
         if form == "csv":
-            plain = chosen[[c for c in _CSV_COLUMNS if c in chosen]]
+            plain = chosen[[c for c in (*variant_columns(chosen), *_CURVE_COLUMNS) if c in chosen]]
             if hazard is not None:
                 plain = plain.assign(**_frequencies(usable, hazard))
             plain.to_csv(out, index=False)

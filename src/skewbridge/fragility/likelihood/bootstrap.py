@@ -15,7 +15,6 @@ from skewbridge.fragility.likelihood.intervals import percentile_interval
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 
-DEFAULT_REPLICATES: Final = 999
 # Replicates times runs treated at once: arrays that stay in the cache are four times faster.
 _CHUNK_ELEMENTS: Final = 50_000
 
@@ -89,9 +88,7 @@ def refit_exceedance(
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(exists)))
 
 
-def refit_lines(
-    x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float, capacity_dispersion: float
-) -> Replicates:
+def refit_lines(x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float) -> Replicates:
     """Fit the log-log line to R weighted replicates at once; weights of shape (R, n).
 
     Replicates with slope <= 0 or a single intensity have no median: they count as separated, with
@@ -108,7 +105,7 @@ def refit_lines(
         ln_theta = mean_x + (ln_c - mean_y) / b
         good = (b > 0.0) & (sxx > 1e-9)
         theta = np.where(good, np.exp(ln_theta), np.inf)
-        beta = np.where(good, np.sqrt(s2 + capacity_dispersion**2) / b, np.inf)
+        beta = np.where(good, np.sqrt(s2) / b, np.inf)
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
 
 

@@ -1,16 +1,30 @@
 """The result of a fit: parameters, covariance, intervals, status and warnings."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields, replace
 from math import nan
 from typing import Any, Final
 
 import numpy as np
 
+from skewbridge.fragility.fit_settings import DEFAULTS
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.parts import (
+    CollapseFit,
+    CurvePoints,
+    ExactIntervals,
+    Goodness,
+    LineFit,
+    MedianBound,
+    Part,
+    Predictor,
+    Proportions,
+    RunCounts,
+    ScatterTrend,
+    Separation,
+)
 
-OK: Final = "ok"
-DEFAULT_LEVEL: Final = 0.95
+#: Status of a fit that has an estimate (not the status of an analysis).
+FITTED: Final = "ok"
 WIDE_CI_RATIO: Final = 3.0
 FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
@@ -39,7 +53,17 @@ class FragilityFit:
         loglik: Log-likelihood at the maximum (with binomial coefficients).
         n_runs: Runs that entered the fit.
         warnings: Names of what a reader must know.
-        details: Further results by name (deviance, slope, one-sided bounds ...).
+        line: Line of a cloud.
+        predictor: Linear predictor of the probability of exceedance.
+        goodness: Goodness of a fit to stripes.
+        bound: One-sided bound of the median where no run or every run exceeds.
+        separation: What separated data still say.
+        proportions: Proportions of exceedance where no curve can be fitted.
+        exact: Exact intervals of a complete sample.
+        collapse: Collapse curve of the modified cloud.
+        scatter: Scatter that varies with intensity.
+        points: Points of a curve that is not lognormal.
+        counts: Runs and records.
     """
 
     method: str
@@ -52,11 +76,37 @@ class FragilityFit:
     ci_theta: tuple[float, float] = (nan, nan)
     ci_beta: tuple[float, float] = (nan, nan)
     ci_method: str = ""
-    level: float = DEFAULT_LEVEL
+    level: float = DEFAULTS.level
     loglik: float = nan
     n_runs: int = 0
     warnings: tuple[str, ...] = ()
-    details: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    line: LineFit | None = None
+    predictor: Predictor | None = None
+    goodness: Goodness | None = None
+    bound: MedianBound | None = None
+    separation: Separation | None = None
+    proportions: Proportions | None = None
+    exact: ExactIntervals | None = None
+    collapse: CollapseFit | None = None
+    scatter: ScatterTrend | None = None
+    points: CurvePoints | None = None
+    counts: RunCounts | None = None
+
+    def without_estimate(self, status: str) -> "FragilityFit":
+        """Return the fit with a status in place of median, dispersion and intervals."""
+        return replace(
+            self,
+            status=status,
+            theta=nan,
+            beta=nan,
+            var_ln_theta=nan,
+            cov_ln_theta_beta=nan,
+            var_beta=nan,
+            ci_theta=(nan, nan),
+            ci_beta=(nan, nan),
+            ci_method="",
+            loglik=nan,
+        )
 
     @property
     def se_ln_theta(self) -> float:
@@ -76,6 +126,10 @@ class FragilityFit:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `skewbridge fit --json` prints."""
+        parts = [getattr(self, item.name) for item in fields(self)]
+        further: dict[str, Any] = {}
+        for part in parts:
+            further |= part.as_json() if isinstance(part, Part) else {}
         return {
             "status": self.status,
             "theta": self.theta,
@@ -91,7 +145,7 @@ class FragilityFit:
             "n_runs": self.n_runs,
             "method": self.method,
             "warnings": list(self.warnings),
-            **self.details,
+            **further,
         }
 
 

@@ -8,22 +8,17 @@ References:
     Koenker (1981), J. Econometrics 17(1):107-112, for the studentised Breusch-Pagan test.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
+from skewbridge.fragility.fit_settings import DEFAULTS, FitSettings
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.fit import (
-    DEFAULT_LEVEL,
-    OK,
-    FragilityFit,
-    common_warnings,
-    exp_end,
-)
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit, common_warnings, exp_end
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.parts import LineFit
 from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
 
 TEST_LEVEL = 0.05  # of the tests of curvature and of constant scatter
@@ -62,6 +57,19 @@ class LogLogLine:
     scatter_p: float
     cook_max: float
 
+    def as_part(self) -> LineFit:
+        """Return the line as part of a fit."""
+        return LineFit(
+            ln_a=self.ln_a,
+            b=self.b,
+            sigma=self.s,
+            r2=self.r2,
+            curvature=self.curvature,
+            curvature_p=self.curvature_p,
+            scatter_p=self.scatter_p,
+            cook_max=self.cook_max,
+        )
+
 
 def fit_line(x: FloatArray, y: FloatArray) -> LogLogLine:
     """Fit the line to x = ln intensity (not constant) and y = ln demand, both of shape (n,)."""
@@ -98,7 +106,7 @@ def fit_cloud(
     threshold: float,
     *,
     capacity_dispersion: float = 0.0,
-    level: float = DEFAULT_LEVEL,
+    settings: FitSettings = DEFAULTS,
     n_records: int | None = None,
 ) -> FragilityFit:
     """Fit a fragility curve to a cloud of runs that all completed.
@@ -108,7 +116,7 @@ def fit_cloud(
         edp: Demands in the unit of ``threshold``, shape (n,), positive.
         threshold: Median capacity c.
         capacity_dispersion: Dispersion of the capacity; beta = sqrt(s^2 + dispersion^2)/b.
-        level: Confidence level.
+        settings: Confidence level.
         n_records: Motions behind the runs, if fewer than runs.
 
     Returns:
@@ -124,21 +132,21 @@ def fit_cloud(
     n = int(x.size)
     if n < 3 or np.ptp(x) == 0.0:
         reason = existence.SINGLE_LEVEL if n >= 3 else "too_few_runs"
-        return FragilityFit(method="cloud_ols", status=reason, n_runs=n, level=level)
+        return FragilityFit(method="cloud_ols", status=reason, n_runs=n, level=settings.level)
     line = fit_line(x, y)
-    details: dict[str, Any] = line_details(line)
-    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * level))
-    status = OK
+    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * settings.level))
+    status = FITTED
     if line.b <= 0.0:
         status = existence.NON_INCREASING
     elif line.s <= 1e-12:
         status = "zero_dispersion"
     elif line.b**2 <= t**2 * line.s**2 / line.sxx:
         status = SLOPE_NOT_SIGNIFICANT
-    if status != OK:
-        return FragilityFit(
-            method="cloud_ols", status=status, n_runs=n, level=level, details=details
-        )
+    unfitted = FragilityFit(
+        method="cloud_ols", status=status, n_runs=n, level=settings.level, line=line.as_part()
+    )
+    if status != FITTED:
+        return unfitted
     beta = float(np.hypot(line.s, capacity_dispersion)) / line.b
     ln_theta = (ln_c - line.ln_a) / line.b
     ends = fieller(line, ln_c, t)
@@ -151,9 +159,8 @@ def fit_cloud(
     if np.max(y) <= ln_c:
         warnings.append("no_exceedance_observed")
     sigma = line.s * np.sqrt((n - 2) / n)  # maximum-likelihood value, for the log-likelihood
-    return FragilityFit(
-        method="cloud_ols",
-        status=OK,
+    return replace(
+        unfitted,
         theta=theta,
         beta=beta,
         var_ln_theta=variance[0],
@@ -162,11 +169,8 @@ def fit_cloud(
         ci_theta=ci_theta,
         ci_beta=(float(beta * np.exp(-reach)), float(beta * np.exp(reach))),
         ci_method="fieller",
-        level=level,
         loglik=-n * (0.5 * np.log(2.0 * np.pi) + np.log(sigma) + 0.5),
-        n_runs=n,
         warnings=tuple(warnings),
-        details=details,
     )
 
 
@@ -198,20 +202,6 @@ def fieller(line: LogLogLine, ln_c: float, t: float) -> tuple[float, float]:
     constant = rise**2 - t**2 * line.s**2 / line.n
     root = float(np.sqrt(max(half**2 - a * constant, 0.0)))
     return line.mean_x + (half - root) / a, line.mean_x + (half + root) / a
-
-
-def line_details(line: LogLogLine) -> dict[str, Any]:
-    """Return the numbers of the line under the names used in tables."""
-    return {
-        "ln_a": line.ln_a,
-        "b": line.b,
-        "sigma": line.s,
-        "r2": line.r2,
-        "curvature": line.curvature,
-        "curvature_p": line.curvature_p,
-        "scatter_p": line.scatter_p,
-        "cook_max": line.cook_max,
-    }
 
 
 def line_warnings(line: LogLogLine) -> list[str]:

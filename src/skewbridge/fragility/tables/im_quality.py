@@ -14,10 +14,13 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.fit_settings import DEFAULTS, FitSettings
 from skewbridge.fragility.likelihood.bootstrap import record_weights
+from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods.cloud import LogLogLine, fit_line
-from skewbridge.fragility.tables.outcomes import OK
+from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
+from skewbridge.statuses import OK
 
 # Measures for which ground-motion models and hazard curves are in common use.
 HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
@@ -29,9 +32,7 @@ def rank_measures(
     column: str,
     measures: Sequence[str] | None = None,
     motions: pd.DataFrame | None = None,
-    *,
-    bootstrap: int = 999,
-    seed: int = 20240501,
+    settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
     """Rank intensity measures for one demand.
 
@@ -44,8 +45,7 @@ def rank_measures(
         column: Demand, positive.
         measures: Columns; by default all ``im_`` columns.
         motions: Table motion_id, magnitude, distance_km for sufficiency; None leaves it out.
-        bootstrap: Replicates.
-        seed: Of the bootstrap.
+        settings: Replicates and seed of the bootstrap.
 
     Returns:
         One row per measure, best proficiency first; unusable measures last with a status.
@@ -55,9 +55,7 @@ def rank_measures(
     """
     names = [c for c in demands if str(c).startswith("im_")] if measures is None else measures
     names = [str(name) for name in names]
-    for name in (column, "motion_id", "status", *names):
-        if name not in demands.columns:
-            raise InputError(f"the demands table has no column {name!r}", column=name)
+    need_columns(demands, (column, "motion_id", "status", *names))
     table = demands[demands["status"] == OK].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
     if not np.all(demand > 0.0):
@@ -68,8 +66,8 @@ def rank_measures(
             column=column,
         )
     y = np.log(demand)
-    codes = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
-    weights = record_weights(codes, bootstrap, np.random.default_rng(seed))
+    rng = np.random.default_rng(settings.seed)
+    weights = record_weights(motion_codes(table), settings.replicates, rng)
     rows: list[dict[str, Any]] = []
     scatter: dict[str, FloatArray] = {}
     residuals: dict[str, tuple[FloatArray, float]] = {}
@@ -94,7 +92,7 @@ def rank_measures(
 def _row(name: str, line: LogLogLine) -> dict[str, Any]:
     return {
         "im": name,
-        "status": OK if line.b > 0.0 else "non_increasing",
+        "status": FITTED if line.b > 0.0 else "non_increasing",
         "ln_a": line.ln_a,
         "practicality": line.b,
         "efficiency": line.s,
