@@ -16,7 +16,7 @@ from scipy import special
 
 from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.intervals import wald_intervals
+from skewbridge.fragility.likelihood.intervals import normal_quantile
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
 from skewbridge.fragility.methods.stripes import fit_stripes
@@ -161,6 +161,19 @@ def _ends(fit: FragilityFit, *, wald: bool = False) -> Ends | None:
     if fit.status != FITTED:
         return None
     return wald_intervals(fit, fit.level) if wald else (fit.ci_theta, fit.ci_beta)
+
+
+def wald_intervals(
+    fit: FragilityFit, level: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return Wald intervals of theta and beta, symmetric in ln theta and ln beta.
+
+    A fast fallback of the profile: coverage 92 to 95 % where the profile has 93.5 to 95.5 %.
+    """
+    z = normal_quantile(level)
+    theta = float(np.exp(z * fit.se_ln_theta))
+    beta = float(np.exp(z * fit.se_beta / fit.beta))
+    return (fit.theta / theta, fit.theta * theta), (fit.beta / beta, fit.beta * beta)
 
 
 def main() -> None:

@@ -9,7 +9,8 @@ from skewbridge.fragility.fit_settings import FitSettings
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
 from skewbridge.fragility.likelihood.fit import FragilityFit
-from skewbridge.fragility.likelihood.intervals import percentile_interval, wald_intervals
+from skewbridge.fragility.likelihood.intervals import percentile_interval
+from skewbridge.fragility.likelihood.links import probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 from skewbridge.fragility.likelihood.profile import _bracketed_end, profile_ends
 from skewbridge.fragility.methods import axis_probit, goodness, system
@@ -19,7 +20,7 @@ from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit
 from skewbridge.fragility.methods.ordered import crossing, fit_ordered
 from skewbridge.fragility.methods.stripes import fit_stripes
 from skewbridge.fragility.methods.tobit import fit_tobit
-from skewbridge.fragility.tables.frequency_content import fourier_ratio, frequency_content
+from skewbridge.fragility.tables.frequency_content import fourier_ratio, mean_period_s
 from skewbridge.fragility.tables.uncertain_capacity import fit_uncertain_capacity
 
 
@@ -46,7 +47,7 @@ def test_every_kind_of_stripes_has_its_status(k, status):
 
 def test_quasi_separation_gives_the_firth_estimate_under_its_name():
     fit = fit_stripes([0.3, 0.5, 0.8], [20] * 3, [0, 7, 20])
-    assert fit.separation.firth == pytest.approx((0.53463, 0.19540), abs=1e-5)
+    assert fit.separation.firth == pytest.approx({"theta": 0.53463, "beta": 0.19540}, abs=1e-5)
     assert fit.separation.theta_interval == pytest.approx((0.5, 0.5))
 
 
@@ -89,13 +90,6 @@ def test_bracketed_and_direct_ends_of_the_profile_agree():
     target = float(best.loglik[0]) - 0.5 * 3.841458820694124
     slow = [_bracketed_end(kernel, best, target, index) for index in range(4)]
     assert [*ends.ln_theta, *ends.slope] == pytest.approx(slow, rel=1e-9)
-
-
-def test_wald_is_close_to_the_profile_for_many_runs():
-    fit = fit_stripes([0.3, 0.5, 0.8, 1.2, 1.8], [400] * 5, [20, 90, 190, 290, 360])
-    theta, beta = wald_intervals(fit, 0.95)
-    assert theta == pytest.approx(fit.ci_theta, rel=0.01)
-    assert beta == pytest.approx(fit.ci_beta, rel=0.01)
 
 
 def test_capacities_with_no_information_get_their_status():
@@ -183,11 +177,10 @@ def test_bootstrap_p_value_of_a_good_fit_is_not_small():
     im, n, k = [0.2, 0.4, 0.6, 0.8, 1.0], np.full(5, 20.0), [1, 5, 11, 15, 18]
     fit = fit_stripes(im, n, k)
     params = np.array([fit.predictor.a0, fit.predictor.a1])
-    p = goodness.deviance_p_value(np.log(im), n, params, fit.goodness.deviance, replicates=299)
-    assert p > 0.2
-    _, isotonic = goodness.isotonic_p_value(
-        np.log(im), n, np.array(k, float), params, fit.goodness.loglik_kernel, replicates=99
-    )
+    fitted = goodness.ProbitStripes(ln_im=np.log(im), n=n, params=params, replicates=99)
+    assert goodness.deviance_p_value(fitted, fit.goodness.deviance) > 0.2
+    kernel = fit.goodness.loglik_kernel
+    _, isotonic = goodness.isotonic_p_value(fitted, np.array(k, float), kernel)
     assert isotonic > 0.2
 
 
@@ -195,9 +188,8 @@ def test_lack_of_fit_is_seen():
     im, n, k = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2], np.full(6, 200.0), [2, 90, 95, 100, 110, 198]
     fit = fit_stripes(im, n, k)
     params = np.array([fit.predictor.a0, fit.predictor.a1])
-    _, p = goodness.isotonic_p_value(
-        np.log(im), n, np.array(k, float), params, fit.goodness.loglik_kernel, replicates=99
-    )
+    fitted = goodness.ProbitStripes(ln_im=np.log(im), n=n, params=params, replicates=99)
+    _, p = goodness.isotonic_p_value(fitted, np.array(k, float), fit.goodness.loglik_kernel)
     assert p <= 0.02
 
 
@@ -229,12 +221,14 @@ def test_system_bounds_hold_and_shares_name_the_weak_component():
     joint = system.joint_demand(im, demand, np.array([0.5, 0.5]), np.array([0.35, 0.35]))
     # residual correlation, not that of ln D, which the common trend would bring near 1
     assert 0.2 < joint.correlation[0, 1] < 0.6
-    curve = system.series_system(np.geomspace(0.05, 3, 60), joint)
-    assert np.all(curve.lower <= curve.p + 1e-12)
-    assert np.all(curve.p <= curve.upper + 1e-12)
-    share = system.contributions(curve.im, joint)
+    im = np.geomspace(0.05, 3, 60)
+    p = system.series_system(im, joint)
+    parts = probability(np.log(im[:, None] / joint.theta) / joint.beta)
+    assert np.all(np.max(parts, axis=1) <= p + 1e-12)
+    assert np.all(p <= 1 - np.prod(1 - parts, axis=1) + 1e-12)
+    share = system.contributions(im, joint)
     assert np.all(share[:, 0] > share[:, 1])
-    theta, beta, worst = system.lognormal_of_system(curve)
+    theta, beta, worst = system.lognormal_of_system(im, p)
     assert theta < joint.theta.min()
     assert beta < 1
     assert worst < 0.05
@@ -244,8 +238,9 @@ def test_equal_components_fail_together():
     joint = system.JointDemand(
         theta=np.full(3, 0.8), beta=np.full(3, 0.4), correlation=np.ones((3, 3))
     )
-    curve = system.series_system(np.array([0.4, 0.8, 1.2]), joint)
-    assert curve.p == pytest.approx(curve.components[:, 0], abs=2e-4)  # jitter of the factor
+    im = np.array([0.4, 0.8, 1.2])
+    alone = probability(np.log(im / 0.8) / 0.4)
+    assert system.series_system(im, joint) == pytest.approx(alone, abs=2e-4)  # jitter of the factor
 
 
 def test_frequency_outside_the_hazard_table_is_named():
@@ -272,15 +267,12 @@ def test_parameterised_curve_refuses_a_slope_that_turns_negative():
         axis_probit.scaled_axes({"skew_deg": skew, "gap_mm": np.zeros(400)})
 
 
-def test_period_of_a_decaying_sine_is_found_three_ways():
+def test_mean_period_of_a_decaying_sine():
     t = np.arange(0, 30, 0.01)
     wave = np.sin(2 * np.pi * t / 0.8) * np.exp(-0.05 * t)
-    found = frequency_content(wave, 0.01)
-    assert found.peak_period_s == pytest.approx(0.8, rel=0.02)
-    assert found.crossing_period_s == pytest.approx(0.8, rel=0.01)
-    assert found.mean_period_s == pytest.approx(0.8, rel=0.05)
+    assert mean_period_s(wave, 0.01) == pytest.approx(0.8, rel=0.05)
     with pytest.raises(InputError, match="constant"):
-        frequency_content(np.ones(100), 0.01)
+        mean_period_s(np.ones(100), 0.01)
 
 
 def test_fourier_ratio_shows_a_removed_component():

@@ -16,7 +16,7 @@ from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.parts import RunCounts
 from skewbridge.fragility.likelihood.validate import as_column
 from skewbridge.fragility.methods import cloud, cloud_models, ida, stripes, tobit
-from skewbridge.fragility.tables.key_columns import motion_codes
+from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, MAX_DISPERSION, LimitState
 from skewbridge.fragility.tables.outcomes import outcomes_of
 from skewbridge.fragility.tables.runs import Runs
@@ -218,9 +218,7 @@ def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
     """Fit a table with one row per run; a ``status`` and a ``motion_id`` column are obeyed."""
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
-    for column in (options.im, options.edp):
-        if column not in table.columns:
-            raise InputError(f"the table has no column {column!r}", column=column)
+    need_columns(table, (options.im, options.edp), "the table")
     plain = "status" not in table.columns or bool((table["status"] == OK).all())
     alone = "motion_id" not in table.columns or bool(table["motion_id"].is_unique)
     im = as_column(table[options.im].to_numpy(), options.im)

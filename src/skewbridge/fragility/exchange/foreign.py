@@ -8,9 +8,11 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.exchange.data_files import read_table
 from skewbridge.fragility.tables.key_columns import (
     IDENTITY_COLUMNS,
     LOADING_COLUMNS,
+    need_columns,
     variant_columns,
 )
 from skewbridge.statuses import OK, STATUSES
@@ -50,16 +52,10 @@ def read_foreign(
         InputError: A column is missing, a number unreadable, an intensity not positive, a status
             unknown; names row and column.
     """
-    try:
-        source = pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {path}: {error}") from error
+    source = read_table(path)
+    need_columns(source, columns.values(), path.name)
     out = pd.DataFrame(index=source.index)
     for ours, theirs in columns.items():
-        if theirs not in source.columns:
-            raise InputError(
-                f"{path.name} has no column {theirs!r} (wanted as {ours})", column=theirs
-            )
         out[ours] = source[theirs]
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
         raise InputError("the column map needs motion_id and at least one im_ column")

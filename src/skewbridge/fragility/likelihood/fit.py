@@ -53,17 +53,7 @@ class FragilityFit:
         loglik: Log-likelihood at the maximum (with binomial coefficients).
         n_runs: Runs that entered the fit.
         warnings: Names of what a reader must know.
-        line: Line of a cloud.
-        predictor: Linear predictor of the probability of exceedance.
-        goodness: Goodness of a fit to stripes.
-        bound: One-sided bound of the median where no run or every run exceeds.
-        separation: What separated data still say.
-        proportions: Proportions of exceedance where no curve can be fitted.
-        exact: Exact intervals of a complete sample.
-        collapse: Collapse curve of the modified cloud.
-        scatter: Scatter that varies with intensity.
-        points: Points of a curve that is not lognormal.
-        counts: Runs and records.
+        line ... counts: What else the method gives, see `..likelihood.parts`; None if it does not.
     """
 
     method: str

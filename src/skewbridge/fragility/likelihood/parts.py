@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from math import isnan, nan
 from typing import Any, Literal
 
 type Ends = tuple[float, float]
@@ -23,12 +24,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineFit(Part):
-    """Line of ln demand on ln intensity, with the tests of its assumptions.
+    """Line of ln demand on ln intensity; by least squares, with the tests of its assumptions.
 
     Attributes:
         ln_a: Intercept.
         b: Slope.
         sigma: Scatter of ln demand about the line.
+        n: Runs of a least-squares line, else 0 and the rest is NaN.
+        mean_x: Mean of ln x.
+        sxx: Sum of squares of ln x about its mean.
         r2: Coefficient of determination.
         curvature: Coefficient of (ln x - mean)^2 when it is added.
         curvature_p: p-value of its F test (exact, one degree of freedom).
@@ -36,26 +40,31 @@ class LineFit(Part):
         cook_max: Largest Cook's distance.
     """
 
-    ln_a: float
-    b: float
-    sigma: float | None = None
-    r2: float | None = None
-    curvature: float | None = None
-    curvature_p: float | None = None
-    scatter_p: float | None = None
-    cook_max: float | None = None
+    ln_a: float = nan
+    b: float = nan
+    sigma: float = nan
+    n: int = 0
+    mean_x: float = nan
+    sxx: float = nan
+    r2: float = nan
+    curvature: float = nan
+    curvature_p: float = nan
+    scatter_p: float = nan
+    cook_max: float = nan
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the line, and its tests where there are any."""
+        names = ("ln_a", "b") if isnan(self.sigma) else ("ln_a", "b", "sigma")
+        tests = ("r2", "curvature", "curvature_p", "scatter_p", "cook_max") if self.n else ()
+        return {name: getattr(self, name) for name in (*names, *tests)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Predictor(Part):
-    """Linear predictor eta = a0 + a1 ln x of the probability of exceedance.
+    """Linear predictor eta = a0 + a1 ln x of the probability of exceedance, and its link.
 
-    Attributes:
-        a0: Intercept.
-        a1: Slope.
-        link: Link of a stripes fit.
-        mu: Mean of ln capacity, of a fit to capacities.
-        beta_equiv_pi_sqrt3: Standard deviation of the logistic distribution (logit link).
+    ``mu`` is the mean of ln capacity (fits to capacities), ``beta_equiv_pi_sqrt3`` the standard
+    deviation of the logistic distribution (logit link).
     """
 
     a0: float | None = None
@@ -69,13 +78,8 @@ class Predictor(Part):
 class Goodness(Part):
     """Goodness of a fit to stripes; the tests hold for expected counts of 1 or more.
 
-    Attributes:
-        deviance: Twice the log-likelihood that the saturated model gains.
-        deviance_dof: Its degrees of freedom.
-        deviance_p: Its chi-square p-value.
-        pearson: Pearson's statistic.
-        loglik_kernel: Log-likelihood without binomial coefficients.
-        aic: Akaike's criterion.
+    Deviance with degrees of freedom and chi-square p-value, Pearson's statistic, log-likelihood
+    without binomial coefficients, Akaike's criterion.
     """
 
     deviance: float
@@ -117,31 +121,20 @@ class Separation(Part):
     Attributes:
         theta_interval: Largest level without, smallest level with exceedance.
         theta_midpoint_log: Their geometric mean.
-        firth: Penalised median and dispersion, not the maximum likelihood.
+        firth: Penalised ``theta`` and ``beta``, not the maximum likelihood.
     """
 
     theta_interval: Ends
     theta_midpoint_log: float | None = None
-    firth: Ends | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the interval, and the penalised estimate by name."""
-        plain = Part.as_json(self)
-        if self.firth is not None:
-            plain["firth"] = dict(zip(("theta", "beta"), self.firth, strict=True))
-        return plain
+    firth: Mapping[str, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proportions(Part):
-    """Exact intervals of the proportion of exceedance where no curve can be fitted.
+    """Proportions of exceedance where no curve can be fitted.
 
-    Attributes:
-        p_lower: Lower Clopper-Pearson limit per stripe.
-        p_upper: Upper limit per stripe.
-        p: Proportion at a single level.
-        p_ci: Its interval.
-        theta_given_beta: Median that this level implies, by assumed dispersion.
+    Clopper-Pearson limits per stripe; at a single level also the proportion, its interval and the
+    median that it implies, by assumed dispersion.
     """
 
     p_lower: tuple[float, ...]
@@ -162,14 +155,9 @@ class ExactIntervals(Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CollapseFit(Part):
-    """Collapse curve of the modified cloud.
+    """Collapse curve of the modified cloud: runs that collapsed, linear predictor and link.
 
-    Attributes:
-        part: ``collapse`` or ``demand``: the half that could not be fitted.
-        n_collapse: Collapsed runs.
-        collapse_a0: Intercept of its predictor.
-        collapse_a1: Slope.
-        collapse_link: Link.
+    ``part`` names the half (``collapse`` or ``demand``) that could not be fitted.
     """
 
     part: str | None = None
@@ -181,15 +169,7 @@ class CollapseFit(Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScatterTrend(Part):
-    """Scatter that varies with intensity, ln sigma(x) = g0 + g1 ln x.
-
-    Attributes:
-        g0: Intercept.
-        g1: Slope.
-        loglik_homoscedastic: Log-likelihood with g1 = 0.
-        lr: Likelihood-ratio statistic of g1 = 0.
-        lr_p: Its p-value.
-    """
+    """Scatter ln sigma(x) = g0 + g1 ln x, with the likelihood-ratio test of g1 = 0."""
 
     g0: float
     g1: float
@@ -211,14 +191,10 @@ class CurvePoints(Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunCounts(Part):
-    """Runs and records behind a fit.
+    """Runs and records behind a fit, with median and dispersion by treatment of unknown outcomes.
 
-    Attributes:
-        n_censored: Demands or capacities known only to exceed a value.
-        n_non_monotone: Records that exceed, and at a stronger level no longer do.
-        n_records: Motions.
-        n_unknown: Runs whose outcome is unknown.
-        bounds: Medians and dispersions of the three treatments of unknown outcomes.
+    Censored demands or capacities, records that exceed and at a stronger level no longer do,
+    motions, and runs whose outcome is unknown.
     """
 
     n_censored: int | None = None

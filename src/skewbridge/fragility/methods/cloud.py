@@ -8,7 +8,7 @@ References:
     Koenker (1981), J. Econometrics 17(1):107-112, for the studentised Breusch-Pagan test.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,51 +27,7 @@ CURVED = "curved"
 SLOPE_NOT_SIGNIFICANT = "slope_not_significant"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LogLogLine:
-    """Least-squares line of ln demand on ln intensity, with the tests of its assumptions.
-
-    Attributes:
-        ln_a: Intercept.
-        b: Slope.
-        s: Residual standard deviation, n - 2 in the denominator.
-        n: Runs.
-        mean_x: Mean of ln x.
-        sxx: Sum of squares of ln x about its mean.
-        r2: Coefficient of determination.
-        curvature: Coefficient of (ln x - mean)^2 when it is added.
-        curvature_p: p-value of its F test (exact, one degree of freedom).
-        scatter_p: p-value of the studentised Breusch-Pagan test of constant scatter.
-        cook_max: Largest Cook's distance.
-    """
-
-    ln_a: float
-    b: float
-    s: float
-    n: int
-    mean_x: float
-    sxx: float
-    r2: float
-    curvature: float
-    curvature_p: float
-    scatter_p: float
-    cook_max: float
-
-    def as_part(self) -> LineFit:
-        """Return the line as part of a fit."""
-        return LineFit(
-            ln_a=self.ln_a,
-            b=self.b,
-            sigma=self.s,
-            r2=self.r2,
-            curvature=self.curvature,
-            curvature_p=self.curvature_p,
-            scatter_p=self.scatter_p,
-            cook_max=self.cook_max,
-        )
-
-
-def fit_line(x: FloatArray, y: FloatArray) -> LogLogLine:
+def fit_line(x: FloatArray, y: FloatArray) -> LineFit:
     """Fit the line to x = ln intensity (not constant) and y = ln demand, both of shape (n,)."""
     n = x.size
     u, v = x - np.mean(x), y - np.mean(y)
@@ -85,10 +41,10 @@ def fit_line(x: FloatArray, y: FloatArray) -> LogLogLine:
     scale = s2 if s2 > 0.0 else 1.0
     cook = residual**2 / (2.0 * scale) * leverage / np.maximum((1.0 - leverage) ** 2, 1e-12)
     curvature, curvature_p = _curvature(u, residual, sse)
-    return LogLogLine(
+    return LineFit(
         ln_a=float(np.mean(y)) - b * float(np.mean(x)),
         b=b,
-        s=float(np.sqrt(s2)),
+        sigma=float(np.sqrt(s2)),
         n=n,
         mean_x=float(np.mean(x)),
         sxx=sxx,
@@ -138,16 +94,16 @@ def fit_cloud(
     status = FITTED
     if line.b <= 0.0:
         status = existence.NON_INCREASING
-    elif line.s <= 1e-12:
+    elif line.sigma <= 1e-12:
         status = "zero_dispersion"
-    elif line.b**2 <= t**2 * line.s**2 / line.sxx:
+    elif line.b**2 <= t**2 * line.sigma**2 / line.sxx:
         status = SLOPE_NOT_SIGNIFICANT
     unfitted = FragilityFit(
-        method="cloud_ols", status=status, n_runs=n, level=settings.level, line=line.as_part()
+        method="cloud_ols", status=status, n_runs=n, level=settings.level, line=line
     )
     if status != FITTED:
         return unfitted
-    beta = float(np.hypot(line.s, capacity_dispersion)) / line.b
+    beta = float(np.hypot(line.sigma, capacity_dispersion)) / line.b
     ln_theta = (ln_c - line.ln_a) / line.b
     ends = fieller(line, ln_c, t)
     variance = _delta_covariance(line, ln_theta, beta)
@@ -158,7 +114,7 @@ def fit_cloud(
     warnings = common_warnings(theta, ci_theta, np.exp(x), records) + line_warnings(line)
     if np.max(y) <= ln_c:
         warnings.append("no_exceedance_observed")
-    sigma = line.s * np.sqrt((n - 2) / n)  # maximum-likelihood value, for the log-likelihood
+    sigma = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value, for the log-likelihood
     return replace(
         unfitted,
         theta=theta,
@@ -194,17 +150,17 @@ def cloud_columns(
     return np.log(x), np.log(np.where(usable, d, np.nan)), float(np.log(limit[0]))
 
 
-def fieller(line: LogLogLine, ln_c: float, t: float) -> tuple[float, float]:
+def fieller(line: LineFit, ln_c: float, t: float) -> tuple[float, float]:
     """Return Fieller's interval of ln theta; needs b^2 > t^2 s^2 / Sxx."""
     rise = ln_c - (line.ln_a + line.b * line.mean_x)
-    a = line.b**2 - t**2 * line.s**2 / line.sxx
+    a = line.b**2 - t**2 * line.sigma**2 / line.sxx
     half = line.b * rise
-    constant = rise**2 - t**2 * line.s**2 / line.n
+    constant = rise**2 - t**2 * line.sigma**2 / line.n
     root = float(np.sqrt(max(half**2 - a * constant, 0.0)))
     return line.mean_x + (half - root) / a, line.mean_x + (half + root) / a
 
 
-def line_warnings(line: LogLogLine) -> list[str]:
+def line_warnings(line: LineFit) -> list[str]:
     """Return the warnings of the tests of a straight line and of constant scatter."""
     found: list[str] = []
     if line.curvature_p < TEST_LEVEL:
@@ -214,15 +170,15 @@ def line_warnings(line: LogLogLine) -> list[str]:
     return found
 
 
-def _delta_covariance(line: LogLogLine, ln_theta: float, beta: float) -> tuple[float, float, float]:
+def _delta_covariance(line: LineFit, ln_theta: float, beta: float) -> tuple[float, float, float]:
     """Return var ln theta, cov(ln theta, beta), var beta of the regression estimates."""
     away = ln_theta - line.mean_x
-    var_b = line.s**2 / line.sxx
+    var_b = line.sigma**2 / line.sxx
     relative = var_b / line.b**2
-    var_ln_theta = line.s**2 / line.b**2 / line.n + relative * away**2
+    var_ln_theta = line.sigma**2 / line.b**2 / line.n + relative * away**2
     # beta = sqrt(s^2 + c^2)/b: its derivative by s is s/(beta b^2), by b it is -beta/b
-    var_s = line.s**2 / (2.0 * (line.n - 2))
-    var_beta = (line.s / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
+    var_s = line.sigma**2 / (2.0 * (line.n - 2))
+    var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
     return float(var_ln_theta), float(beta * relative * away), float(var_beta)
 
 

@@ -76,7 +76,7 @@ def fit_modified_cloud(
         return replace(
             blank,
             status=existence.NON_INCREASING if falling else status,
-            line=line.as_part(),
+            line=line,
             collapse=CollapseFit(part="demand" if falling else "collapse"),
         )
     design = np.column_stack([np.ones(n), x])
@@ -92,11 +92,11 @@ def fit_modified_cloud(
         falls = probability(p[3] + p[4] * ln_x, collapse_link)
         return demand * (1.0 - falls) + falls
 
-    params = np.array([line.ln_a, line.b, line.s, alpha[0], alpha[1]])
+    params = np.array([line.ln_a, line.b, line.sigma, alpha[0], alpha[1]])
     covariance = np.zeros((5, 5))
-    covariance[:3, :3] = _line_covariance(line.n, line.mean_x, line.sxx, line.s)
+    covariance[:3, :3] = _line_covariance(line.n, line.mean_x, line.sxx, line.sigma)
     covariance[3:, 3:] = best.covariance[0]
-    sigma = line.s * np.sqrt((line.n - 2) / line.n)
+    sigma = line.sigma * np.sqrt((line.n - 2) / line.n)
     demand_loglik = -line.n * (_HALF_LOG_2PI + np.log(sigma) + 0.5)
     fitted = FittedCurve(
         method="cloud_modified",
@@ -112,7 +112,7 @@ def fit_modified_cloud(
         collapse_a1=float(alpha[1]),
         collapse_link=collapse_link,
     )
-    return replace(read_curve(fitted, x, level), line=line.as_part(), collapse=collapse_fit)
+    return replace(read_curve(fitted, x, level), line=line, collapse=collapse_fit)
 
 
 def fit_heteroscedastic(

@@ -175,7 +175,7 @@ def _with_bounds(
         separation = Separation(
             theta_interval=(float(np.exp(hi0)), float(np.exp(lo1))),
             theta_midpoint_log=float(np.exp(0.5 * (hi0 + lo1))),
-            firth=(float(np.exp((predictor(0.5, link) - a0) / a1)), 1.0 / a1),
+            firth={"theta": float(np.exp((predictor(0.5, link) - a0) / a1)), "beta": 1.0 / a1},
         )
         return replace(fit, proportions=shares, separation=separation)
     return replace(fit, proportions=shares)

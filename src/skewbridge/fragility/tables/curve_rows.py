@@ -89,8 +89,8 @@ def curve_row(
         # ASSUME capacity independent of demand; b carries its dispersion over to the intensity
         total = float(np.hypot(fit.beta, state.dispersion / slope))
     bound, bound_beta = _headline_bound(fit)
-    firth = fit.separation.firth if fit.separation else None
-    line = LineFit(ln_a=nan, b=nan) if fit.line is None else fit.line
+    firth = (fit.separation.firth if fit.separation else None) or {}
+    line = fit.line or LineFit()
     row: dict[str, Any] = {
         "component": state.component,
         "limit_state": state.name,
@@ -114,13 +114,13 @@ def curve_row(
         **counts,
         "theta_bound": bound,
         "theta_bound_beta": bound_beta,
-        "theta_firth": nan if firth is None else firth[0],
-        "beta_firth": nan if firth is None else firth[1],
+        "theta_firth": firth.get("theta", nan),
+        "beta_firth": firth.get("beta", nan),
         "ln_a": line.ln_a,
         "b": line.b,
-        "sigma": _or_nan(line.sigma),
-        "curvature_p": _or_nan(line.curvature_p),
-        "scatter_p": _or_nan(line.scatter_p),
+        "sigma": line.sigma,
+        "curvature_p": line.curvature_p,
+        "scatter_p": line.scatter_p,
         "im": im_column,
         "demand": state.demand,
         "threshold": state.threshold,
@@ -151,7 +151,3 @@ def _headline_bound(fit: FragilityFit) -> tuple[float, float]:
         return nan, nan
     beta = fit.bound.assumed_beta
     return fit.bound.theta_given_beta.get(beta, nan), beta
-
-
-def _or_nan(value: float | None) -> float:
-    return nan if value is None else value

@@ -63,7 +63,7 @@ def factor_summary(
         surrogate = fit_surrogate(demands, column)
         indices = surrogate_sobol(surrogate, demands, settings.seed).set_index("factor")
         unseen = leave_one_variant_out(demands, column)
-        worst = float(unseen["error"].abs().max()) if len(unseen) else np.nan
+        worst = float(unseen["error"].abs().max())
         rows += [
             {
                 "demand": column,

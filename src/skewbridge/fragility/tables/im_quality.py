@@ -15,10 +15,11 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.fit_settings import DEFAULTS, FitSettings
-from skewbridge.fragility.likelihood.bootstrap import record_weights
+from skewbridge.fragility.likelihood.bootstrap import record_weights, weighted_lines
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.methods.cloud import LogLogLine, fit_line
+from skewbridge.fragility.likelihood.parts import LineFit
+from skewbridge.fragility.methods.cloud import fit_line
 from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
 from skewbridge.statuses import OK
 
@@ -80,7 +81,7 @@ def rank_measures(
         x = np.log(im)
         line = fit_line(x, y)
         residual = y - line.ln_a - line.b * x
-        residuals[name] = (residual, line.s)
+        residuals[name] = (residual, line.sigma)
         scatter[name] = _replicate_scatter(x, y, weights)
         rows.append(_row(name, line) | _sufficiency(residual, table, motions))
     _add_probabilities(rows, scatter)
@@ -89,14 +90,14 @@ def rank_measures(
     return out.sort_values("proficiency", na_position="last").reset_index(drop=True)
 
 
-def _row(name: str, line: LogLogLine) -> dict[str, Any]:
+def _row(name: str, line: LineFit) -> dict[str, Any]:
     return {
         "im": name,
         "status": FITTED if line.b > 0.0 else "non_increasing",
         "ln_a": line.ln_a,
         "practicality": line.b,
-        "efficiency": line.s,
-        "proficiency": line.s / line.b if line.b > 0.0 else np.nan,
+        "efficiency": line.sigma,
+        "proficiency": line.sigma / line.b if line.b > 0.0 else np.nan,
         "r2": line.r2,
         "hazard_computable": name.startswith(HAZARD_KNOWN),
     }
@@ -126,7 +127,7 @@ def _sufficiency(
             out |= {f"p_{name}": np.nan, f"effect_{name}": np.nan}
             continue
         line = fit_line(values[good], residual[good])
-        t = line.b / (line.s / np.sqrt(line.sxx))
+        t = line.b / (line.sigma / np.sqrt(line.sxx))
         out[f"p_{name}"] = float(2.0 * special.stdtr(line.n - 2, -abs(t)))
         out[f"effect_{name}"] = line.b * float(np.std(values[good]))
     return out
@@ -134,16 +135,9 @@ def _sufficiency(
 
 def _replicate_scatter(x: FloatArray, y: FloatArray, weights: FloatArray) -> FloatArray:
     """Return s and zeta of each replicate, shape (2, R)."""
-    total = np.sum(weights, axis=1)
-    mean_x, mean_y = weights @ x / total, weights @ y / total
-    sxx = weights @ (x * x) - total * mean_x**2
-    sxy = weights @ (x * y) - total * mean_x * mean_y
-    syy = weights @ (y * y) - total * mean_y**2
+    line = weighted_lines(x, y, weights)
     with np.errstate(divide="ignore", invalid="ignore"):
-        b = sxy / sxx
-        s = np.sqrt(np.maximum(syy - b * sxy, 0.0) / (total - 2.0))
-        zeta = np.where(b > 0.0, s / b, np.inf)
-    return np.stack([s, zeta])
+        return np.stack([line.scatter, np.where(line.b > 0.0, line.scatter / line.b, np.inf)])
 
 
 def _add_probabilities(rows: list[dict[str, Any]], scatter: dict[str, FloatArray]) -> None:

@@ -1,6 +1,6 @@
 """The columns that say which run a row is: identity of the variant, its axes, its loading."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -41,12 +41,14 @@ def motion_codes(table: pd.DataFrame) -> NDArray[np.intp]:
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
 
 
-def need_columns(table: pd.DataFrame, columns: Sequence[str]) -> None:
-    """Check that a demands table has some columns.
+def need_columns(
+    table: pd.DataFrame, columns: Iterable[str], what: str = "the demands table"
+) -> None:
+    """Check that a table has some columns.
 
     Raises:
         InputError: One is missing; names it.
     """
     for column in columns:
         if column not in table.columns:
-            raise InputError(f"the demands table has no column {column!r}", column=column)
+            raise InputError(f"{what} has no column {column!r}", column=column)

@@ -22,7 +22,6 @@ from skewbridge.reading import checked, read_yaml
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 COLLAPSE_EXCEEDS: Final = "exceeds"
-COLLAPSE_BY_PEAK: Final = "peak"
 MAX_DISPERSION: Final = 2.0
 # Below this a dispersion is more likely a slip of units (0.25 written in thousandths).
 SMALL_DISPERSION: Final = 0.05

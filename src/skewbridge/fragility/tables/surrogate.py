@@ -19,7 +19,7 @@ from scipy import special, stats
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods.axis_probit import scaled_axes
-from skewbridge.fragility.tables.key_columns import axis_names, motion_codes, varying_axes
+from skewbridge.fragility.tables.key_columns import axis_names, varying_axes
 from skewbridge.statuses import OK
 
 
@@ -30,16 +30,12 @@ class Surrogate:
     Attributes:
         terms: Names of the terms.
         coefficients: Shape (p,).
-        se_cluster: Errors robust to the motion.
         scatter: Residual standard deviation of ln D within a motion.
-        mean_effect: Mean over motions of their effect: ln D at all terms zero.
     """
 
     terms: tuple[str, ...]
     coefficients: FloatArray
-    se_cluster: FloatArray
     scatter: float
-    mean_effect: float
 
     def relative(self, axes: Mapping[str, FloatArray]) -> FloatArray:
         """Return ln D minus the motion effect at scaled axis values."""
@@ -83,22 +79,13 @@ def fit_surrogate(demands: pd.DataFrame, column: str) -> Surrogate:
         raise InputError("no two variants of the table share a motion")
     x = _within(_columns(kept, axes), table)
     y = _within(np.log(table[column].to_numpy(dtype=np.float64))[:, None], table)[:, 0]
-    gram = np.linalg.inv(x.T @ x)
-    coefficients = gram @ (x.T @ y)
+    coefficients = np.linalg.inv(x.T @ x) @ (x.T @ y)
     residual = y - x @ coefficients
-    blocks = _block_codes(table)
-    dof = y.size - len(kept) - int(np.max(blocks)) - 1
-    motions = motion_codes(table)
-    sums = np.zeros((int(np.max(motions)) + 1, len(kept)))
-    np.add.at(sums, motions, x * residual[:, None])
-    robust = gram @ (sums.T @ sums) @ gram
-    mean = np.log(table[column].to_numpy(dtype=np.float64)) - _columns(kept, axes) @ coefficients
+    dof = y.size - len(kept) - int(np.max(_block_codes(table))) - 1
     return Surrogate(
         terms=kept,
         coefficients=coefficients,
-        se_cluster=np.sqrt(np.diag(robust)),
         scatter=float(np.sqrt(residual @ residual / max(dof, 1))),
-        mean_effect=float(np.mean(mean)),
     )
 
 
@@ -202,8 +189,7 @@ def leave_one_variant_out(demands: pd.DataFrame, column: str) -> pd.DataFrame:
     """Return how well the surrogate predicts each variant from all others.
 
     Returns:
-        Rows variant, predicted (geometric mean ratio to the motions' means), observed, error
-        (predicted over observed minus 1) and scatter of the single runs' errors in ln D.
+        Rows variant and error, predicted over observed geometric mean minus 1.
     """
     table = _usable(demands, column)
     y = np.log(table[column].to_numpy(dtype=np.float64))
@@ -217,17 +203,9 @@ def leave_one_variant_out(demands: pd.DataFrame, column: str) -> pd.DataFrame:
         relative = y - model.relative(_scaled(table))
         block = pd.Series(relative[~out]).groupby(_key(table[~out])).mean()
         level = block.reindex(_key(table[out])).to_numpy(dtype=np.float64)
-        error = -(relative[out] - level)
-        rows.append(
-            {
-                "variant": variant,
-                "observed": float(np.exp(np.nanmean(y[out] - level))),
-                "predicted": float(np.exp(np.nanmean(y[out] - level + error))),
-                "error": float(np.expm1(np.nanmean(error))),
-                "scatter": float(np.nanstd(error)),
-            }
-        )
-    return pd.DataFrame(rows)
+        error = float(np.expm1(np.nanmean(level - relative[out])))
+        rows.append({"variant": variant, "error": error})
+    return pd.DataFrame(rows, columns=["variant", "error"])
 
 
 def _usable(demands: pd.DataFrame, column: str) -> pd.DataFrame:

@@ -88,8 +88,8 @@ def _system(part: pd.DataFrame, members: Sequence[LimitState], im_column: str) -
     if lowest > im.max() and not _any_exceeds(done, usable):
         return row | blank | {"status": "no_exceedance"}
     reach = float(np.exp(4.0 * np.max(joint.beta)))
-    curve = series_system(np.geomspace(lowest / reach, lowest * reach, _POINTS), joint)
-    theta, beta, distance = lognormal_of_system(curve)
+    grid = np.geomspace(lowest / reach, lowest * reach, _POINTS)
+    theta, beta, distance = lognormal_of_system(grid, series_system(grid, joint))
     share = contributions(np.array([theta]), joint)[0]
     weakest = int(np.argmax(share))
     return row | {

@@ -99,11 +99,10 @@ def _line_fit(
         fit = bootstrapped(fit, tobit.refit_tobit(im, edp, threshold, upper, weights))
     if np.sum(complete) >= 4 and np.ptp(im[complete]) > 0.0:
         line = cloud.fit_line(np.log(im[complete]), np.log(edp[complete]))
+        fit = replace(fit, warnings=(*fit.warnings, *cloud.line_warnings(line)))
         # the tests are those of the completed runs, intercept, slope and scatter those of Tobit
-        part = line.as_part()
-        if fit.line is not None:
-            part = replace(part, ln_a=fit.line.ln_a, b=fit.line.b, sigma=fit.line.sigma)
-        fit = replace(fit, warnings=(*fit.warnings, *cloud.line_warnings(line)), line=part)
+        own = fit.line or line
+        fit = replace(fit, line=replace(line, ln_a=own.ln_a, b=own.b, sigma=own.sigma))
     return fit
 
 
@@ -118,4 +117,4 @@ def _line_only(blank: FragilityFit, runs: Runs, outcomes: Outcomes) -> Fragility
     if np.sum(used) < 3 or np.ptp(runs.im[used]) == 0.0:
         return blank
     line = cloud.fit_line(np.log(runs.im[used]), np.log(outcomes.demand[used]))
-    return replace(blank, line=line.as_part(), warnings=tuple(cloud.line_warnings(line)))
+    return replace(blank, line=line, warnings=tuple(cloud.line_warnings(line)))
