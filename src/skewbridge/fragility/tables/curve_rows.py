@@ -15,7 +15,7 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "variant": "name of the variant",
     "bridge": "catalogue entry",
     "abutment": "abutment model",
-    **{axis.name: f"{axis.description} ({axis.unit})" for axis in AXES},
+    **{axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -") for axis in AXES},
     "component": "component of the limit state",
     "limit_state": "degree of damage",
     "method": "cloud | exceedance | ida_interval",

@@ -48,7 +48,7 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "from_value": "value of the axis in the denominator",
         "to_value": "value of the axis in the numerator",
         **{
-            axis.name: f"{axis.description}, both variants; NaN where it is the axis or pooled over"
+            axis.name: f"{axis.title} of both variants; NaN where it is the axis or pooled over"
             for axis in axes
         },
         "scope": "variant (one pair of variants) | pooled (all pairs, motion by motion)",
