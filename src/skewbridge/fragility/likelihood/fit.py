@@ -1,7 +1,7 @@
 """The result of a fit: parameters, covariance, intervals, status and warnings."""
 
 from dataclasses import dataclass, fields, replace
-from math import nan
+from math import inf, nan
 from typing import Any, Final
 
 import numpy as np
@@ -22,6 +22,7 @@ from skewbridge.fragility.likelihood.parts import (
     ScatterTrend,
     Separation,
 )
+from skewbridge.fragility.likelihood.profile import ProfileEnds
 
 #: Status of a fit that has an estimate (not the status of an analysis).
 FITTED: Final = "ok"
@@ -144,23 +145,44 @@ def exp_end(value: float) -> float:
     return float(np.exp(value)) if value < _MAX_LOG else float("inf")
 
 
-def lognormal_covariance(
-    params: FloatArray, covariance: FloatArray, spread: float = 1.0
-) -> tuple[float, float, float]:
-    """Carry the covariance of (a0, a1) over to (ln theta, beta) by the delta method.
+def estimated(
+    blank: FragilityFit,
+    params: FloatArray,
+    covariance: FloatArray,
+    ends: ProfileEnds | None,
+    spread: float = 1.0,
+) -> FragilityFit:
+    """Return a fit with median, dispersion, covariance and intervals filled in.
+
+    The covariance of (a0, a1) is carried over to (ln theta, beta) by the delta method.
 
     Args:
-        params: (a0, a1) with ln theta = -a0/a1 and beta = spread/a1.
+        blank: The fit without estimate.
+        params: (a0, a1) with ln theta = -a0/a1 and beta = spread/a1, a1 > 0.
         covariance: Covariance of (a0, a1), shape (2, 2).
+        ends: Profile intervals of ln theta and a1, None to leave them out.
         spread: 1 for the probit link.
-
-    Returns:
-        Variance of ln theta, covariance of ln theta and beta, variance of beta.
     """
-    a0, a1 = params
+    a0, a1 = (float(value) for value in params)
     jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -spread / a1**2]])
-    out = jacobian @ covariance @ jacobian.T
-    return float(out[0, 0]), float(out[0, 1]), float(out[1, 1])
+    variance = jacobian @ covariance @ jacobian.T
+    fit = replace(
+        blank,
+        theta=exp_end(-a0 / a1),
+        beta=spread / a1,
+        var_ln_theta=float(variance[0, 0]),
+        cov_ln_theta_beta=float(variance[0, 1]),
+        var_beta=float(variance[1, 1]),
+    )
+    if ends is None:
+        return fit
+    low, high = ends.slope
+    return replace(
+        fit,
+        ci_theta=(exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1])),
+        ci_beta=(spread / high, spread / low if low > 0.0 else inf),
+        ci_method="profile",
+    )
 
 
 def common_warnings(

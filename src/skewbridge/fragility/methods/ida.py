@@ -20,8 +20,7 @@ from skewbridge.fragility.likelihood.fit import (
     FLATTEST_SLOPE,
     FragilityFit,
     common_warnings,
-    exp_end,
-    lognormal_covariance,
+    estimated,
 )
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import maximise
@@ -199,21 +198,11 @@ def _fit(blank: FragilityFit, lower: FloatArray, upper: FloatArray, im: FloatArr
         share = float(np.mean(np.isfinite(upper)))
         flat = float(special.ndtri(share))
     ends = profile_ends(kernel, best, blank.level, flat)
-    theta = exp_end(-a0 / a1)
-    ci_theta = (exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1]))
-    variance = lognormal_covariance(best.params[0], best.covariance[0])
+    fit = estimated(blank, best.params[0], best.covariance[0], ends)
     return replace(
-        blank,
-        theta=theta,
-        beta=1.0 / a1,
-        var_ln_theta=variance[0],
-        cov_ln_theta_beta=variance[1],
-        var_beta=variance[2],
-        ci_theta=ci_theta,
-        ci_beta=(1.0 / ends.slope[1], 1.0 / ends.slope[0] if ends.slope[0] > 0.0 else np.inf),
-        ci_method="profile",
+        fit,
         loglik=float(best.loglik[0]),
-        warnings=tuple(common_warnings(theta, ci_theta, im, int(lower.size))),
+        warnings=tuple(common_warnings(fit.theta, fit.ci_theta, im, fit.n_runs)),
         predictor=Predictor(a0=a0, a1=a1, mu=-a0 / a1),
     )
 

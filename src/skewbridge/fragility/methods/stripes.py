@@ -14,8 +14,7 @@ from skewbridge.fragility.likelihood.fit import (
     FLATTEST_SLOPE,
     FragilityFit,
     common_warnings,
-    exp_end,
-    lognormal_covariance,
+    estimated,
 )
 from skewbridge.fragility.likelihood.links import FloatArray, LinkTerms, link_terms, predictor
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
@@ -102,32 +101,18 @@ def fit_stripes(
     if link == "logit":
         line = replace(line, beta_equiv_pi_sqrt3=float(np.pi / np.sqrt(3.0) / a1))
     whole = bool(np.all(exceed == np.round(exceed)))
-    ci_theta = ci_beta = (np.nan, np.nan)
-    if interval and whole:
-        found = profile_ends(kernel, best, settings.level, flat)
-        low, high = found.slope
-        ci_theta = (exp_end(found.ln_theta[0]), exp_end(found.ln_theta[1]))
-        ci_beta = (spread / high, spread / low if low > 0.0 else np.inf)
-    theta = float(np.exp(-a0 / a1))
-    records = total if n_records is None else n_records
-    warnings += common_warnings(theta, ci_theta, x, records)
+    wanted = interval and whole
+    ends = profile_ends(kernel, best, settings.level, flat) if wanted else None
+    fit = estimated(unfitted, best.params[0], best.covariance[0], ends, spread)
+    warnings += common_warnings(fit.theta, fit.ci_theta, x, n_records or total)
     warnings += _overlap_warnings(x, runs, exceed)
     if not whole:
         warnings.append("fractional_counts_no_interval")
-    variance = lognormal_covariance(best.params[0], best.covariance[0], spread)
     kernel_loglik = float(best.loglik[0])
     loglik = kernel_loglik + (_log_binomial(runs, exceed) if whole else 0.0)
     terms = terms_of(design @ best.params[0] + middle)
     return replace(
-        unfitted,
-        theta=theta,
-        beta=spread / a1,
-        var_ln_theta=variance[0],
-        cov_ln_theta_beta=variance[1],
-        var_beta=variance[2],
-        ci_theta=ci_theta,
-        ci_beta=ci_beta,
-        ci_method="profile" if interval and whole else "",
+        fit,
         loglik=loglik,
         warnings=tuple(warnings),
         predictor=line,

@@ -20,8 +20,7 @@ from skewbridge.fragility.likelihood.fit import (
     FLATTEST_SLOPE,
     FragilityFit,
     common_warnings,
-    exp_end,
-    lognormal_covariance,
+    estimated,
 )
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, maximise
@@ -39,8 +38,8 @@ class ProfiledKernel:
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
         """Evaluate at the best h; the Hessian is the Schur complement of its entry."""
-        inner = _LastOnly(self._kernel, params)
         start = np.full((params.shape[0], 1), self._start)
+        inner = Restricted(self._kernel, np.hstack([params, start]), slice(2, 3))
         best = maximise(inner, start, covariance=False)
         full = self._kernel.derivatives(np.hstack([params, best.params]))
         cross = full.hessian[:, :2, 2]
@@ -48,16 +47,19 @@ class ProfiledKernel:
         return Derivatives(full.loglik, full.score[:, :2], full.hessian[:, :2, :2] - schur)
 
 
-class _LastOnly:
-    """The kernel as a function of its last parameter, the others fixed per row."""
+class Restricted:
+    """A kernel as a function of some of its parameters, the others fixed per row."""
 
-    def __init__(self, kernel: Kernel, fixed: FloatArray) -> None:
-        self._kernel, self._fixed = kernel, fixed
+    def __init__(self, kernel: Kernel, fixed: FloatArray, free: slice) -> None:
+        self._kernel, self._fixed, self._free = kernel, fixed, free
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        fixed = self._fixed if rows is None else self._fixed[rows]
-        full = self._kernel.derivatives(np.hstack([fixed, params]))
-        return Derivatives(full.loglik, full.score[:, 2:], full.hessian[:, 2:, 2:])
+        """Evaluate with the free parameters of each row in place."""
+        free = self._free
+        whole = np.array(self._fixed if rows is None else self._fixed[rows])
+        whole[:, free] = params
+        full = self._kernel.derivatives(whole)
+        return Derivatives(full.loglik, full.score[:, free], full.hessian[:, free, free])
 
 
 def fit_tobit(
@@ -113,31 +115,16 @@ def fit_tobit(
     if a1 <= FLATTEST_SLOPE:
         return replace(blank, status=existence.NON_INCREASING)
     widen = float(np.sqrt(1.0 + (h * capacity_dispersion) ** 2))
-    covariance = best.covariance[0][:2, :2]
-    variance = lognormal_covariance(best.params[0][:2], covariance)
-    ci_theta = ci_beta = (float("nan"), float("nan"))
+    ends = None
     if interval:
-        reduced = maximise(ProfiledKernel(kernel, h), best.params[:, :2])
-        zero = ProfiledKernel(kernel, h)
-        flat = maximise(_FirstOnly(zero), np.array([[0.0]]), covariance=False).params[0, 0]
-        ends = profile_ends(ProfiledKernel(kernel, h), reduced, settings.level, float(flat))
-        ci_theta = (exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1]))
-        low = ends.slope[0]
-        ci_beta = (widen / ends.slope[1], widen / low if low > 0.0 else np.inf)
-    theta = exp_end(-a0 / a1)
-    return replace(
-        blank,
-        theta=theta,
-        beta=widen / a1,
-        var_ln_theta=variance[0],
-        cov_ln_theta_beta=variance[1] * widen,
-        var_beta=variance[2] * widen**2,
-        ci_theta=ci_theta,
-        ci_beta=ci_beta,
-        ci_method="profile" if interval else "",
-        loglik=float(best.loglik[0]),
-        warnings=tuple(common_warnings(theta, ci_theta, np.exp(x), n)),
-    )
+        profiled = ProfiledKernel(kernel, h)
+        reduced = maximise(profiled, best.params[:, :2])
+        level_only = Restricted(profiled, np.zeros((1, 2)), slice(0, 1))
+        flat = maximise(level_only, np.array([[0.0]]), covariance=False).params[0, 0]
+        ends = profile_ends(profiled, reduced, settings.level, float(flat))
+    fit = estimated(blank, best.params[0][:2], best.covariance[0][:2, :2], ends, widen)
+    warnings = common_warnings(fit.theta, fit.ci_theta, np.exp(x), n)
+    return replace(fit, loglik=float(best.loglik[0]), warnings=tuple(warnings))
 
 
 def censored_cloud(
@@ -196,17 +183,6 @@ def refit_tobit(
         theta = np.where(good, np.exp(-a0 / a1), np.inf)
         beta = np.where(good, 1.0 / a1, np.inf)
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
-
-
-class _FirstOnly:
-    """A kernel of (a0, a1) at zero slope."""
-
-    def __init__(self, kernel: Kernel) -> None:
-        self._kernel = kernel
-
-    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        full = self._kernel.derivatives(np.hstack([params, np.zeros_like(params)]))
-        return Derivatives(full.loglik, full.score[:, :1], full.hessian[:, :1, :1])
 
 
 def _start(x: FloatArray, y: FloatArray, seen: NDArray[np.bool_], ln_c: float) -> FloatArray:
