@@ -1,4 +1,4 @@
-"""Commands of the fragility room."""
+"""Commands of fragility fits and curves."""
 
 from pathlib import Path
 from typing import Annotated
