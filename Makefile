@@ -45,7 +45,7 @@ test: setup lint
 	$(BIN)/pytest -n $(CORES) --dist loadfile -m "not slow" tests/workflow tests
 
 verify: setup
-	$(BIN)/skewbridge verify --out results/verification
+	$(BIN)/skewbridge verify
 	$(BIN)/pytest -n $(CORES) --dist loadfile -m slow
 
 bench: setup

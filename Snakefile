@@ -26,6 +26,4 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        "results/plan.json",
-        "results/report.html",
-        "results/checks.json",
+        study_products,

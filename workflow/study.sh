@@ -12,4 +12,3 @@ fi
 override=()
 [ -z "$motions" ] || override=(--config "motions={folder: \"$motions\"}")
 "$bin/snakemake" -j"$cores" --rerun-incomplete --show-failed-logs --configfile "$config" "${override[@]}"
-echo "Report: results/report.html"

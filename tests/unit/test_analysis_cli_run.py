@@ -12,9 +12,13 @@ from skewbridge.cli import build_app
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import write_demands
-from skewbridge.study.batch import identity_of, outcome_of, run_key
+from skewbridge.study.batch import identity_of
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.keys import run_key
 from skewbridge.study.loading import load_config
-from skewbridge.study.setup import StudySetup, prepare_motions
+from skewbridge.study.prepare import prepare_motions
+from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import outcome_of
 from skewbridge.units import G_MPS2
 from strong_motion import DT_S, strong_motion
 
@@ -133,23 +137,19 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     study = tmp_path / "study"
     (study / "config").mkdir(parents=True)
     config = {"motions": {"folder": str(tmp_path), "count": 1}, "analysis": {"duration_s": 0.5}}
+    config["results"] = "elsewhere"
     (study / "config" / "config.yaml").write_text(json.dumps(config), encoding="utf-8")
     monkeypatch.chdir(study)
     parsed = load_config(study / "config" / "config.yaml")
-    files = {n: study / "results" / "motions" / f"{n}.parquet" for n in ("suite", "intensities")}
-    prepare_motions(
-        parsed.motions,
-        bridges=["osb1"],
-        suite_path=files["suite"],
-        intensities_path=files["intensities"],
-    )
+    folder = StudyFolder(study / "elsewhere")
+    prepare_motions(parsed.motions, conditioning_t1_s=0.748, t1_s={"osb1": 0.748}, folder=folder)
     sections = parsed.model_dump(include={"motions", "model", "analysis"})
-    task = StudySetup.from_sections(sections, files).tasks("osb1_cf_skew30_gap051_mu050")[0]
+    task = StudySetup.from_sections(sections, folder).tasks("osb1_cf_skew30_gap051_mu050")[0]
     result = analyse(
         task.variant, task.motion.motion, task.motion.scale, 0.0, task.settings, task.options
     )
     row = identity_of(task, run_key(task)) | outcome_of(result) | {"wall_s": 0.0, "cpu_s": 0.0}
-    write_demands([row], study / "results" / "demands.parquet", {})
+    write_demands([row], folder.demands, {})
 
     done = runner.invoke(
         build_app(),

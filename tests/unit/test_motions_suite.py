@@ -55,6 +55,16 @@ def test_factor_of_the_index_goes_first(tmp_path):
     assert scales[1] != 1.25
 
 
+def test_factor_of_the_index_holds_for_its_period_only(tmp_path):
+    pairs = make_pairs(tmp_path, 2)
+    index_of(tmp_path, pairs, scale=[1.25, 1.5], scale_t1_s=[0.7, 0.7])
+    assert list(prepare_suite(tmp_path, t1_s=0.7)["scale"]) == [1.25, 1.5]
+    other = prepare_suite(tmp_path, t1_s=0.8)
+    reached_g = other["scale"] * other["im_saavg_rotd50_g"]
+    assert not set(other["scale"]) & {1.25, 1.5}
+    assert reached_g.between(0.1, 1.5).all()
+
+
 def test_index_metadata_reaches_the_table(tmp_path):
     pairs = make_pairs(tmp_path, 1)
     index_of(

@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_folder
 from skewbridge.report.reference_pages import PAGES, ROOT
-from skewbridge.study.loading import load_config, parse_config, require_writable
+from skewbridge.study.loading import load_config, parse_config
 from skewbridge.variant.grid import expand_grid
 
 
@@ -57,8 +58,8 @@ def test_all_findings_are_told_at_once() -> None:
 
 def test_a_results_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "results").write_text("a file of that name")
-    with pytest.raises(InputError, match=r"results folder .* is not writable"):
-        require_writable(tmp_path / "results")
+    with pytest.raises(InputError, match=r"cannot write to the folder .*results"):
+        writable_folder(tmp_path / "results")
 
 
 @pytest.mark.parametrize("name", sorted(PAGES))

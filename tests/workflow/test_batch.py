@@ -11,10 +11,11 @@ import pytest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.suite import SuiteMotion
-from skewbridge.study.batch import Task, plan_tasks, run_key, run_tasks
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.study.batch import run_tasks
 from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.keys import run_key
+from skewbridge.study.task import Task
 from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(
@@ -44,8 +45,16 @@ def pulse(number: int) -> SuiteMotion:
 
 @pytest.fixture
 def tasks() -> list[Task]:
-    suite = [pulse(number) for number in (1, 2, 3)]
-    return plan_tasks(VARIANT, suite, [0.0], AnalysisSettings(), ModelOptions())
+    return [
+        Task(
+            variant=VARIANT,
+            motion=pulse(number),
+            incidence_deg=0.0,
+            settings=AnalysisSettings(),
+            options=ModelOptions(),
+        )
+        for number in (1, 2, 3)
+    ]
 
 
 def batch(tasks: list[Task], folder: Path, n_jobs: int) -> tuple[list[dict[str, Any]], int]:

@@ -1,7 +1,7 @@
 """The whole study in a copied tree: killed, resumed, run again, changed."""
 
 import json
-import os
+import re
 import shutil
 import signal
 import subprocess
@@ -141,30 +141,135 @@ def test_one_more_gap_runs_only_the_new_variants(study: Path) -> None:
     }
 
 
-def test_a_changed_limit_state_reruns_the_fits_and_what_follows(study: Path) -> None:
-    path = study / "config/limit_states.yaml"
-    before = path.read_text()
-    path.write_text(before + "\n# edited\n")
-    try:
-        jobs = planned_jobs(study)
-    finally:
-        path.write_text(before)
-        os.utime(path, (0, 0))
-    assert "fit_fragility" in jobs
-    assert "report" in jobs
-    assert not any(job.startswith(("analyse", "prepare", "collect", "paired")) for job in jobs)
+@pytest.fixture(scope="module")
+def copy(study: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The finished study in a tree copied without the times of its files, to be edited."""
+    tree = tmp_path_factory.mktemp("copy") / "tree"
+    shutil.copytree(study, tree, copy_function=shutil.copy)
+    for path in sorted(tree.rglob("*"), reverse=True):
+        path.touch()  # folders with sources last, results first
+    return tree
 
 
-def test_edited_mechanics_rerun_the_analyses_and_edited_prose_does_not(study: Path) -> None:
-    path = study / "src/skewbridge/contact/law.py"
-    before = path.read_text()
+def jobs_after(tree: Path, edits: dict[str, tuple[str, str]], over: str = "") -> set[str]:
+    """Jobs planned after texts in files are replaced; the files are as before afterwards.
+
+    The target itself is left out. An empty text stands for the end of the file.
+    """
+    before = {name: (tree / name).read_text() for name in edits}
     try:
-        path.write_text(before + "\n# a comment\n")
-        assert planned_jobs(study) == set()
-        path.write_text(before + "\nEXTRA = 1.0\n")
-        assert "analyse_variant osb1_cf_skew30_gap025_mu050" in planned_jobs(study)
+        for name, (old, new) in edits.items():
+            assert old in before[name]
+            text = before[name].replace(old, new) if old else before[name] + new
+            (tree / name).write_text(text)
+        return planned_jobs(tree, over) - {"all"}
     finally:
-        path.write_text(before)
+        for name, text in before.items():
+            (tree / name).write_text(text)
+
+
+ANALYSES = {
+    "analyse_variant",
+    "analyse_variant osb1_cf_skew30_gap025_mu000",
+    "analyse_variant osb1_cf_skew30_gap025_mu050",
+}
+FITS = {"fit_fragility", "paired_effects", "figures", "check_results", "report"}
+
+
+def test_a_copied_tree_runs_nothing(copy: Path) -> None:
+    assert planned_jobs(copy) == set()
+
+
+def test_notes_and_comments_run_nothing(copy: Path) -> None:
+    names = (
+        "motions/README.md",
+        "config/config.yaml",
+        "config/limit_states.yaml",
+        "src/skewbridge/bridge/catalogue/osb1.yaml",
+        "src/skewbridge/contact/law.py",
+        "workflow/scripts/analyse_variant.py",
+    )
+    assert jobs_after(copy, dict.fromkeys(names, ("", "\n# a comment\n"))) == set()
+
+
+def test_a_changed_limit_state_reruns_the_fits_and_what_follows(copy: Path) -> None:
+    jobs = jobs_after(copy, {"config/limit_states.yaml": ("dcr_050: 0.5", "dcr_050: 0.55")})
+    assert jobs == FITS - {"paired_effects"}
+
+
+def test_an_edited_template_reruns_the_report(copy: Path) -> None:
+    template = "src/skewbridge/report/html/templates/report.html.j2"
+    assert jobs_after(copy, {template: ("", "\n")}) == {"report"}
+
+
+def test_edited_mechanics_rerun_the_analyses_and_what_follows(copy: Path) -> None:
+    jobs = jobs_after(copy, {"src/skewbridge/contact/law.py": ("", "\nEXTRA = 1.0\n")})
+    rest = {"plan", "verify_contact", "sensitivity", "collect_demands", "friction_pair"}
+    assert jobs == ANALYSES | FITS | rest
+
+
+def test_an_edited_contact_gate_runs_before_the_report_only(copy: Path) -> None:
+    edit = {"src/skewbridge/verification/gate.py": ("", "\nEXTRA = 1.0\n")}
+    assert jobs_after(copy, edit) == {"verify_contact", "report"}
+
+
+def test_a_corrected_index_or_period_prepares_the_motions_again(copy: Path) -> None:
+    rest = {"prepare_motions", "plan", "sensitivity", "collect_demands", "friction_pair"}
+    index = {"motions/index.csv": (",g,0.01,", ",g,0.02,")}
+    assert jobs_after(copy, index) == ANALYSES | FITS | rest
+    period = {"src/skewbridge/bridge/catalogue/osb1.yaml": ("t1_s: {v: 0.748", "t1_s: {v: 0.75")}
+    assert jobs_after(copy, period) == ANALYSES | FITS | rest
+
+
+def test_another_version_of_the_solver_runs_what_it_is_used_in(copy: Path) -> None:
+    """The version is that of the installed package: here the answer about it is another one."""
+    patch = copy / "patch"
+    patch.mkdir()
+    (patch / "sitecustomize.py").write_text(
+        "import importlib.metadata as m\n"
+        "found = m.version\n"
+        "m.version = lambda name: '9.9' if name == 'openseespy' else found(name)\n"
+    )
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("PYTHONPATH", str(patch))
+        jobs = planned_jobs(copy)
+    assert jobs >= ANALYSES | {"verify_contact", "sensitivity", "friction_pair"}
+    assert "prepare_motions" not in jobs
+
+
+def test_an_edited_bridge_reruns_its_own_variants(copy: Path) -> None:
+    """The bridge differs in one key from the one that it extends; both are in the grid."""
+    over = "grid: {bridge: [osb1, osb1_fixed]}"
+    for slug in ("osb1_fixed_cf_skew30_gap025_mu000", "osb1_fixed_cf_skew30_gap025_mu050"):
+        (copy / f"results/demands/{slug}.parquet").touch()
+    run(copy, "--touch", over=over)
+    assert planned_jobs(copy, over) == set()
+    edit = {"src/skewbridge/bridge/catalogue/osb1_fixed.yaml": ("base: fixed", "base: pinned")}
+    jobs = jobs_after(copy, edit, over)
+    assert {job for job in jobs if job.startswith("analyse_variant ")} == {
+        "analyse_variant osb1_fixed_cf_skew30_gap025_mu000",
+        "analyse_variant osb1_fixed_cf_skew30_gap025_mu050",
+    }
+    assert jobs >= FITS | {"plan", "collect_demands"}
+    run(copy, "--touch")
+
+
+def test_a_study_lies_in_the_folder_that_its_configuration_names(study: Path) -> None:
+    done = run(study, "-n", over="results: elsewhere/mine")
+    assert "output: elsewhere/mine/report.html" in done.stdout + done.stderr
+    assert "results/" not in done.stdout + done.stderr
+    shutil.rmtree(study / "elsewhere")
+
+
+def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
+    """Times do not count, so the parameters of a rule must tell of the rules that it reads from."""
+    text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
+    blocks = re.split(r"^rule (\w+):", text, flags=re.MULTILINE)[1:]
+    for name, block in zip(blocks[::2], blocks[1::2], strict=True):
+        inputs = set(re.findall(r"rules\.(\w+)\.output", block))
+        after = set(re.findall(r"rules\.(\w+)\b(?!\.)", block))
+        only_first = {"verify_contact"} if name != "report" else set()
+        assert inputs - only_first == after, name
 
 
 @pytest.mark.parametrize(
@@ -177,6 +282,8 @@ def test_edited_mechanics_rerun_the_analyses_and_edited_prose_does_not(study: Pa
         ("model: {cohesion_n: 2e7}", "it is text"),
         ("grid: {skew_deg: []}", "at least 1 item"),
         ("grid: {bridge: [osb7]}", "osb7"),
+        ("results: Snakefile", "cannot write to the folder 'Snakefile'"),
+        ("motions: {folder: nowhere}", "motions folder nowhere does not exist"),
     ],
 )
 def test_bad_configuration_stops_before_any_work(study: Path, override: str, words: str) -> None:

@@ -1,21 +1,41 @@
-# What the rules share: the validated configuration, its variants, digests. No rules.
+# What the rules share: the validated configuration, its folder and variants, digests. No rules.
 from snakemake.exceptions import WorkflowError
+from snakemake.settings.enums import RerunTrigger
 
-from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.errors import InputError
-from skewbridge.study.loading import parse_config, require_writable
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.motions.content import content_digest
+from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
+from skewbridge.provenance.files import writable_folder
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.keys import bridge_digest
+from skewbridge.study.loading import parse_config
 from skewbridge.variant.grid import expand_grid
-from skewbridge.provenance.digests import ENGINE_ROOMS, digest_of, source_digest
+from skewbridge.variant.variant import parse_slug
+
+# The bridge whose conditioning period sets the factors of every study (design, section 5).
+CONDITIONING_BRIDGE = "osb1"
 
 try:
     STUDY = parse_config(config)
-    require_writable(Path("results"))
-    for name in STUDY.grid.bridge:
-        load_bridge(name)
+    FOLDER = StudyFolder(writable_folder(Path(STUDY.results)))
+    BRIDGES = {name: bridge_digest(name) for name in STUDY.grid.bridge}
+    T1_S = {name: load_bridge(name).t1_s for name in STUDY.grid.bridge}
+    CONDITIONING_T1_S = load_bridge(CONDITIONING_BRIDGE).t1_s
+    LIMIT_STATES = digest_of(load_limit_states(Path(STUDY.fragility.limit_states)))
+    MOTIONS = content_digest(
+        Path(STUDY.motions.folder),
+        STUDY.motions.count,
+        t1_s=CONDITIONING_T1_S,
+        level_range_g=tuple(STUDY.motions.level_range_g),
+        cache=FOLDER.motions_digest,
+    )
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
 VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
+HARDEST = max(VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg)))
 
 
 wildcard_constraints:
@@ -35,12 +55,40 @@ ANALYSIS_SECTIONS = {
 }
 
 
-def folder_state(folder):
-    """Digest of the files of a folder: a changed, new or removed record is read again."""
-    files = sorted(path for path in Path(folder).rglob("*") if path.is_file())
-    return digest_of(
-        *((str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in files)
-    )
+def script_digest(script, *after, shown=False):
+    """What a rule depends on besides its own parameters.
+
+    That is its script with everything the script runs, and the parameters of the rules whose
+    outputs it reads. With it the parameters of a rule tell the whole truth, and the times of files,
+    which a copied tree changes, need not count (`study_products`).
+
+    Args:
+        script: Name of the script, without ending.
+        after: The rules whose outputs it reads, as `rules.name`.
+        shown: Whether labels and titles count, for what draws figures or writes pages.
+    """
+    path = Path(workflow.basedir, "workflow", "scripts", f"{script}.py")
+    before = [
+        repr(value) for rule in after for value in rule.params if not callable(value)
+    ]
+    return digest_of(source_digest(path, shown=shown), *before)
+
+
+def study_products(_wildcards):
+    """What the whole study makes.
+
+    This is asked when the settings of the run are known and before the jobs are planned: the place
+    to say that the parameters tell what has changed, and the times of files and scripts do not. What
+    follows a job that runs is still made anew.
+    """
+    times = {RerunTrigger.CODE, RerunTrigger.MTIME}
+    workflow.dag_settings.rerun_triggers -= times
+    return [FOLDER.plan, FOLDER.report, FOLDER.checks]
+
+
+onsuccess:
+    if FOLDER.report.exists():
+        logger.info(f"Report: {FOLDER.report}")
 
 
 onerror:

@@ -2,50 +2,59 @@
 # no input of theirs, because a variant does not depend on the others; it only comes first.
 rule plan:
     input:
-        suite="results/motions/suite.parquet",
-        intensities="results/motions/intensities.parquet",
+        suite=rules.prepare_motions.output.suite,
+        intensities=rules.prepare_motions.output.intensities,
     output:
-        plan="results/plan.json",
+        plan=FOLDER.plan,
     log:
-        "results/logs/plan.log",
+        FOLDER.log("plan"),
     priority: 100
     params:
+        results=STUDY.results,
         variants=sorted(VARIANTS),
         sections=ANALYSIS_SECTIONS,
-        digest=source_digest(*ENGINE_ROOMS),
+        bridges=BRIDGES,
+        opensees=opensees_version(),
+        digest=script_digest("plan", rules.prepare_motions),
     script:
         "../scripts/plan.py"
 
 
-# One job per variant; joblib runs its analyses inside, on the threads of the job.
+# One job per variant; joblib runs its analyses inside, on the threads of the job. The gate is an
+# input only to come first: what it checks is part of the digest already.
 rule analyse_variant:
     input:
-        suite="results/motions/suite.parquet",
-        intensities="results/motions/intensities.parquet",
-        gate="results/verification/contact_gate.parquet",
+        suite=rules.prepare_motions.output.suite,
+        intensities=rules.prepare_motions.output.intensities,
+        gate=rules.verify_contact.output.table,
     output:
-        demands="results/demands/{variant}.parquet",
+        demands=FOLDER.variant_demands("{variant}"),
     log:
-        "results/logs/analyse/{variant}.log",
+        FOLDER.log("analyse/{variant}"),
     benchmark:
-        "results/benchmarks/{variant}.tsv"
+        FOLDER.benchmark("{variant}")
     threads: min(2, workflow.cores)
     params:
+        results=STUDY.results,
         sections=ANALYSIS_SECTIONS,
-        digest=source_digest(*ENGINE_ROOMS),
+        bridge=lambda wildcards: BRIDGES[parse_slug(wildcards.variant).bridge],
+        opensees=opensees_version(),
+        digest=script_digest("analyse_variant", rules.prepare_motions),
     script:
         "../scripts/analyse_variant.py"
 
 
 rule collect_demands:
     input:
-        demands=collect("results/demands/{variant}.parquet", variant=VARIANTS),
+        demands=collect(rules.analyse_variant.output.demands, variant=VARIANTS),
     output:
-        demands="results/demands.parquet",
+        demands=FOLDER.demands,
     log:
-        "results/logs/collect_demands.log",
+        FOLDER.log("collect_demands"),
     params:
-        digest=source_digest("demands"),
+        variants=sorted(VARIANTS),
+        bridges=BRIDGES,
+        digest=script_digest("collect_demands", rules.analyse_variant),
     script:
         "../scripts/collect_demands.py"
 
@@ -53,20 +62,42 @@ rule collect_demands:
 # Penalties and time step halved and doubled on the hardest variant.
 rule sensitivity:
     input:
-        suite="results/motions/suite.parquet",
-        intensities="results/motions/intensities.parquet",
-        gate="results/verification/contact_gate.parquet",
+        suite=rules.prepare_motions.output.suite,
+        intensities=rules.prepare_motions.output.intensities,
+        gate=rules.verify_contact.output.table,
     output:
-        table="results/sensitivity.parquet",
+        table=FOLDER.sensitivity,
     log:
-        "results/logs/sensitivity.log",
+        FOLDER.log("sensitivity"),
     threads: min(2, workflow.cores)
     params:
-        variant=max(
-            VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg))
-        ).slug,
+        results=STUDY.results,
+        variant=HARDEST.slug,
         motions=STUDY.sensitivity.motions,
         sections=ANALYSIS_SECTIONS,
-        digest=source_digest(*ENGINE_ROOMS, "demands"),
+        bridge=BRIDGES[HARDEST.bridge],
+        opensees=opensees_version(),
+        digest=script_digest("sensitivity", rules.prepare_motions),
     script:
         "../scripts/sensitivity.py"
+
+
+# Histories of one bridge without and with friction, to draw.
+rule friction_pair:
+    input:
+        suite=rules.prepare_motions.output.suite,
+        intensities=rules.prepare_motions.output.intensities,
+        demands=rules.collect_demands.output.demands,
+    output:
+        histories=FOLDER.friction_pair,
+    log:
+        FOLDER.log("friction_pair"),
+    params:
+        results=STUDY.results,
+        sections=ANALYSIS_SECTIONS,
+        opensees=opensees_version(),
+        digest=script_digest(
+            "friction_pair", rules.prepare_motions, rules.collect_demands
+        ),
+    script:
+        "../scripts/friction_pair.py"

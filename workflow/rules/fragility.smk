@@ -1,30 +1,31 @@
 rule fit_fragility:
     input:
-        demands="results/demands.parquet",
+        demands=rules.collect_demands.output.demands,
         limit_states=STUDY.fragility.limit_states,
     output:
-        curves="results/fragility/curves.parquet",
-        medians="results/fragility/median_effects.parquet",
-        system="results/fragility/system.parquet",
+        curves=FOLDER.fragility("curves"),
+        medians=FOLDER.fragility("median_effects"),
+        system=FOLDER.fragility("system"),
     log:
-        "results/logs/fit_fragility.log",
+        FOLDER.log("fit_fragility"),
     params:
         fragility=section("fragility"),
-        digest=source_digest("fragility"),
+        limit_states=LIMIT_STATES,
+        digest=script_digest("fit_fragility", rules.collect_demands),
     script:
         "../scripts/fit_fragility.py"
 
 
 rule paired_effects:
     input:
-        demands="results/demands.parquet",
+        demands=rules.collect_demands.output.demands,
     output:
-        effects="results/fragility/effects.parquet",
-        factors="results/fragility/factors.parquet",
+        effects=FOLDER.fragility("effects"),
+        factors=FOLDER.fragility("factors"),
     log:
-        "results/logs/paired_effects.log",
+        FOLDER.log("paired_effects"),
     params:
         fragility=section("fragility"),
-        digest=source_digest("fragility"),
+        digest=script_digest("paired_effects", rules.collect_demands),
     script:
         "../scripts/paired_effects.py"

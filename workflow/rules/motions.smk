@@ -1,15 +1,15 @@
 rule prepare_motions:
-    input:
-        conditioning="src/skewbridge/bridge/catalogue/osb1.yaml",
     output:
-        suite="results/motions/suite.parquet",
-        intensities="results/motions/intensities.parquet",
+        suite=FOLDER.suite,
+        intensities=FOLDER.intensities,
     log:
-        "results/logs/prepare_motions.log",
+        FOLDER.log("prepare_motions"),
     params:
+        results=STUDY.results,
         motions=section("motions"),
-        files=folder_state(STUDY.motions.folder),
-        bridges=STUDY.grid.bridge,
-        digest=source_digest("units", "motions"),
+        content=MOTIONS,
+        conditioning_t1_s=CONDITIONING_T1_S,
+        t1_s=T1_S,
+        digest=script_digest("prepare_motions"),
     script:
         "../scripts/prepare_motions.py"

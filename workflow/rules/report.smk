@@ -1,57 +1,80 @@
 rule figures:
     input:
-        demands="results/demands.parquet",
-        suite="results/motions/suite.parquet",
-        intensities="results/motions/intensities.parquet",
-        curves="results/fragility/curves.parquet",
-        effects="results/fragility/effects.parquet",
+        demands=rules.collect_demands.output.demands,
+        suite=rules.prepare_motions.output.suite,
+        friction_pair=rules.friction_pair.output.histories,
+        curves=rules.fit_fragility.output.curves,
+        effects=rules.paired_effects.output.effects,
     output:
-        folder=directory("results/figures"),
+        folder=directory(FOLDER.figures),
     log:
-        "results/logs/figures.log",
+        FOLDER.log("figures"),
     params:
         im=STUDY.fragility.im,
-        sections=ANALYSIS_SECTIONS,
-        digest=source_digest("report", *ENGINE_ROOMS),
+        digest=script_digest(
+            "figures",
+            rules.prepare_motions,
+            rules.collect_demands,
+            rules.friction_pair,
+            rules.fit_fragility,
+            rules.paired_effects,
+            shown=True,
+        ),
     script:
         "../scripts/figures.py"
 
 
 rule check_results:
     input:
-        demands="results/demands.parquet",
-        curves="results/fragility/curves.parquet",
-        effects="results/fragility/effects.parquet",
+        demands=rules.collect_demands.output.demands,
+        curves=rules.fit_fragility.output.curves,
+        effects=rules.paired_effects.output.effects,
     output:
-        checks="results/checks.json",
+        checks=FOLDER.checks,
     log:
-        "results/logs/check_results.log",
+        FOLDER.log("check_results"),
     params:
-        digest=source_digest("demands"),
+        digest=script_digest(
+            "check_results",
+            rules.collect_demands,
+            rules.fit_fragility,
+            rules.paired_effects,
+        ),
     script:
         "../scripts/check_results.py"
 
 
 rule report:
     input:
-        figures="results/figures",
-        demands="results/demands.parquet",
-        suite="results/motions/suite.parquet",
-        intensities="results/motions/intensities.parquet",
-        gate="results/verification/contact_gate.parquet",
-        curves="results/fragility/curves.parquet",
-        effects="results/fragility/effects.parquet",
-        factors="results/fragility/factors.parquet",
-        medians="results/fragility/median_effects.parquet",
-        system="results/fragility/system.parquet",
-        checks="results/checks.json",
-        sensitivity="results/sensitivity.parquet",
+        figures=rules.figures.output.folder,
+        demands=rules.collect_demands.output.demands,
+        suite=rules.prepare_motions.output.suite,
+        intensities=rules.prepare_motions.output.intensities,
+        gate=rules.verify_contact.output.table,
+        curves=rules.fit_fragility.output.curves,
+        effects=rules.paired_effects.output.effects,
+        factors=rules.paired_effects.output.factors,
+        medians=rules.fit_fragility.output.medians,
+        system=rules.fit_fragility.output.system,
+        checks=rules.check_results.output.checks,
+        sensitivity=rules.sensitivity.output.table,
     output:
-        html="results/report.html",
+        html=FOLDER.report,
     log:
-        "results/logs/report.log",
+        FOLDER.log("report"),
     params:
         config=STUDY.model_dump(),
-        digest=source_digest("report"),
+        digest=script_digest(
+            "report",
+            rules.figures,
+            rules.prepare_motions,
+            rules.verify_contact,
+            rules.collect_demands,
+            rules.fit_fragility,
+            rules.paired_effects,
+            rules.check_results,
+            rules.sensitivity,
+            shown=True,
+        ),
     script:
         "../scripts/report.py"

@@ -1,11 +1,12 @@
 # A gate: nothing is analysed with a broken contact law.
 rule verify_contact:
     output:
-        table="results/verification/contact_gate.parquet",
+        table=FOLDER.gate,
     log:
-        "results/logs/verify_contact.log",
+        FOLDER.log("verify_contact"),
     params:
-        digest=source_digest("units", "contact", "verification"),
+        opensees=opensees_version(),
+        digest=script_digest("verify_contact"),
     script:
         "../scripts/verify_contact.py"
 
@@ -13,10 +14,12 @@ rule verify_contact:
 # The paper's studies against independent references; not part of the default target.
 rule verification:
     output:
-        table="results/verification/studies.parquet",
+        table=FOLDER.verification / "studies.parquet",
     log:
-        "results/logs/verification.log",
+        FOLDER.log("verification"),
     params:
-        digest=source_digest(*ENGINE_ROOMS, "verification"),
+        bridges={name: bridge_digest(name) for name in bridge_names()},
+        opensees=opensees_version(),
+        digest=script_digest("verification", shown=True),
     script:
         "../scripts/verification.py"

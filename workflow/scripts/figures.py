@@ -2,18 +2,14 @@
 
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.report.study_figures import draw_study
 
         draw_study(
-            demands=Path(snakemake.input.demands),
-            curves=Path(snakemake.input.curves),
-            effects=Path(snakemake.input.effects),
-            motions=snakemake.input,
+            tables={name: Path(path) for name, path in snakemake.input.items()},
             im_column=snakemake.params.im,
-            sections=snakemake.params.sections,
             folder=Path(snakemake.output.folder),
         )

@@ -2,22 +2,20 @@
 
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        import pandas as pd
-
-        from skewbridge.demands.tables import provenance, write_frame
         from skewbridge.fragility.fit_settings import FitSettings
         from skewbridge.fragility.tables.curves import fit_study
         from skewbridge.fragility.tables.limit_states import load_limit_states
         from skewbridge.fragility.tables.median_effects import paired_capacity_effects
         from skewbridge.fragility.tables.system_curves import system_curves
+        from skewbridge.provenance.tables import provenance, read_frame, write_frame
         from skewbridge.study.config import FragilityConfig
 
         settings = FragilityConfig(**snakemake.params.fragility)
-        demands = pd.read_parquet(snakemake.input.demands)
+        demands = read_frame(snakemake.input.demands)
         states = load_limit_states(Path(snakemake.input.limit_states))
         fits = FitSettings(
             level=settings.confidence, replicates=settings.bootstrap, seed=settings.seed

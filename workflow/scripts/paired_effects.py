@@ -2,21 +2,19 @@
 
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        import pandas as pd
-
         from skewbridge.demands.columns import demands_for
-        from skewbridge.demands.tables import provenance, write_frame
         from skewbridge.fragility.fit_settings import FitSettings
         from skewbridge.fragility.tables.effects import paired_effects
         from skewbridge.fragility.tables.factors import factor_summary
+        from skewbridge.provenance.tables import provenance, read_frame, write_frame
         from skewbridge.study.config import FragilityConfig
 
         settings = FragilityConfig(**snakemake.params.fragility)
-        demands = pd.read_parquet(snakemake.input.demands)
+        demands = read_frame(snakemake.input.demands)
         fits = FitSettings(replicates=settings.bootstrap, seed=settings.seed)
         names = demands_for("effect", demands.columns)
         tables = {

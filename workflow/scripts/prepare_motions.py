@@ -2,16 +2,17 @@
 
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.study.config import MotionsConfig
-        from skewbridge.study.setup import prepare_motions
+        from skewbridge.study.folder import StudyFolder
+        from skewbridge.study.prepare import prepare_motions
 
         prepare_motions(
             MotionsConfig(**snakemake.params.motions),
-            bridges=snakemake.params.bridges,
-            suite_path=Path(snakemake.output.suite),
-            intensities_path=Path(snakemake.output.intensities),
+            conditioning_t1_s=snakemake.params.conditioning_t1_s,
+            t1_s=snakemake.params.t1_s,
+            folder=StudyFolder(Path(snakemake.params.results)),
         )

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.report.page import write_report
+        from skewbridge.report.html.page import write_report
 
         write_report(
             tables={name: Path(path) for name, path in snakemake.input.items()},

@@ -3,11 +3,11 @@
 import logging
 from pathlib import Path
 
-from skewbridge.cli.session import script_session
+from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.demands.tables import provenance, write_frame
+        from skewbridge.provenance.tables import provenance, write_frame
         from skewbridge.verification.gate import verify_contact_gate
 
         checks = verify_contact_gate()

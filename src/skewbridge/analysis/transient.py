@@ -3,7 +3,6 @@
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from importlib.metadata import version
 from math import ceil, isfinite, isnan
 from os import devnull
 from pathlib import Path
@@ -41,11 +40,6 @@ MAX_TRUSTED_HOUBOLT_FAILURES: Final = 2
 MAX_TRUSTED_RESIDUAL: Final = 0.05
 MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # a hundred g: a wrong unit, not a motion
 _STEPS_PER_REPORT: Final = 50
-
-
-def opensees_version() -> str:
-    """Return the version of the solver."""
-    return version("openseespy")
 
 
 def analyse(

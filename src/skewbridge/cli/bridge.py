@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from skewbridge.cli.bridge_studies import OutOption, result_folder
+from skewbridge.cli.bridge_studies import OutOption
 from skewbridge.cli.bridge_studies import register as register_studies
 from skewbridge.cli.output import (
     EXIT_FAILED,
@@ -25,6 +25,7 @@ from skewbridge.cli.variant_options import (
     variant_of,
 )
 from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_folder
 from skewbridge.variant.variant import ABUTMENT_CODES
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ def modal(
         for mode in result.modes
     ]
     if out is not None:
-        pd.DataFrame(modes).to_parquet(result_folder(out) / "modal.parquet", index=False)
+        pd.DataFrame(modes).to_parquet(writable_folder(out) / "modal.parquet", index=False)
     if as_json:
         emit_json(
             {
@@ -187,7 +188,7 @@ def _push_ladder(
         parts.append(pd.DataFrame({"abutment": name, "angle_deg": angle, **table}))
         peaks.append({"abutment": name, "angle_deg": angle, "peak_kn": curve.peak_n / KN})
     curves = pd.concat(parts, ignore_index=True)
-    folder = result_folder(out)
+    folder = writable_folder(out)
     curves.to_parquet(folder / "curve.parquet", index=False)
     first = next(iter(variants.values()))
     title = f"{first.bridge}, right abutment, skew {first.skew_deg} degrees, gap {first.gap_mm} mm"
@@ -219,7 +220,7 @@ def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:
     from skewbridge.units import KN
 
     table = pd.DataFrame({"disp_m": curve.disp_m, "force_kn": curve.force_n / KN})
-    table.to_parquet(result_folder(out) / "curve.parquet", index=False)
+    table.to_parquet(writable_folder(out) / "curve.parquet", index=False)
     summary = {
         "peak_kn": curve.peak_n / KN,
         "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,

@@ -15,9 +15,10 @@ from skewbridge.cli.variant_options import (
     variant_of,
 )
 from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_folder
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 
@@ -27,19 +28,6 @@ def register(app: typer.Typer) -> None:
     app.command("model")(model)
     app.command("sdc")(sdc)
     app.command("column")(column)
-
-
-def result_folder(out: Path) -> Path:
-    """Return the folder, made if need be.
-
-    Raises:
-        InputError: It cannot be made.
-    """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"out {out}: {error.strerror}") from error
-    return out
 
 
 @clear_errors
@@ -61,7 +49,7 @@ def model(
     from skewbridge.report.model_view import model_figure, model_page
 
     geometry = model_geometry(variant)
-    folder = result_folder(out)
+    folder = writable_folder(out)
     model_figure(geometry, gap_scale=gap_scale).savefig(folder / "model.png", dpi=150)
     page = model_page(geometry, gap_scale=gap_scale)
     (folder / "model.html").write_text(page, encoding="utf-8")
@@ -86,13 +74,10 @@ def sdc(
     A folder of `run` gives all checks of one analysis, per corner; the demands of a study give
     one row of ratios per variant, for the medians over its motions.
     """
-    try:
-        table = read_table(source if source.is_file() else source / "demands.parquet")
-        histories = None if source.is_file() else read_table(source / "histories.parquet")
-    except OSError as error:
-        raise InputError(
-            f"{source}: neither a demands.parquet nor a folder of a run: {error}"
-        ) from error
+    from skewbridge.provenance.tables import read_frame
+
+    table = read_frame(source if source.is_file() else source / "demands.parquet")
+    histories = None if source.is_file() else read_frame(source / "histories.parquet")
     from skewbridge.analysis.sdc import corner_moves_m, sdc_rows, summary_row
     from skewbridge.variant.variant import parse_slug
 
@@ -114,13 +99,6 @@ def sdc(
         emit_json({"title": title, "checks": rows})
     else:
         emit_table(rows, title=title)
-
-
-def read_table(path: Path) -> "pd.DataFrame":
-    """Return a parquet table."""
-    import pandas as pd
-
-    return pd.read_parquet(path)
 
 
 @clear_errors
@@ -148,7 +126,7 @@ def column(
     span = height if data.base == "pinned" else height / 2
     shear = shear_section(data.column, span, curve)
     table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / 1e3}
-    folder = result_folder(out)
+    folder = writable_folder(out)
     pd.DataFrame(table).to_parquet(folder / "moment_curvature.parquet", index=False)
     title = f"{data.title}, bent {bent}, {axial_n / 1e3:.0f} kN"
     column_figure(curve, shear, axial_n, title=title).savefig(folder / "column.png", dpi=150)

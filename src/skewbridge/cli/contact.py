@@ -13,6 +13,7 @@ from skewbridge.cli.output import (
     emit_table,
     messages,
 )
+from skewbridge.study.folder import StudyFolder
 
 CaseArgument = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="The case file.")]
 
@@ -60,15 +61,13 @@ def deck(
 @clear_errors
 def verify(
     names: Annotated[list[str] | None, typer.Argument(metavar="[NAME...]")] = None,
-    out: Annotated[Path, typer.Option(help="Folder of tables and figures.")] = Path(
-        "results/verification"
-    ),
+    out: Annotated[Path | None, typer.Option(help="Folder of tables and figures.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Repeat the studies of the paper against independent references."""
     from skewbridge.verification.registry import run_studies
 
-    rows = run_studies(names or [], out, tell=messages.print)
+    rows = run_studies(names or [], out or StudyFolder().verification, tell=messages.print)
     if as_json:
         emit_json(rows)
     else:

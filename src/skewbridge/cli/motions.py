@@ -15,6 +15,7 @@ from skewbridge.cli.output import (
     messages,
 )
 from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_file
 
 if TYPE_CHECKING:
     from skewbridge.motions.formats.trace import Given
@@ -139,11 +140,7 @@ def plot(
     else:
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=150)
-    except OSError as error:
-        raise InputError(f"{path} can't be written: {error}", file=str(path)) from error
+    figure.savefig(writable_file(path), dpi=150)
     if as_json:
         emit_json({"file": str(path)})
     else:

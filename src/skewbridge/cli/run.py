@@ -23,10 +23,11 @@ from skewbridge.cli.variant_options import (
     variant_of,
 )
 from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_folder
 
 if TYPE_CHECKING:
     from skewbridge.analysis.result import AnalysisResult
-    from skewbridge.study.batch import Task
+    from skewbridge.study.task import Task
     from skewbridge.variant.variant import Variant
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
@@ -108,7 +109,7 @@ def run(
             },
             {"arrays": arrays, "column_integration": column_integration},
         )
-    result, row = _analysed(task, _folder(out))
+    result, row = _analysed(task, writable_folder(out))
     _write(task, result, row, out, figures=figures)
     if save_model:
         from skewbridge.analysis.model_script import model_script
@@ -139,8 +140,8 @@ def _task(
     from skewbridge.bridge.options import ModelOptions
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
-    from skewbridge.motions.suite import SuiteMotion
-    from skewbridge.study.batch import Task
+    from skewbridge.motions.record import SuiteMotion
+    from skewbridge.study.task import Task
 
     checked_settings, checked_options = AnalysisSettings(**settings), ModelOptions(**options)
     t1_s = load_bridge(variant.bridge).t1_s
@@ -162,7 +163,9 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
     from rich.progress import Progress
 
     from skewbridge.analysis.transient import analyse
-    from skewbridge.study.batch import identity_of, outcome_of, run_key
+    from skewbridge.study.batch import identity_of
+    from skewbridge.study.keys import run_key
+    from skewbridge.study.task import outcome_of
 
     identity = identity_of(task, run_key(task))
     wall_s, cpu_s = time.perf_counter(), time.process_time()
@@ -189,7 +192,8 @@ def _write(
     """Write the row, the histories and the figures of an analysis."""
     import pandas as pd
 
-    from skewbridge.demands.tables import provenance, write_demands, write_frame
+    from skewbridge.demands.tables import write_demands
+    from skewbridge.provenance.tables import provenance, write_frame
 
     digests = provenance(motion_sha256=task.motion.motion.sha256, run_key=row["run_key"])
     write_demands([row], out / "demands.parquet", digests)
@@ -208,14 +212,3 @@ def _write(
 
         page = replay_page(result.plan, histories, title=title)
         (out / "contact_replay.html").write_text(page, encoding="utf-8")
-
-
-def _folder(out: Path) -> Path:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        probe = out / ".writable"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"out {out}: {error.strerror}") from error
-    return out

@@ -13,6 +13,7 @@ from skewbridge.cli.output import (
     clear_errors,
     emit_json,
     emit_table,
+    messages,
 )
 from skewbridge.cli.study_row import DEFAULT_CONFIG
 
@@ -93,4 +94,6 @@ def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
     from skewbridge.study.loading import load_config
 
     forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
+    for note in forecast.notes:
+        messages.print(note, markup=False)
     return asdict(forecast.summary), forecast.analyses_by_variant

@@ -7,14 +7,13 @@ from skewbridge.cli.output import messages
 from skewbridge.errors import InputError
 
 if TYPE_CHECKING:
-    from skewbridge.study.batch import Task
+    from skewbridge.study.task import Task
 
 DEFAULT_CONFIG: Final = Path("config/config.yaml")
-RESULTS: Final = Path("results")
 
 
 def task_of_row(key: str, config: Path) -> "Task":
-    """Return the analysis behind a row of `results/demands.parquet`.
+    """Return the analysis behind a row of the demands of a study.
 
     Args:
         key: Its ``run_key``.
@@ -23,24 +22,23 @@ def task_of_row(key: str, config: Path) -> "Task":
     Raises:
         InputError: No results here, no such row, or the configuration has no such analysis.
     """
-    import pyarrow.parquet as pq
-
-    from skewbridge.study.batch import run_key
+    from skewbridge.provenance.tables import read_table
+    from skewbridge.study.folder import StudyFolder
+    from skewbridge.study.keys import run_key
     from skewbridge.study.loading import load_config
     from skewbridge.study.setup import StudySetup
 
-    table = RESULTS / "demands.parquet"
+    study = load_config(config, base=DEFAULT_CONFIG)
+    folder = StudyFolder(Path(study.results))
+    table = folder.demands
     if not table.is_file():
-        raise InputError(f"row {key}: no {table} in this folder; run the study first")
-    rows: list[dict[str, Any]] = pq.read_table(table).to_pylist()
+        raise InputError(f"row {key}: there is no {table}; run the study first")
+    rows: list[dict[str, Any]] = read_table(table).to_pylist()
     row = next((row for row in rows if row["run_key"] == key), None)
     if row is None:
         raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
-    study = load_config(config, base=DEFAULT_CONFIG)
-    setup = StudySetup.from_sections(
-        study.model_dump(include={"motions", "model", "analysis"}),
-        {name: RESULTS / "motions" / f"{name}.parquet" for name in ("suite", "intensities")},
-    )
+    sections = study.model_dump(include={"motions", "model", "analysis"})
+    setup = StudySetup.from_sections(sections, folder)
     wanted = row["motion_id"], row["scale"], row["incidence_deg"]
     for task in setup.tasks(row["variant"]):
         if (task.motion.motion.motion_id, task.motion.scale, task.incidence_deg) == wanted:

@@ -49,6 +49,7 @@ class IndexEntry:
         azimuth_2_deg: Direction of component 2.
         sha256: Expected digest of the files; empty: not checked.
         scale: Factor of the study; nan: computed.
+        scale_t1_s: Period the factor was made with; nan: any.
         scale_low_g: Lowest level the factor was made for; nan: any.
         scale_high_g: Highest level the factor was made for; nan: any.
         source: Licence and origin.
@@ -68,6 +69,7 @@ class IndexEntry:
     azimuth_2_deg: float = float("nan")
     sha256: str = ""
     scale: float = float("nan")
+    scale_t1_s: float = float("nan")
     scale_low_g: float = float("nan")
     scale_high_g: float = float("nan")
     source: str = ""
@@ -229,6 +231,7 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         azimuth_2_deg=number("azimuth_2_deg"),
         sha256=row.get("sha256", "").strip().lower(),
         scale=scale,
+        scale_t1_s=number("scale_t1_s"),
         scale_low_g=number("scale_low_g"),
         scale_high_g=number("scale_high_g"),
         source="; ".join(text for text in (row.get("licence", ""), row.get("source", "")) if text),

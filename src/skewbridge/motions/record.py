@@ -132,3 +132,18 @@ class GroundMotion:
             accel_2_mps2=accel_2_mps2,
             dt_s=self.dt_s if dt_s is None else dt_s,
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SuiteMotion:
+    """One motion of a study.
+
+    Attributes:
+        motion: The motion as recorded, not scaled.
+        scale: Its one factor, the same for all variants.
+        measures: Intensity measures of the scaled motion by column name.
+    """
+
+    motion: GroundMotion
+    scale: float
+    measures: dict[str, float]

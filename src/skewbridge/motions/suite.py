@@ -4,14 +4,12 @@ import json
 import logging
 import math
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
 from skewbridge.motions.conditioning import Conditioning
@@ -19,25 +17,11 @@ from skewbridge.motions.index import IndexEntry, list_motions
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
 from skewbridge.motions.paper_records import refuse_false_waho
 from skewbridge.motions.read import join_traces, read_trace
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.motions.scaling import BLOCK, FACTOR_LIMITS, LEVEL_RANGE_G, block_factors
+from skewbridge.provenance.tables import provenance, read_frame, write_frame
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SuiteMotion:
-    """One motion of a study.
-
-    Attributes:
-        motion: The motion as recorded, not scaled.
-        scale: Its one factor, the same for all variants.
-        measures: Intensity measures of the scaled motion by column name.
-    """
-
-    motion: GroundMotion
-    scale: float
-    measures: dict[str, float]
 
 
 def read_entry(entry: IndexEntry) -> GroundMotion:
@@ -88,7 +72,7 @@ def prepare_suite(
         count: How many motions, from the first; None for all.
         t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
         level_range_g: Range of Sa_avg the motions are spread over, where the index has no factor
-            for these levels.
+            for these levels and this period.
         conditioning: Cutting and resampling, none by default.
 
     Returns:
@@ -99,18 +83,10 @@ def prepare_suite(
     Raises:
         InputError: Fewer motions than asked for, or anything wrong with one of them, by name.
     """
-    entries = list_motions(folder)
-    wanted = len(entries) if count is None else count
-    if not 1 <= wanted <= len(entries):
-        raise InputError(
-            f"motions.count = {wanted}, but {folder} has {len(entries)} motions", folder=str(folder)
-        )
-    # Whole blocks are measured even if not all are wanted: a factor must not depend on the count.
-    factors = [_stored_factor(entry, level_range_g) for entry in entries]
-    stored = not any(math.isnan(factor) for factor in factors[:wanted])
-    needed = wanted if stored else math.ceil(wanted / BLOCK) * BLOCK
+    entries, wanted = entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    factors = [_stored_factor(entry, level_range_g, t1_s) for entry in entries]
     treat = (conditioning or Conditioning()).apply
-    motions = [treat(read_entry(entry)) for entry in entries[:needed]]
+    motions = [treat(read_entry(entry)) for entry in entries]
     measures = [motion_measures(motion, t1_s) for motion in motions]
     computed = block_factors([row["im_saavg_rotd50_g"] for row in measures], level_range_g)
     rows = [
@@ -120,6 +96,28 @@ def prepare_suite(
     suite = pd.DataFrame(rows[:wanted])
     _log_doubts(motions[:wanted], suite["scale"].to_list())
     return suite
+
+
+def entries_to_read(
+    folder: Path, count: int | None, *, t1_s: float, level_range_g: tuple[float, float]
+) -> tuple[list[IndexEntry], int]:
+    """Return the motions that a suite of the first `count` reads, and how many it keeps.
+
+    Where factors are computed, whole blocks are read even if not all are kept: a factor must not
+    depend on the count.
+
+    Raises:
+        InputError: Fewer motions than asked for, no folder, a broken index.
+    """
+    entries = list_motions(folder)
+    wanted = len(entries) if count is None else count
+    if not 1 <= wanted <= len(entries):
+        raise InputError(
+            f"motions.count = {wanted}, but {folder} has {len(entries)} motions", folder=str(folder)
+        )
+    factors = [_stored_factor(entry, level_range_g, t1_s) for entry in entries[:wanted]]
+    blocks = any(math.isnan(factor) for factor in factors)
+    return entries[: math.ceil(wanted / BLOCK) * BLOCK if blocks else wanted], wanted
 
 
 def _log_doubts(motions: list[GroundMotion], scales: list[float]) -> None:
@@ -136,17 +134,16 @@ def _log_doubts(motions: list[GroundMotion], scales: list[float]) -> None:
 
 def write_suite(suite: pd.DataFrame, path: Path) -> None:
     """Write the table of `prepare_suite` as parquet."""
-    table = pa.Table.from_pandas(suite, preserve_index=False)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pq.write_table(table, path, compression="zstd")
+    write_frame(suite, path, provenance())
 
 
 def read_suite(path: Path) -> list[SuiteMotion]:
-    """Return the motions of a table written by `write_suite`, in suite order."""
-    try:
-        table = pd.read_parquet(path)
-    except (OSError, pa.ArrowException) as error:
-        raise InputError(f"motion suite {path}: {error}", file=str(path)) from error
+    """Return the motions of a table written by `write_suite`, in suite order.
+
+    Raises:
+        InputError: No such table, or one of another version of the program.
+    """
+    table = read_frame(path)
     motions: list[SuiteMotion] = []
     for row in table.to_dict("records"):
         motion = GroundMotion(
@@ -190,12 +187,12 @@ def _row(motion: GroundMotion, scale: float, measures: dict[str, float]) -> dict
     }
 
 
-def _stored_factor(entry: IndexEntry, level_range_g: tuple[float, float]) -> float:
-    """Return the factor of the index, nan if there is none or it was made for other levels."""
-    made_for = (entry.scale_low_g, entry.scale_high_g)
+def _stored_factor(entry: IndexEntry, level_range_g: tuple[float, float], t1_s: float) -> float:
+    """Return the factor of the index, nan if none or made for other levels or another period."""
+    made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
     fits = all(
-        math.isnan(kept) or math.isclose(kept, asked)
-        for kept, asked in zip(made_for, level_range_g, strict=True)
+        math.isnan(kept) or math.isclose(kept, asked, rel_tol=1e-6)
+        for kept, asked in zip(made_for, (*level_range_g, t1_s), strict=True)
     )
     return entry.scale if fits else float("nan")
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from skewbridge.errors import InputError
 from skewbridge.motions.index import COLUMNS
 from skewbridge.motions.record import GroundMotion
+from skewbridge.provenance.files import writable_folder
 from skewbridge.units import G_MPS2
 
 _PER_LINE: Final = 5
@@ -38,12 +39,9 @@ def at2_text(motion: GroundMotion, component: int) -> str:
 def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
     paths = tuple(folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for component, path in enumerate(paths, start=1):
-            path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
-    except OSError as error:
-        raise InputError(f"{folder} can't be written: {error}", folder=str(folder)) from error
+    writable_folder(folder)
+    for component, path in enumerate(paths, start=1):
+        path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
     return paths[0], paths[1]
 
 

@@ -1,1 +1,1 @@
-"""Digests of sources and inputs: what must be computed again, and what need not."""
+"""What must be computed again, and what need not: digests of sources, whole files, versions."""

@@ -1,38 +1,42 @@
-"""Digests of sources and of analyses: what must be computed again, and what need not."""
+"""Digests of sources, values and files: two that are equal stand for the same result."""
 
 import ast
 import hashlib
 from collections.abc import Mapping, Sequence
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-PACKAGE: Final = Path(__file__).parents[1]
+from skewbridge.provenance.closure import PACKAGE, closure
 
-#: What the result of an analysis depends on. The order of the rooms forbids anything later.
-ENGINE_ROOMS: Final = ("units", "contact", "bridge", "analysis")
+#: Arguments that are only shown: a new label changes figures and pages, and no number.
+SHOWN_ARGUMENTS: Final = frozenset({"label", "symbol", "description", "title"})
 
 
 @cache
-def source_digest(*rooms: str) -> str:
-    """Return 12 hex digits over the meaning of the sources of the named modules or subpackages.
+def source_digest(root: Path | str, *, package: Path = PACKAGE, shown: bool = False) -> str:
+    """Return 16 hex digits over the meaning of everything that a script or module runs.
 
     Python files count as syntax trees without docstrings and comments, so that prose can be
-    edited without a rerun; data files (CSV, JSON) count as bytes. The catalogue of bridges does
-    not count: each analysis depends on its own bridge only.
+    edited without a rerun; data files count as bytes.
+
+    Args:
+        root: A Python file, or the dotted name of a module of the package.
+        package: Folder of the package.
+        shown: Whether text that is only shown counts, for what draws figures or writes pages.
 
     Raises:
-        FileNotFoundError: A room has no source.
+        FileNotFoundError: The root has no source.
     """
     digest = hashlib.sha256()
-    for room in sorted(rooms):
-        folder = PACKAGE / room
-        files = sorted(folder.rglob("*")) if folder.is_dir() else [PACKAGE / f"{room}.py"]
-        for path in files:
-            if path.suffix in {".py", ".csv", ".json"}:
-                digest.update(path.relative_to(PACKAGE).as_posix().encode())
-                digest.update(_meaning(path))
-    return digest.hexdigest()[:12]
+    for path in closure(root, package):
+        inside = path.is_relative_to(package)
+        name = path.relative_to(package).as_posix() if inside else path.name
+        content = path.read_bytes()
+        digest.update(name.encode())
+        digest.update(_meaning(content, shown) if path.suffix == ".py" else content)
+    return digest.hexdigest()[:16]
 
 
 def digest_of(*parts: object) -> str:
@@ -49,10 +53,14 @@ def canonical(value: Any) -> Any:
     return value
 
 
-def _meaning(path: Path) -> bytes:
-    if path.suffix != ".py":
-        return path.read_bytes()
-    tree = ast.parse(path.read_bytes())
+def opensees_version() -> str:
+    """Return the version of the solver."""
+    return version("openseespy")
+
+
+@cache
+def _meaning(source: bytes, shown: bool) -> bytes:
+    tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             first = node.body[0] if node.body else None
@@ -62,4 +70,6 @@ def _meaning(path: Path) -> bytes:
                 and isinstance(first.value.value, str)
             ):
                 node.body = node.body[1:] or [ast.Pass()]
-    return ast.dump(tree).encode()
+        elif isinstance(node, ast.Call) and not shown:
+            node.keywords = [each for each in node.keywords if each.arg not in SHOWN_ARGUMENTS]
+    return hashlib.sha256(ast.dump(tree).encode()).digest()

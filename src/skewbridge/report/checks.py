@@ -8,6 +8,8 @@ from typing import Final
 import pandas as pd
 
 from skewbridge.demands.schema import KEY
+from skewbridge.provenance.files import write_text
+from skewbridge.provenance.tables import read_frame
 from skewbridge.statuses import STATUSES
 
 USABLE: Final = ("ok", "collapse")
@@ -80,11 +82,9 @@ def write_checks(*, demands: Path, curves: Path, effects: Path, output: Path) ->
 
     A finding does not stop the workflow: the report shows it at the top.
     """
-    checks = check_tables(
-        pd.read_parquet(demands), pd.read_parquet(curves), pd.read_parquet(effects)
-    )
+    checks = check_tables(read_frame(demands), read_frame(curves), read_frame(effects))
     payload = {"passed": all(c.passed for c in checks), "checks": [asdict(c) for c in checks]}
-    output.write_text(json.dumps(payload, indent=1), encoding="utf-8")
+    write_text(output, json.dumps(payload, indent=1))
 
 
 def _at_most(name: str, value: float, limit: float) -> Check:

@@ -1,27 +1,29 @@
 """The figures of a study: which ones there are, their captions, and their files."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.spectrum import pair_psa
+from skewbridge.motions.suite import read_suite
+from skewbridge.provenance.files import write_text
+from skewbridge.provenance.tables import read_frame
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.fragility_frequency_figure import frequency_figure
 from skewbridge.report.fragility_style import label
-from skewbridge.report.friction_pair import friction_pair, pair_histories, typical_motion
 from skewbridge.report.motion_figures import suite_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
-from skewbridge.study.setup import StudySetup
 from skewbridge.units import G_MPS2
-from skewbridge.variant.variant import ABUTMENT_CODES
+from skewbridge.variant.variant import ABUTMENT_CODES, parse_slug
 
 CAPTIONS: Final = "captions.json"
 CURVE_COMPONENTS: Final = ("column_drift", "deck_displacement", "unseating", "column_shear")
@@ -49,33 +51,19 @@ class Caption:
 type Drawing = tuple[Caption, Callable[[], Figure]]
 
 
-def draw_study(
-    *,
-    demands: Path,
-    curves: Path,
-    effects: Path,
-    motions: Mapping[str, Any],
-    im_column: str,
-    sections: Mapping[str, Any],
-    folder: Path,
-) -> None:
+def draw_study(*, tables: Mapping[str, Path], im_column: str, folder: Path) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
     Args:
-        demands: Demands table.
-        curves: Fits.
-        effects: Paired effects.
-        motions: Files of the prepared motions, by name.
+        tables: Paths by name: demands, curves, effects, friction_pair, suite.
         im_column: Intensity measure of the fits.
-        sections: Sections of the configuration that the analyses depend on.
         folder: Where the files go.
     """
-    setup = StudySetup.from_sections(sections, motions)
-    rows = pd.read_parquet(demands)
+    rows, curves, effects = (read_frame(tables[name]) for name in ("demands", "curves", "effects"))
     drawings = [
-        *_table_drawings(rows, pd.read_parquet(curves), pd.read_parquet(effects), im_column),
-        *_friction_pair_drawings(rows, setup),
-        *_motion_drawings(setup),
+        *_table_drawings(rows, curves, effects, im_column),
+        *_friction_pair_drawings(tables["friction_pair"]),
+        *_motion_drawings(read_suite(tables["suite"])),
     ]
     folder.mkdir(parents=True, exist_ok=True)
     captions: list[Caption] = []
@@ -86,7 +74,7 @@ def draw_study(
         plt.close(figure)
         captions.append(caption)
     text = json.dumps([asdict(caption) for caption in captions], indent=1)
-    (folder / CAPTIONS).write_text(text, encoding="utf-8")
+    write_text(folder / CAPTIONS, text)
 
 
 def read_captions(folder: Path) -> list[Caption]:
@@ -188,13 +176,17 @@ def _fit_drawings(demands: pd.DataFrame, curves: pd.DataFrame, im_column: str) -
     return drawings
 
 
-def _friction_pair_drawings(demands: pd.DataFrame, setup: StudySetup) -> list[Drawing]:
-    pair = friction_pair(demands)
-    if pair is None:
+def _friction_pair_drawings(path: Path) -> list[Drawing]:
+    table = read_frame(path)
+    if table.empty:
         return []
-    motion_id = typical_motion(demands, pair[-1])
-    runs = pair_histories(setup, pair, motion_id)
-    where = f"skew {pair[0].skew_deg} degrees, gap {pair[0].gap_mm} mm, motion {motion_id}"
+    runs: dict[str, pd.DataFrame] = {}
+    where = ""
+    for (slug, motion_id), rows in table.groupby(["variant", "motion_id"]):
+        variant = parse_slug(str(slug))
+        where = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm, motion {motion_id}"
+        histories = rows.drop(columns=["variant", "motion_id"]).dropna(axis="columns", how="all")
+        runs[f"friction {variant.friction:g}"] = histories.reset_index(drop=True)
     hysteresis = Caption(
         name="hysteresis",
         title=f"Abutments without and with friction: {where}",
@@ -218,7 +210,7 @@ def _friction_pair_drawings(demands: pd.DataFrame, setup: StudySetup) -> list[Dr
     ]
 
 
-def _motion_drawings(setup: StudySetup) -> list[Drawing]:
+def _motion_drawings(suite: Sequence[SuiteMotion]) -> list[Drawing]:
     def draw() -> Figure:
         spectra = [
             motion.scale
@@ -229,7 +221,7 @@ def _motion_drawings(setup: StudySetup) -> list[Drawing]:
                 PERIODS_S,
             ).rotd50_mps2
             / G_MPS2
-            for motion in setup.suite
+            for motion in suite
         ]
         return suite_spectra(np.array(spectra), PERIODS_S, title="Motions as applied (scaled)")
 

@@ -8,8 +8,10 @@ from typing import Final
 
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import bracket_capacity
-from skewbridge.motions.suite import SuiteMotion
-from skewbridge.study.batch import Row, Task, analyse_row, run_key
+from skewbridge.motions.record import SuiteMotion
+from skewbridge.study.batch import Row, analysed_row, of_task
+from skewbridge.study.keys import run_key
+from skewbridge.study.task import Task
 
 SEARCH_IM: Final = "im_saavg_rotd50_g"
 
@@ -68,7 +70,10 @@ class SearchWork:
         def exceeds(factor: float) -> bool:
             trial = _at(task, factor)
             key = run_key(trial)
-            row = self.known.get(key) or analyse_row(trial, key, log_folder, owner_pid)
+            if key in self.known:
+                row = of_task(self.known[key], trial, key)
+            else:
+                row = analysed_row(trial, key, log_folder, owner_pid)
             rows.append(row)
             return self.search.exceeds(row)
 

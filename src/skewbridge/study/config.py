@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.variant import ABUTMENT_CODES, MAX_FRICTION_PCT, MAX_GAP_MM, MAX_SKEW_DEG
 
 
@@ -182,6 +183,9 @@ class SensitivityConfig(_Section):
 class StudyConfig(_Section):
     """The whole configuration."""
 
+    results: Annotated[str, Field(min_length=1)] = Field(
+        default=DEFAULT_ROOT, description="folder of everything that the study writes"
+    )
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelConfig = Field(default_factory=ModelConfig)

@@ -6,8 +6,9 @@ from typing import Any, Final
 
 from skewbridge.motions.index import list_motions
 from skewbridge.study.config import StudyConfig
+from skewbridge.study.folder import StudyFolder
 from skewbridge.study.progress import StudyState, study_state
-from skewbridge.study.runs import JOURNALS, planned_keys
+from skewbridge.study.runs import planned_keys
 from skewbridge.variant.grid import expand_grid
 
 #: Processor seconds of one analysis where none has been measured yet.
@@ -33,10 +34,11 @@ class Summary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Forecast:
-    """Summary, and analyses by variant."""
+    """Summary, analyses by variant, and what the user should know besides."""
 
     summary: Summary
     analyses_by_variant: dict[str, int]
+    notes: tuple[str, ...] = ()
 
 
 def forecast_study(config: StudyConfig, *, cores: int = 2) -> Forecast:
@@ -50,9 +52,10 @@ def forecast_study(config: StudyConfig, *, cores: int = 2) -> Forecast:
         cores: Cores that will work.
     """
     slugs = [variant.slug for variant in expand_grid(config.grid)]
-    keys = planned_keys()
+    folder = StudyFolder(Path(config.results))
+    keys = planned_keys(folder)
     if set(keys) == set(slugs):
-        state = study_state(keys, JOURNALS)
+        state = study_state(keys, folder)
         by_variant = {slug: len(keys[slug]) for slug in slugs}
     else:
         each = _count_motions(config) * len(config.motions.incidence_deg)
@@ -73,6 +76,7 @@ def forecast_study(config: StudyConfig, *, cores: int = 2) -> Forecast:
             ledger={"status": state.statuses, "rung": state.rungs},
         ),
         analyses_by_variant=by_variant,
+        notes=(state.outdated_sentence,) if state.outdated else (),
     )
 
 

@@ -7,31 +7,47 @@ output of a rule, so Snakemake does not delete it.
 import fcntl
 import json
 import os
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from skewbridge.errors import InputError
+
+#: Raised by one when a column changes its meaning; lines in another form are not used.
+JOURNAL_FORMAT: Final = 2
+_FORMAT_KEY: Final = "journal_format"
 
 
 def read_journal(path: Path) -> dict[str, dict[str, Any]]:
     """Return the rows of a journal by `run_key`; the last line of a key wins.
 
-    A line cut short by a kill is passed over: its analysis simply runs again.
+    A line cut short by a kill and a line in another form (see `outdated_lines`) are passed over:
+    their analyses simply run again.
     """
-    rows: dict[str, dict[str, Any]] = {}
+    return {
+        row["run_key"]: row
+        for row in _lines(path)
+        if row.pop(_FORMAT_KEY, 1) == JOURNAL_FORMAT and "run_key" in row
+    }
+
+
+def outdated_lines(path: Path) -> int:
+    """Return how many lines of a journal another version of the program wrote."""
+    return sum(row.get(_FORMAT_KEY, 1) != JOURNAL_FORMAT for row in _lines(path))
+
+
+def _lines(path: Path) -> Iterator[dict[str, Any]]:
     if not path.exists():
-        return rows
+        return
     with path.open(encoding="utf-8") as lines:
         for line in lines:
             try:
                 row = json.loads(line)
             except json.JSONDecodeError:
                 continue
-            if isinstance(row, dict) and "run_key" in row:
-                rows[row["run_key"]] = row
-    return rows
+            if isinstance(row, dict):
+                yield row
 
 
 class JournalWriter:
@@ -43,7 +59,8 @@ class JournalWriter:
     def append(self, row: Mapping[str, Any]) -> None:
         """Write one row and make sure that it is on the disk."""
         # One write call per line; the newline in front closes a line that a kill cut short.
-        line = "\n" + json.dumps(row, allow_nan=True) + "\n"
+        marked = {_FORMAT_KEY: JOURNAL_FORMAT, **row}
+        line = "\n" + json.dumps(marked, allow_nan=True) + "\n"
         os.write(self._descriptor, line.encode())
         os.fsync(self._descriptor)
 

@@ -1,6 +1,5 @@
 """Reading the configuration: YAML in, typed sections out, findings in words."""
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -41,23 +40,6 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
     """
     raw = _read_yaml(base) if base is not None and base != path else {}
     return parse_config(_merged(raw, _read_yaml(path)))
-
-
-def require_writable(folder: Path) -> None:
-    """Raise `InputError` if results could not be written to a folder.
-
-    The write is tried, because access rights alone say too little (the superuser, read-only file
-    systems, a file of that name).
-    """
-    probe = folder / f".write-test-{os.getpid()}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(
-            f"the results folder {str(folder)!r} is not writable: {error.strerror}"
-        ) from None
 
 
 def key_table() -> list[dict[str, str]]:

@@ -5,14 +5,14 @@ import time
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Final, Self
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from skewbridge.statuses import FAILED
-from skewbridge.study.journal import read_journal
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.journal import outdated_lines, read_journal
 
 logger = logging.getLogger(__name__)
 
@@ -31,6 +31,7 @@ class StudyState:
         cpu_s: Processor time of the finished analyses.
         rungs: Analyses by the highest recovery rung they used.
         statuses: Analyses by status.
+        outdated: Analyses in the journals that another version of the program wrote.
     """
 
     variants: int
@@ -40,23 +41,32 @@ class StudyState:
     cpu_s: float
     rungs: dict[int, int] = field(default_factory=dict[int, int])
     statuses: dict[str, int] = field(default_factory=dict[str, int])
+    outdated: int = 0
 
     @property
     def left(self) -> int:
         """Analyses still to run."""
         return self.analyses - self.done
 
+    @property
+    def outdated_sentence(self) -> str:
+        """What is to be said where there are outdated analyses."""
+        return (
+            f"The journals hold {self.outdated} line(s) of another version of skewbridge, which "
+            "are not used: what the study needs of them runs again."
+        )
 
-def study_state(run_keys: Mapping[str, Sequence[str]], journals: Path) -> StudyState:
+
+def study_state(run_keys: Mapping[str, Sequence[str]], folder: StudyFolder) -> StudyState:
     """Count the finished analyses of a study.
 
     Args:
         run_keys: Keys of the analyses by variant name.
-        journals: Folder of the journals.
+        folder: Where the study lies.
     """
     rows: list[dict[str, Any]] = []
     for variant, keys in run_keys.items():
-        journal = read_journal(journals / f"{variant}.jsonl")
+        journal = read_journal(folder.journal(variant))
         rows += [journal[key] for key in keys if key in journal]
     return StudyState(
         variants=len(run_keys),
@@ -66,6 +76,7 @@ def study_state(run_keys: Mapping[str, Sequence[str]], journals: Path) -> StudyS
         cpu_s=sum(row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]),
         rungs=_counts(row["recovery_rung"] for row in rows),
         statuses=_counts(row["status"] for row in rows),
+        outdated=sum(outdated_lines(folder.journal(variant)) for variant in run_keys),
     )
 
 
@@ -110,14 +121,7 @@ class StudyProgress:
 
     def advance(self, row: Mapping[str, Any]) -> None:
         """Count one finished analysis."""
-        if row["status"] in FAILED:
-            logger.warning(
-                "%s under %s: %s (%s)",
-                row["variant"],
-                row["motion_id"],
-                row["status"],
-                row["collapse_criterion"],
-            )
+        log_failure(row)
         if row["run_key"] in self._keys:
             self._new += 1
             self._bar.update(self._task, advance=1, rate=f"{self.rate_per_min:.1f}/min")
@@ -140,6 +144,18 @@ class StudyProgress:
             self._total,
             self.rate_per_min,
             eta,
+        )
+
+
+def log_failure(row: Mapping[str, Any]) -> None:
+    """Warn of an analysis without a usable result."""
+    if row["status"] in FAILED:
+        logger.warning(
+            "%s under %s: %s (%s)",
+            row["variant"],
+            row["motion_id"],
+            row["status"],
+            row["collapse_criterion"],
         )
 
 

@@ -4,21 +4,20 @@ import json
 import logging
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
-from skewbridge.demands.tables import provenance, write_demands
+from skewbridge.demands.tables import write_demands
 from skewbridge.provenance.digests import digest_of
-from skewbridge.study.batch import run_key, run_tasks
+from skewbridge.provenance.files import write_text
+from skewbridge.provenance.tables import provenance
+from skewbridge.study.batch import run_tasks
 from skewbridge.study.capacity_search import SearchWork
+from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.keys import run_key
 from skewbridge.study.progress import StudyProgress, study_state
 from skewbridge.study.setup import StudySetup
 
 logger = logging.getLogger(__name__)
-
-JOURNALS: Final = Path("results/journal")
-PLAN: Final = Path("results/plan.json")
-SOLVER_LOGS: Final = Path("results/logs/solver")
 
 
 def write_plan(setup: StudySetup, variants: Sequence[str], path: Path) -> None:
@@ -27,18 +26,20 @@ def write_plan(setup: StudySetup, variants: Sequence[str], path: Path) -> None:
     An IDA does not know its analyses beforehand: its plan has the first one of every search.
     """
     keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in variants}
-    path.write_text(json.dumps(keys, indent=1), encoding="utf-8")
-    state = study_state(keys, JOURNALS)
+    write_text(path, json.dumps(keys, indent=1))
+    state = study_state(keys, setup.folder)
     logger.info(
         "%d variants, %d analyses, %d of them done", state.variants, state.analyses, state.done
     )
+    if state.outdated:
+        logger.warning(state.outdated_sentence)
 
 
-def planned_keys() -> dict[str, list[str]]:
+def planned_keys(folder: StudyFolder) -> dict[str, list[str]]:
     """Return the keys of all analyses of the study by variant; empty before there is a plan."""
-    if not PLAN.exists():
+    if not folder.plan.exists():
         return {}
-    keys: dict[str, list[str]] = json.loads(PLAN.read_text(encoding="utf-8"))
+    keys: dict[str, list[str]] = json.loads(folder.plan.read_text(encoding="utf-8"))
     return keys
 
 
@@ -54,20 +55,20 @@ def analyse_variant(setup: StudySetup, slug: str, *, n_jobs: int, output: Path) 
     Raises:
         InputError: Another process analyses this variant.
     """
+    folder = setup.folder
     tasks = setup.tasks(slug)
-    keys = planned_keys() | {slug: [run_key(task) for task in tasks]}
-    journal_path = JOURNALS / f"{slug}.jsonl"
+    keys = planned_keys(folder) | {slug: [run_key(task) for task in tasks]}
     with (
-        open_journal(journal_path) as journal,
-        StudyProgress(study_state(keys, JOURNALS), slug, keys[slug]) as progress,
+        open_journal(folder.journal(slug)) as journal,
+        StudyProgress(study_state(keys, folder), slug, keys[slug]) as progress,
     ):
-        done = read_journal(journal_path)
+        done = read_journal(folder.journal(slug))
         rows = run_tasks(
             tasks,
             journal,
             done,
             n_jobs=n_jobs,
-            log_folder=SOLVER_LOGS,
+            log_folder=folder.solver_logs,
             on_finished=progress.advance,
             work=SearchWork(search=setup.search, known=done) if setup.search else None,
         )

@@ -1,20 +1,19 @@
 """Numerical sensitivity: penalties and time step halved and doubled on a few analyses."""
 
-import os
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import pandas as pd
-from joblib import Parallel, delayed
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.demands.tables import provenance, write_frame
+from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import RAN
-from skewbridge.study.batch import Row, Task, analyse_row, run_key
-from skewbridge.study.runs import SOLVER_LOGS
+from skewbridge.study.batch import run_tasks
+from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import Task
 
 CHANGES: Final = (
     "default",
@@ -33,6 +32,8 @@ def write_sensitivity(
 ) -> None:
     """Run the changes and write the ratios of the demands to the default, mean over motions.
 
+    What stands in the journal of the variant or in the own one is not run again.
+
     Args:
         setup: What the variants share.
         slug: The variant.
@@ -42,12 +43,17 @@ def write_sensitivity(
             largest deviation of a single motion.
     """
     tasks = sorted(setup.tasks(slug), key=lambda t: -t.motion.measures["im_pgv_rotd50_mps"])[:count]
-    runs = [(change, _changed(task, change)) for task in tasks for change in CHANGES]
-    parallel = Parallel(n_jobs=n_jobs, backend="loky", return_as="generator")
-    rows: Iterator[Row] = parallel(
-        delayed(analyse_row)(task, run_key(task), SOLVER_LOGS / f"sensitivity{number}", os.getpid())
-        for number, (_, task) in enumerate(runs)
-    )
+    runs = [(change, changed_task(task, change)) for task in tasks for change in CHANGES]
+    own = setup.folder.journal("sensitivity")
+    with open_journal(own) as journal:
+        rows = run_tasks(
+            [task for _, task in runs],
+            journal,
+            read_journal(setup.folder.journal(slug)) | read_journal(own),
+            n_jobs=n_jobs,
+            log_folder=setup.folder.solver_logs / "sensitivity",
+            on_finished=log_failure,
+        )
     frame = pd.DataFrame(
         [{"change": change, **row} for (change, _), row in zip(runs, rows, strict=True)]
     )
@@ -79,7 +85,8 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(table)
 
 
-def _changed(task: Task, change: str) -> Task:
+def changed_task(task: Task, change: str) -> Task:
+    """Return an analysis with one of `CHANGES` made to it."""
     settings, options = task.settings, task.options
     factor = 2.0 if change.endswith("x 2") else 0.5
     if change.startswith("time step"):

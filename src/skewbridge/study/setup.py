@@ -1,32 +1,21 @@
 """From the configuration and the prepared motions to the analyses of a study."""
 
-import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Final, Self
-
-import pandas as pd
-import pyarrow.parquet as pq
+from typing import Any, Self
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.options import ModelOptions
-from skewbridge.demands.tables import provenance, write_frame
-from skewbridge.motions.conditioning import Conditioning
-from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
-from skewbridge.motions.levels import striped, unscaled_cloud
-from skewbridge.motions.suite import SuiteMotion, prepare_suite, read_suite, write_suite
-from skewbridge.study.batch import Task, plan_tasks
+from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
+from skewbridge.motions.record import SuiteMotion
+from skewbridge.motions.suite import read_suite
+from skewbridge.provenance.tables import read_table
 from skewbridge.study.capacity_search import Search
 from skewbridge.study.config import AnalysisConfig, ModelConfig, MotionsConfig
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.task import Task
 from skewbridge.units import MM
 from skewbridge.variant.variant import parse_slug
-
-logger = logging.getLogger(__name__)
-
-#: The bridge whose conditioning period sets the factors of every study (design, section 5).
-CONDITIONING_BRIDGE: Final = "osb1"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +23,7 @@ class StudySetup:
     """What all variants of a study share.
 
     Attributes:
+        folder: Where the study lies.
         suite: The ground motions with their factors.
         measures: Intensity measures at factor 1, by bridge and motion.
         incidence_deg: Angles of incidence.
@@ -42,6 +32,7 @@ class StudySetup:
         search: What an IDA searches for; None where the factors are given.
     """
 
+    folder: StudyFolder
     suite: tuple[SuiteMotion, ...]
     measures: Mapping[tuple[str, str], dict[str, float]]
     incidence_deg: tuple[float, ...]
@@ -50,17 +41,21 @@ class StudySetup:
     search: Search | None = None
 
     @classmethod
-    def from_sections(cls, sections: Mapping[str, Any], motions: Mapping[str, Any]) -> Self:
+    def from_sections(cls, sections: Mapping[str, Any], folder: StudyFolder) -> Self:
         """Build the setup from sections of the configuration and the prepared motions.
 
         Args:
             sections: ``motions``, ``model`` and ``analysis`` of the configuration.
-            motions: Paths of the files that `prepare_motions` wrote, by name.
+            folder: Where the study lies, with its motions prepared.
+
+        Raises:
+            InputError: The motions are not prepared, or by another version of the program.
         """
         shaking = MotionsConfig(**sections["motions"])
-        intensities = pq.read_table(motions["intensities"]).to_pylist()
+        intensities = read_table(folder.intensities).to_pylist()
         return cls(
-            suite=tuple(read_suite(Path(motions["suite"]))),
+            folder=folder,
+            suite=tuple(read_suite(folder.suite)),
             measures={
                 (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
                 for row in intensities
@@ -72,10 +67,23 @@ class StudySetup:
         )
 
     def tasks(self, slug: str) -> list[Task]:
-        """Return the analyses of one variant; in an IDA one per motion, at the first factor."""
+        """Return the analyses of one variant, the longest motions first (better use of the cores).
+
+        In an IDA there is one per motion, at the first factor of its search.
+        """
         variant = parse_slug(slug)
-        suite = [self._for_bridge(variant.bridge, motion) for motion in self.suite]
-        return plan_tasks(variant, suite, self.incidence_deg, self.settings, self.options)
+        tasks = [
+            Task(
+                variant=variant,
+                motion=self._for_bridge(variant.bridge, motion),
+                incidence_deg=angle,
+                settings=self.settings,
+                options=self.options,
+            )
+            for motion in self.suite
+            for angle in self.incidence_deg
+        ]
+        return sorted(tasks, key=lambda task: -task.motion.motion.duration_s)
 
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
         at_1 = self.measures[bridge, motion.motion.motion_id]
@@ -116,56 +124,3 @@ def search_from(motions: MotionsConfig) -> Search | None:
     return Search(
         demand=motions.ida_demand, threshold=motions.ida_threshold, low_g=low_g, high_g=high_g
     )
-
-
-def prepare_motions(
-    motions: MotionsConfig, *, bridges: Sequence[str], suite_path: Path, intensities_path: Path
-) -> None:
-    """Read the motions, fix their factors, measure them for every bridge, write both tables.
-
-    Raises:
-        InputError: A folder or motion is missing or malformed, or a bridge is unknown.
-    """
-    low_g, high_g = motions.level_range_g
-    t1_s = {bridge: load_bridge(bridge).t1_s for bridge in bridges}
-    suite = prepare_suite(
-        Path(motions.folder),
-        count=motions.count,
-        t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
-        level_range_g=(low_g, high_g),
-        conditioning=Conditioning(shaking_s=motions.shaking_s),
-    )
-    designed = _designed(suite, motions)
-    logger.info(
-        "%d motions, %d rows, factors %.2f to %.2f",
-        len(suite),
-        len(designed),
-        designed["scale"].min(),
-        designed["scale"].max(),
-    )
-    write_suite(designed, suite_path)
-    distinct = {motion.motion.motion_id: motion.motion for motion in read_suite(suite_path)}
-    intensities = [
-        {"bridge": bridge, "motion_id": name, **motion_measures(motion, period_s)}
-        for bridge, period_s in t1_s.items()
-        for name, motion in distinct.items()
-    ]
-    write_frame(pd.DataFrame(intensities), intensities_path, provenance())
-
-
-def _designed(suite: pd.DataFrame, motions: MotionsConfig) -> pd.DataFrame:
-    if motions.design == "cloud":
-        return unscaled_cloud(suite)
-    if motions.design != "stripes":
-        return suite
-    low, high = motions.factor_limits
-    table = striped(suite, motions.stripes_g, factor_limits=(low, high))
-    if table.attrs["left_out"]:
-        logger.warning(
-            "%d of %d scaled motions are left out: their factor is beyond %g to %g",
-            table.attrs["left_out"],
-            len(suite) * len(motions.stripes_g),
-            low,
-            high,
-        )
-    return table

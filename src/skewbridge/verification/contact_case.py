@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.contact import ContactLaw
-from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_file
 from skewbridge.verification.case_files import ContactCase, beside, read_case, read_path
 from skewbridge.verification.unit_path import drive_unit, path_work_j
 
@@ -29,7 +29,7 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
     """
     case = read_case(case_file, ContactCase)
     path = read_path(beside(case_file, case.path))
-    require_writable(out)
+    writable_file(out)
     law = ContactLaw(
         kn_n_per_m=case.normal_stiffness_n_per_m,
         kt_n_per_m=case.tangent_stiffness_n_per_m,
@@ -57,17 +57,3 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
             "cone_violation_ratio": result.ledger.cone_violation_ratio,
         }
     return summary | {"out": str(out)}
-
-
-def require_writable(out: Path) -> None:
-    """Make the folder of an output file, before any work is done.
-
-    Raises:
-        InputError: The folder cannot be made or the file not be written.
-    """
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with out.open("ab"):
-            pass
-    except OSError as error:
-        raise InputError(f"cannot write {out}: {error.strerror}") from error

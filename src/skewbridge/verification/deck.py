@@ -9,8 +9,8 @@ import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
 from skewbridge.motions.read import read_motion
+from skewbridge.provenance.files import writable_file
 from skewbridge.verification.case_files import DeckCase, beside, read_case
-from skewbridge.verification.contact_case import require_writable
 from skewbridge.verification.deck_lcp import run_lcp
 from skewbridge.verification.deck_model import (
     CORNERS,
@@ -69,7 +69,7 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     """
     case = read_case(case_file, DeckCase)
     excitation = _excitation(case, case_file)
-    require_writable(out)
+    writable_file(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
         raise DeckFailedError("the response is not finite: use a smaller dt_s")

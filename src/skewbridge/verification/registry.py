@@ -13,6 +13,7 @@ from typing import Any, Final
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_folder
 from skewbridge.verification.checks import Check, Checklist, StudyResult, table_of
 
 _ROOM: Final = "skewbridge.verification"
@@ -57,10 +58,7 @@ def run_studies(
         raise InputError(
             f"unknown study {', '.join(unknown)}; the studies are {', '.join(STUDIES)}"
         )
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the folder {out}: {error.strerror}") from error
+    writable_folder(out)
     checks: list[Check] = []
     for name in names or STUDIES:
         if tell:

@@ -8,16 +8,19 @@ from typing import Any
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.provenance.tables import read_frame
 
 
 def read_table(path: Path) -> pd.DataFrame:
     """Read a parquet table, or CSV whatever its ending.
 
     Raises:
-        InputError: The file cannot be read.
+        InputError: The file cannot be read, or is a table of another version of this program.
     """
+    if path.suffix == ".parquet":
+        return read_frame(path)
     try:
-        return pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
+        return pd.read_csv(path)
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read {path}: {error}") from error
 

@@ -19,7 +19,7 @@ type Vector = NDArray[np.float64]
 
 @cache
 def _table() -> pd.DataFrame:
-    path = files("skewbridge.motions").joinpath("data/bssa14.csv")
+    path = files("skewbridge.motions.synthesis").joinpath("data/bssa14.csv")
     with path.open(encoding="utf-8") as stream:
         return pd.read_csv(stream, comment="#").set_index("period")
 

@@ -81,7 +81,11 @@ class _Regression:
 
 @cache
 def _regression(kind: str) -> _Regression:
-    text = files("skewbridge.motions").joinpath("data/ddk18.json").read_text(encoding="utf-8")
+    text = (
+        files("skewbridge.motions.synthesis")
+        .joinpath("data/ddk18.json")
+        .read_text(encoding="utf-8")
+    )
     table = json.loads(text)[kind]
     return _Regression(
         beta=np.array(table["beta"]),

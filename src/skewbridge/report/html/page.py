@@ -13,6 +13,8 @@ import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.provenance.files import write_text
+from skewbridge.provenance.tables import read_frame
 from skewbridge.report.study_figures import Caption, read_captions
 
 CURVE_COLUMNS: Final = (
@@ -75,13 +77,13 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
         config: The configuration as plain values.
         output: The HTML file.
     """
-    demands = pd.read_parquet(tables["demands"])
-    curves = pd.read_parquet(tables["curves"])
-    effects = pd.read_parquet(tables["effects"])
-    medians = pd.read_parquet(tables["medians"])
+    demands = read_frame(tables["demands"])
+    curves = read_frame(tables["curves"])
+    effects = read_frame(tables["effects"])
+    medians = read_frame(tables["medians"])
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
     environment = Environment(
-        loader=PackageLoader("skewbridge.report"), autoescape=True, undefined=StrictUndefined
+        loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
     )
     environment.filters["number"] = _number
     page = environment.get_template("report.html.j2").render(
@@ -93,16 +95,16 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
         pictures=_pictures(tables["figures"]),
         curves=_records(curves[[*CURVE_COLUMNS]]),
         effects=_records(effects.loc[effects["scope"] == "variant", [*EFFECT_COLUMNS]]),
-        factors=_records(pd.read_parquet(tables["factors"])),
+        factors=_records(read_frame(tables["factors"])),
         medians=_records(medians[[*EFFECT_COLUMNS]]),
-        system=_records(pd.read_parquet(tables["system"])),
-        gate=_records(pd.read_parquet(tables["gate"])),
-        sensitivity=_records(pd.read_parquet(tables["sensitivity"])),
+        system=_records(read_frame(tables["system"])),
+        gate=_records(read_frame(tables["gate"])),
+        sensitivity=_records(read_frame(tables["sensitivity"])),
         no_exceedance=_no_exceedance(curves),
         config=yaml.safe_dump(dict(config), sort_keys=False),
         provenance=_provenance(tables["demands"]),
     )
-    output.write_text(page, encoding="utf-8")
+    write_text(output, page)
 
 
 def _summary(demands: pd.DataFrame) -> dict[str, Any]:

@@ -1,14 +1,17 @@
 """The same bridge under the same motion, without and with friction, as histories to draw."""
 
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
 
 import pandas as pd
 
 from skewbridge.analysis.transient import analyse
+from skewbridge.provenance.tables import provenance, read_frame, write_frame
 from skewbridge.study.setup import StudySetup
 from skewbridge.variant.variant import Variant, parse_slug
 
-TYPICAL_QUANTILE = 0.75
+TYPICAL_QUANTILE: Final = 0.75
 
 
 def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
@@ -40,21 +43,23 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     return str(ordered.iloc[int(TYPICAL_QUANTILE * (len(ordered) - 1))])
 
 
-def pair_histories(
-    setup: StudySetup, variants: Sequence[Variant], motion_id: str
-) -> dict[str, pd.DataFrame]:
-    """Repeat one analysis of each variant with histories.
+def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
+    """Repeat one analysis without and one with friction, and write their histories.
 
     Args:
         setup: What the variants of the study share.
-        variants: The variants.
-        motion_id: The motion.
-
-    Returns:
-        Histories by friction, in the order of the variants; a run that diverged has none.
+        demands: Demands table of the study.
+        output: Parquet file: variant, motion_id, and the columns of the histories; without rows
+            where the study has one friction only. A run that diverged has no rows.
     """
-    runs: dict[str, pd.DataFrame] = {}
-    for variant in variants:
+    rows = read_frame(demands)
+    pair = friction_pair(rows)
+    if pair is None:
+        write_frame(pd.DataFrame(), output, provenance())
+        return
+    motion_id = typical_motion(rows, pair[-1])
+    runs: list[pd.DataFrame] = []
+    for variant in pair:
         task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
         result = analyse(
             variant,
@@ -65,9 +70,9 @@ def pair_histories(
             task.options,
             histories=True,
         )
-        if result.histories is not None:
-            runs[f"friction {variant.friction:g}"] = pd.DataFrame(result.histories)
-    return runs
+        histories = pd.DataFrame(result.histories or {})
+        runs.append(histories.assign(variant=variant.slug, motion_id=motion_id))
+    write_frame(pd.concat(runs, ignore_index=True), output, provenance())
 
 
 def _skew_then_small_gap(group: Sequence[Variant]) -> tuple[int, int]:

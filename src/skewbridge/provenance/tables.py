@@ -1,0 +1,88 @@
+"""Parquet tables that say where they come from and in which form they are written."""
+
+import platform
+import subprocess
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from skewbridge.errors import InputError
+from skewbridge.provenance.closure import PACKAGE
+from skewbridge.provenance.files import written_aside
+
+#: Raised by one when a column changes its meaning; tables in another form are refused.
+TABLE_FORMAT: Final = 2
+_FORMAT_KEY: Final = b"skewbridge_table_format"
+_PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
+
+
+def provenance(**digests: str) -> dict[str, str]:
+    """Return what a result depends on: versions, commit, and the digests given."""
+    return {
+        # not the bare name: "pandas" is a key that pandas writes itself
+        "python_version": platform.python_version(),
+        **{f"{name}_version": version(name) for name in _PACKAGES},
+        "git_commit": _git_commit(),
+        **digests,
+    }
+
+
+def write_table(table: pa.Table, path: Path) -> None:
+    """Write a table, whole or not at all, with the version of its form."""
+    metadata = {**(table.schema.metadata or {}), _FORMAT_KEY: str(TABLE_FORMAT).encode()}
+    with written_aside(path) as part:
+        pq.write_table(table.replace_schema_metadata(metadata), part, compression="zstd")
+
+
+def write_frame(frame: pd.DataFrame, path: Path, metadata: Mapping[str, str]) -> None:
+    """Write a data frame with provenance in the file metadata."""
+    table = pa.Table.from_pandas(frame, preserve_index=False)
+    own = {key.encode(): value.encode() for key, value in metadata.items()}
+    write_table(table.replace_schema_metadata({**(table.schema.metadata or {}), **own}), path)
+
+
+def read_table(path: Path) -> pa.Table:
+    """Return a table of this version of the program, or one that another program wrote.
+
+    Raises:
+        InputError: No such file, no parquet, or a table that another version of this program
+            wrote in another form; says what to do.
+    """
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowException) as error:
+        raise InputError(f"cannot read the table {path}: {error}", file=str(path)) from error
+    metadata = table.schema.metadata or {}
+    unmarked = b"1" if b"skewbridge_version" in metadata else str(TABLE_FORMAT).encode()
+    found = metadata.get(_FORMAT_KEY, unmarked).decode()
+    if found != str(TABLE_FORMAT):
+        raise InputError(
+            f"{path} was written by another version of skewbridge (table format {found}, this "
+            f"one reads {TABLE_FORMAT}): run the study again to make it anew",
+            file=str(path),
+        )
+    return table
+
+
+def read_frame(path: Path) -> pd.DataFrame:
+    """Return a table as `read_table` does, as a data frame.
+
+    Raises:
+        InputError: As `read_table`.
+    """
+    return read_table(path).to_pandas()
+
+
+def _git_commit() -> str:
+    found = subprocess.run(
+        ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty", "--abbrev=12"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return found.stdout.strip() or "unknown"

@@ -1,0 +1,96 @@
+"""One analysis: what it is and what it gives.
+
+The digest of this module with all that it imports is part of the key of every analysis, so that an
+edit that can change a result makes all analyses run again. Nothing else belongs here: scheduling,
+journals, configuration and the readers of motions are kept out.
+"""
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from skewbridge.analysis.result import RAN, AnalysisResult
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.errors import InputError
+from skewbridge.motions.record import SuiteMotion
+from skewbridge.variant.variant import Variant
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """One analysis: everything a worker needs.
+
+    Attributes:
+        variant: The bridge.
+        motion: The ground motion with its factor and its intensity measures at that factor.
+        incidence_deg: Angle from bridge x to component 1.
+        settings: How to integrate.
+        options: How to model.
+    """
+
+    variant: Variant
+    motion: SuiteMotion
+    incidence_deg: float
+    settings: AnalysisSettings
+    options: ModelOptions
+
+
+def analyse_task(task: Task, log_path: Path) -> dict[str, Any]:
+    """Run one analysis in this process; whatever fails in it is data.
+
+    Args:
+        task: The analysis.
+        log_path: Where the solver's messages go.
+
+    Returns:
+        What the analysis adds to its row of the demands table, see `outcome_of`; without demands
+        if it was refused or broke off with an error.
+    """
+    try:
+        result = analyse(
+            task.variant,
+            task.motion.motion,
+            task.motion.scale,
+            task.incidence_deg,
+            task.settings,
+            task.options,
+            histories=False,
+            log_path=log_path,
+        )
+    except InputError as error:
+        return no_result("invalid_input", str(error))
+    except Exception as error:
+        logger.exception("%s under %s", task.variant.slug, task.motion.motion.motion_id)
+        return no_result("crash", f"{type(error).__name__}: {error}")
+    return outcome_of(result)
+
+
+def outcome_of(result: AnalysisResult) -> dict[str, Any]:
+    """Return the columns of a row that an analysis gives: demands and what became of it."""
+    reason = "" if result.status in RAN else "; ".join(result.messages)
+    return {
+        **result.demands,
+        "status": result.status,
+        "collapse_criterion": result.collapse_criterion or reason,
+        "time_reached_s": result.time_reached_s,
+        "duration_s": result.duration_s,
+        "recovery_rung": result.recovery_rung,
+        "substeps": result.substeps,
+    }
+
+
+def no_result(status: str, reason: str) -> dict[str, Any]:
+    """Return the columns, other than demands, of an analysis that has no result."""
+    return {
+        "status": status,
+        "collapse_criterion": reason,
+        "time_reached_s": 0.0,
+        "duration_s": float("nan"),
+        "recovery_rung": 0,
+        "substeps": 0,
+    }

@@ -1,0 +1,178 @@
+"""Results of another version are said and not used; files are there whole or not at all."""
+
+import json
+import logging
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge.options import ModelOptions
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.tables import collect_demands
+from skewbridge.errors import InputError
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.provenance import tables
+from skewbridge.provenance.files import written_aside
+from skewbridge.study import batch
+from skewbridge.study.batch import identity_of, run_tasks
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.keys import run_key
+from skewbridge.study.runs import write_plan
+from skewbridge.study.sensitivity import CHANGES, changed_task, write_sensitivity
+from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import Task, no_result
+
+SLUG = "osb1_cf_skew30_gap025_mu050"
+
+
+@pytest.fixture
+def setup(tmp_path: Path) -> StudySetup:
+    """A study of one motion."""
+    t_s = np.arange(0.0, 1.0, 0.01)
+    motion = GroundMotion(
+        motion_id="pulse", dt_s=0.01, accel_1_mps2=np.cos(t_s), accel_2_mps2=np.sin(t_s)
+    )
+    measures = motion_measures(motion, 0.748)
+    return StudySetup(
+        folder=StudyFolder(tmp_path / "results"),
+        suite=(SuiteMotion(motion=motion, scale=1.0, measures=measures),),
+        measures={("osb1", "pulse"): measures},
+        incidence_deg=(0.0,),
+        settings=AnalysisSettings(),
+        options=ModelOptions(),
+    )
+
+
+def row_of(task: Task, value: float = 1.0) -> dict[str, object]:
+    demands = {column.name: value for column in DEMAND_COLUMNS}
+    run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": 1.0, "cpu_s": 1.0}
+    return {**demands, **run, **identity_of(task, run_key(task))}
+
+
+@pytest.fixture
+def no_analyses(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("an analysis runs though the journal has it")
+
+    monkeypatch.setattr(batch, "_stream", refuse)
+
+
+@pytest.mark.usefixtures("no_analyses")
+def test_intensity_measures_come_from_the_task(setup: StudySetup, tmp_path: Path) -> None:
+    """The journal says what an analysis gave, and the task which analysis it is."""
+    task = setup.tasks(SLUG)[0]
+    old = row_of(task) | {"im_pga_rotd50_g": 99.0, "motion_id": "an older name"}
+    with open_journal(tmp_path / "v.jsonl") as journal:
+        rows = run_tasks(
+            [task],
+            journal,
+            {run_key(task): old},
+            n_jobs=1,
+            log_folder=tmp_path,
+            on_finished=print,
+        )
+    assert rows == [row_of(task)]
+
+
+@pytest.mark.usefixtures("no_analyses")
+def test_two_names_of_one_motion_are_two_rows(setup: StudySetup, tmp_path: Path) -> None:
+    task = setup.tasks(SLUG)[0]
+    twin = replace(
+        task, motion=replace(task.motion, motion=replace(task.motion.motion, motion_id="twin"))
+    )
+    with open_journal(tmp_path / "v.jsonl") as journal:
+        rows = run_tasks(
+            [task, twin],
+            journal,
+            {run_key(task): row_of(task)},
+            n_jobs=1,
+            log_folder=tmp_path,
+            on_finished=print,
+        )
+    assert [row["motion_id"] for row in rows] == ["pulse", "twin"]
+
+
+@pytest.mark.usefixtures("no_analyses")
+def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> None:
+    """The default comes from the journal of the variant, the changes from the own one."""
+    task = setup.tasks(SLUG)[0]
+    with open_journal(setup.folder.journal(SLUG)) as journal:
+        journal.append(row_of(task))
+    with open_journal(setup.folder.journal("sensitivity")) as journal:
+        for number, change in enumerate(CHANGES[1:], start=2):
+            journal.append(row_of(changed_task(task, change), float(number)))
+    write_sensitivity(setup, SLUG, count=1, n_jobs=1, output=setup.folder.sensitivity)
+    table = pd.read_parquet(setup.folder.sensitivity)
+    assert list(table["deck_disp_m"]) == [2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+
+
+def test_journal_lines_of_another_version_are_said_and_not_used(
+    setup: StudySetup, caplog: pytest.LogCaptureFixture
+) -> None:
+    task = setup.tasks(SLUG)[0]
+    path = setup.folder.journal(SLUG)
+    path.parent.mkdir(parents=True)
+    path.write_text(json.dumps(row_of(task)) + "\n")
+    assert read_journal(path) == {}
+    with caplog.at_level(logging.WARNING, logger="skewbridge"):
+        write_plan(setup, [SLUG], setup.folder.plan)
+    assert "The journals hold 1 line(s) of another version" in caplog.text
+    with open_journal(path) as journal:
+        journal.append(row_of(task))
+    assert read_journal(path) == {run_key(task): row_of(task)}
+
+
+def test_a_table_of_another_version_is_refused_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "part.parquet"
+    frame = pd.DataFrame({"a": [1.0]})
+    tables.write_frame(frame, path, tables.provenance())
+    assert tables.read_frame(path).equals(frame)
+    monkeypatch.setattr(tables, "TABLE_FORMAT", tables.TABLE_FORMAT + 1)
+    with pytest.raises(InputError, match=r"part\.parquet was written by another version .* again"):
+        tables.read_frame(path)
+    with pytest.raises(InputError, match=r"part\.parquet"):
+        collect_demands([path], tmp_path / "all.parquet")
+    assert not (tmp_path / "all.parquet").exists()
+
+
+def test_a_table_from_before_the_versions_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "old.parquet"
+    table = pq.read_table(_written(tmp_path / "new.parquet"))
+    metadata = {k: v for k, v in table.schema.metadata.items() if b"format" not in k}
+    pq.write_table(table.replace_schema_metadata(metadata), path)
+    with pytest.raises(InputError, match=r"old\.parquet .*table format 1"):
+        tables.read_frame(path)
+
+
+def test_a_table_of_another_program_is_taken_as_it_is(tmp_path: Path) -> None:
+    pd.DataFrame({"a": [1.0]}).to_parquet(tmp_path / "mine.parquet")
+    assert list(tables.read_frame(tmp_path / "mine.parquet")["a"]) == [1.0]
+
+
+def _written(path: Path) -> Path:
+    tables.write_frame(pd.DataFrame({"a": [1.0]}), path, tables.provenance())
+    return path
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    path.write_text("before")
+
+    def break_off() -> None:
+        with written_aside(path) as part:
+            part.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        break_off()
+    assert [each.name for each in tmp_path.iterdir()] == ["plan.json"]
+    assert path.read_text() == "before"
