@@ -39,7 +39,7 @@ HARDEST = max(VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg))
 
 
 wildcard_constraints:
-    variant=r"[a-z][a-z0-9_]*_(ro|si|sp|co|cf)_skewm?\d{2}_gap\d{3}_mu\d{3}",
+    variant="|".join(VARIANTS),
 
 
 def section(name):

@@ -1,4 +1,4 @@
-"""Commands of the bridge room: modes and static pushes of one variant."""
+"""Commands of the bridge package: modes and static pushes of one variant."""
 
 from itertools import product
 from pathlib import Path
@@ -26,7 +26,7 @@ from skewbridge.cli.variant_options import (
 )
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
-from skewbridge.variant.variant import ABUTMENT_CODES
+from skewbridge.variant.abutments import ABUTMENTS
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
@@ -154,7 +154,7 @@ def static(
     options = _options(backfill=backfill, keys=keys)
     if abutment == "all":
         variants = {
-            name: variant_of(bridge, name, skew_deg, gap_mm, friction) for name in ABUTMENT_CODES
+            name: variant_of(bridge, name, skew_deg, gap_mm, friction) for name in ABUTMENTS
         }
         _push_ladder(variants, options, max_disp_m, out, as_json=as_json)
         return

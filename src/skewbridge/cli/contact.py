@@ -1,4 +1,4 @@
-"""Commands of the contact room: a unit process, the rigid skew deck, the verification studies."""
+"""Commands of the contact package: unit process, rigid skew deck, verification studies."""
 
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -32,12 +32,12 @@ def contact(
     as_json: JsonOption = False,
 ) -> None:
     """Drive one contact unit along a path of displacements and write its forces."""
-    from skewbridge.verification.contact_case import run_contact_case
-    from skewbridge.verification.unit_path import DrivenPathError
+    from skewbridge.verification.references.contact_case import run_contact_case
+    from skewbridge.verification.references.live_model import SolutionError
 
     try:
         summary = run_contact_case(case, out)
-    except DrivenPathError as error:
+    except SolutionError as error:
         _stop(str(error), as_json=as_json)
     _emit(summary, as_json=as_json)
 
@@ -49,11 +49,12 @@ def deck(
     as_json: JsonOption = False,
 ) -> None:
     """Run the rigid skew deck under a pulse or a record: OpenSees, penalty ODE or LCP."""
-    from skewbridge.verification.deck import DeckFailedError, run_deck_case
+    from skewbridge.verification.references.deck import run_deck_case
+    from skewbridge.verification.references.live_model import SolutionError
 
     try:
         summary = run_deck_case(case, out)
-    except DeckFailedError as error:
+    except SolutionError as error:
         _stop(str(error), as_json=as_json)
     _emit(summary, as_json=as_json)
 

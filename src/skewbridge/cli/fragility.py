@@ -1,4 +1,4 @@
-"""Commands of fragility fits and curves."""
+"""Commands of the fragility package."""
 
 from pathlib import Path
 from typing import Annotated

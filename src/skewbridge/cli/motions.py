@@ -1,4 +1,4 @@
-"""Commands of the motions room."""
+"""Commands of the motions package."""
 
 from dataclasses import asdict
 from pathlib import Path

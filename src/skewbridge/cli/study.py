@@ -42,7 +42,7 @@ def doctor(*, as_json: JsonOption = False) -> None:
     }
     began_s = time.perf_counter()
     try:
-        from skewbridge.verification.gate import verify_contact_gate
+        from skewbridge.verification.studies.gate import verify_contact_gate
 
         began_s = time.perf_counter()
         checks = verify_contact_gate()

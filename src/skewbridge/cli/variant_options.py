@@ -5,12 +5,13 @@ from typing import Annotated
 import typer
 
 from skewbridge.errors import InputError
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.variant import Variant
 
 BridgeOption = Annotated[str, typer.Option("--bridge", help="Name in the catalogue, e.g. osb1.")]
 AbutmentOption = Annotated[
     str,
-    typer.Option("--abutment", help="roller, simplified, spring, contact or contact-friction."),
+    typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}."),
 ]
 SkewOption = Annotated[int, typer.Option("--skew-deg", help="Whole degrees, -60 to 60.")]
 GapOption = Annotated[int, typer.Option("--gap-mm", help="Longitudinal gap, whole millimetres.")]

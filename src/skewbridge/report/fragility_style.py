@@ -1,4 +1,4 @@
-"""What the figures of the fragility room share: labels, colours, ticks."""
+"""What the figures of the fragility package share: labels, colours, ticks."""
 
 from collections.abc import Mapping
 from typing import Any, Final

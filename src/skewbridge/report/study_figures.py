@@ -23,7 +23,8 @@ from skewbridge.report.fragility_style import label
 from skewbridge.report.motion_figures import suite_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
 from skewbridge.units import G_MPS2
-from skewbridge.variant.variant import ABUTMENT_CODES, parse_slug
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.variant import parse_slug
 
 CAPTIONS: Final = "captions.json"
 CURVE_COMPONENTS: Final = ("column_drift", "deck_displacement", "unseating", "column_shear")
@@ -97,7 +98,7 @@ def _table_drawings(
             (
                 replace(
                     caption,
-                    name=f"{bridge}_{ABUTMENT_CODES[abutment]}_{caption.name}",
+                    name=f"{bridge}_{ABUTMENTS[abutment].code}_{caption.name}",
                     title=f"{bridge}, {abutment.replace('_', '-')}: {caption.title}",
                 ),
                 draw,

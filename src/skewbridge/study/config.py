@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from skewbridge.study.folder import DEFAULT_ROOT
-from skewbridge.variant.variant import ABUTMENT_CODES, MAX_FRICTION_PCT, MAX_GAP_MM, MAX_SKEW_DEG
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.variant import MAX_FRICTION_PCT, MAX_GAP_MM, MAX_SKEW_DEG
 
 
 def _whole_hundredths(value: float) -> float:
@@ -18,8 +19,8 @@ def _whole_hundredths(value: float) -> float:
 
 def _known_abutment(value: str) -> str:
     name = value.replace("-", "_")
-    if name not in ABUTMENT_CODES:
-        raise ValueError(f"unknown abutment model; known: {', '.join(ABUTMENT_CODES)}")
+    if name not in ABUTMENTS:
+        raise ValueError(f"unknown abutment model; known: {', '.join(ABUTMENTS)}")
     return name
 
 
@@ -42,7 +43,7 @@ class GridConfig(_Section):
 
     bridge: list[str] = Field(default=["osb1"], min_length=1, description="catalogue names")
     abutment: list[Abutment] = Field(
-        default=["contact_friction"], min_length=1, description=f"of {', '.join(ABUTMENT_CODES)}"
+        default=["contact_friction"], min_length=1, description=f"of {', '.join(ABUTMENTS)}"
     )
     skew_deg: list[Skew] = Field(
         default=[0, 30, 60], min_length=1, description="skew, whole degrees"

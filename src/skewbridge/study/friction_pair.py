@@ -61,15 +61,7 @@ def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
     runs: list[pd.DataFrame] = []
     for variant in pair:
         task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
-        result = analyse(
-            variant,
-            task.motion.motion,
-            task.motion.scale,
-            task.incidence_deg,
-            task.settings,
-            task.options,
-            histories=True,
-        )
+        result = analyse(variant, task.excitation, task.settings, task.options, histories=True)
         histories = pd.DataFrame(result.histories or {})
         runs.append(histories.assign(variant=variant.slug, motion_id=motion_id))
     write_frame(pd.concat(runs, ignore_index=True), output, provenance())

@@ -9,8 +9,8 @@ from skewbridge.variant.variant import Variant
 def expand_grid(grid: GridConfig) -> list[Variant]:
     """Return the variants of a grid, sorted, without duplicates.
 
-    Axes that an abutment model lacks are set to zero first (a roller has no gap, only
-    ``contact_friction`` has friction), so that the same bridge is never analysed twice.
+    Axes that an abutment model lacks are set to zero first (a roller has no gap), so that the
+    same bridge is never analysed twice.
     """
     variants = {
         Variant(

@@ -1,24 +1,19 @@
 """One bridge of the grid and its integer-coded name."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from skewbridge.errors import InputError
+from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
 
-ABUTMENT_CODES: Final = {
-    "roller": "ro",
-    "simplified": "si",
-    "spring": "sp",
-    "contact": "co",
-    "contact_friction": "cf",
-}
 MAX_SKEW_DEG: Final = 60
 MAX_GAP_MM: Final = 999
 MAX_FRICTION_PCT: Final = 150
 
+_NAMES: Final = {traits.code: name for name, traits in ABUTMENTS.items()}
 _SLUG = re.compile(
-    r"(?P<bridge>[a-z][a-z0-9_]*)_(?P<code>ro|si|sp|co|cf)"
+    rf"(?P<bridge>[a-z][a-z0-9_]*)_(?P<code>{'|'.join(_NAMES)})"
     r"_skew(?P<skew>m?\d{2})_gap(?P<gap>\d{3})_mu(?P<mu>\d{3})"
 )
 
@@ -29,7 +24,7 @@ class Variant:
 
     Attributes:
         bridge: Name of a catalogue entry, for example ``osb1``.
-        abutment: One of ``roller, simplified, spring, contact, contact_friction``.
+        abutment: Abutment model, a name in `skewbridge.variant.abutments`.
         skew_deg: Skew of the abutment line from the transverse axis, whole degrees, -60 to 60.
         gap_mm: Initial longitudinal joint gap, whole millimetres.
         friction_pct: Coulomb coefficient at the contacts, whole hundredths.
@@ -45,9 +40,9 @@ class Variant:
     friction_pct: int
 
     def __post_init__(self) -> None:
-        if self.abutment not in ABUTMENT_CODES:
+        if self.abutment not in ABUTMENTS:
             raise InputError(
-                f"abutment must be one of {', '.join(ABUTMENT_CODES)}, got {self.abutment!r}"
+                f"abutment must be one of {', '.join(ABUTMENTS)}, got {self.abutment!r}"
             )
         for field, value, low, high in (
             ("skew_deg", self.skew_deg, -MAX_SKEW_DEG, MAX_SKEW_DEG),
@@ -63,22 +58,23 @@ class Variant:
         return self.friction_pct / 100
 
     @property
+    def traits(self) -> AbutmentTraits:
+        """Traits of the abutment model."""
+        return ABUTMENTS[self.abutment]
+
+    @property
     def slug(self) -> str:
         """Name of the variant, for example ``osb1_cf_skew30_gap051_mu050``."""
         skew = f"{'m' if self.skew_deg < 0 else ''}{abs(self.skew_deg):02d}"
-        code = ABUTMENT_CODES[self.abutment]
-        return f"{self.bridge}_{code}_skew{skew}_gap{self.gap_mm:03d}_mu{self.friction_pct:03d}"
+        place = f"{self.bridge}_{self.traits.code}_skew{skew}"
+        return f"{place}_gap{self.gap_mm:03d}_mu{self.friction_pct:03d}"
 
     def normalised(self) -> "Variant":
         """Return the variant with the axes set to zero that its abutment model does not have."""
-        gap_mm = 0 if self.abutment == "roller" else self.gap_mm
-        friction_pct = self.friction_pct if self.abutment == "contact_friction" else 0
-        return Variant(
-            bridge=self.bridge,
-            abutment=self.abutment,
-            skew_deg=self.skew_deg,
-            gap_mm=gap_mm,
-            friction_pct=friction_pct,
+        return replace(
+            self,
+            gap_mm=self.gap_mm if "gap_mm" in self.traits.axes else 0,
+            friction_pct=self.friction_pct if self.traits.has_friction else 0,
         )
 
 
@@ -93,10 +89,9 @@ def parse_slug(slug: str) -> Variant:
         raise InputError(
             f"not a variant name: {slug!r} (expected e.g. osb1_cf_skew30_gap051_mu050)"
         )
-    names = {code: name for name, code in ABUTMENT_CODES.items()}
     return Variant(
         bridge=match["bridge"],
-        abutment=names[match["code"]],
+        abutment=_NAMES[match["code"]],
         skew_deg=int(match["skew"].replace("m", "-")),
         gap_mm=int(match["gap"]),
         friction_pct=int(match["mu"]),
