@@ -12,7 +12,8 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.options import ModelOptions
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.suite import SuiteMotion
-from skewbridge.study.friction_pair import read_friction_pair, write_friction_pair
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.friction_pair import write_friction_pair
 from skewbridge.study.setup import StudySetup
 from strong_motion import strong_motion
 
@@ -30,10 +31,11 @@ def demands(slugs):
 
 
 @pytest.fixture(scope="module")
-def setup():
+def setup(tmp_path_factory):
     motion = strong_motion(duration_s=1.0)
     measures = motion_measures(motion, 0.7)
     return StudySetup(
+        folder=StudyFolder(tmp_path_factory.mktemp("study")),
         suite=(SuiteMotion(motion=motion, scale=1.0, measures=measures),),
         measures={("osb1", "strong"): measures},
         incidence_deg=(0.0,),
@@ -42,23 +44,25 @@ def setup():
     )
 
 
-def test_the_pair_read_is_that_of_the_analyses(setup, tmp_path):
-    write_friction_pair(setup, demands(SLUGS), tmp_path / "pair.parquet")
-    pair = read_friction_pair(tmp_path / "pair.parquet")
-    assert pair is not None
-    assert [variant.slug for variant in pair.variants] == [SLUGS[3], SLUGS[5]]
-    assert pair.motion_id == "strong"
-    assert list(pair.by_friction) == ["friction 0", "friction 0.5"]
+def written(setup, slugs, folder):
+    demands(slugs).to_parquet(folder / "demands.parquet")
+    write_friction_pair(setup, folder / "demands.parquet", folder / "pair.parquet")
+    return pd.read_parquet(folder / "pair.parquet")
+
+
+def test_the_pair_written_is_that_of_the_analyses(setup, tmp_path):
+    pair = written(setup, SLUGS, tmp_path)
+    assert list(pair["variant"].unique()) == [SLUGS[3], SLUGS[5]]
+    assert set(pair["motion_id"]) == {"strong"}
     task = setup.tasks(SLUGS[5])[0]
     again = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
-    pd.testing.assert_frame_equal(
-        pair.histories[1], pd.DataFrame(again.histories), check_exact=True
-    )
+    own = pair[pair["variant"] == SLUGS[5]].drop(columns=["variant", "motion_id"])
+    expected = pd.DataFrame(again.histories)
+    pd.testing.assert_frame_equal(own.reset_index(drop=True), expected, check_exact=True)
 
 
 def test_a_study_of_one_friction_has_no_pair(setup, tmp_path):
-    write_friction_pair(setup, demands(SLUGS[::3]), tmp_path / "pair.parquet")
-    assert read_friction_pair(tmp_path / "pair.parquet") is None
+    assert written(setup, SLUGS[::3], tmp_path).empty
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Commands of the bridge package: modes and static pushes of one variant."""
+"""Commands of the bridge room: modes and static pushes of one variant."""
 
 from itertools import product
 from pathlib import Path

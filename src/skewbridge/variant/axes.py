@@ -20,6 +20,7 @@ class Axis:
         low: Smallest value.
         high: Largest value.
         step: Values are whole multiples of it, so that names never depend on rounding.
+        symbol: Stands for the label beside a value in figures.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Axis:
     low: float
     high: float
     step: float
+    symbol: str = ""
 
     @property
     def label_with_unit(self) -> str:
@@ -80,6 +82,7 @@ AXES: Final = (
         low=0.0,
         high=1.5,
         step=0.01,
+        symbol="μ",
     ),
 )
 

@@ -11,10 +11,10 @@ import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.contact import ContactSet, Coupling, Drive, Scheme, UnitLedger
+from skewbridge.errors import SolutionError
 from skewbridge.verification.references.live_model import (
     Array,
     History,
-    SolutionError,
     Solver,
     clean_domain,
     even_times,

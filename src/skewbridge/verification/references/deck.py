@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, SolutionError
 from skewbridge.motions.read import read_motion
 from skewbridge.provenance.files import writable_file
 from skewbridge.verification.references.case_files import DeckCase, beside, read_case
@@ -21,7 +21,6 @@ from skewbridge.verification.references.deck_model import (
 )
 from skewbridge.verification.references.deck_opensees import run_opensees
 from skewbridge.verification.references.deck_penalty import run_penalty
-from skewbridge.verification.references.live_model import SolutionError
 
 _DESCRIPTIONS: Final = {
     "t_s": ("s", "time"),

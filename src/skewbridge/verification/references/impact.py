@@ -16,7 +16,8 @@ from typing import Final
 
 import numpy as np
 
-from skewbridge.verification.references.live_model import Array, SolutionError
+from skewbridge.errors import SolutionError
+from skewbridge.verification.references.live_model import Array
 
 # Relative to the largest velocity or impulse: a state may violate a condition by rounding only.
 _ROUNDING: Final = 1e-10

@@ -9,14 +9,11 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet, make_step
+from skewbridge.errors import SolutionError
 
 type Array = NDArray[np.float64]
 type History = Callable[[Array], Array]
 """A quantity as a function of an array of times."""
-
-
-class SolutionError(RuntimeError):
-    """A solver could not finish."""
 
 
 @contextmanager

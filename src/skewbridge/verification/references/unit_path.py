@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLedger
 from skewbridge.contact.law import advance_pair
+from skewbridge.errors import SolutionError
 from skewbridge.verification.references.live_model import (
-    SolutionError,
     Solver,
     clean_domain,
     path_series,
