@@ -208,11 +208,6 @@ def test_edited_mechanics_rerun_the_analyses_and_what_follows(copy: Path) -> Non
     assert jobs == ANALYSES | FITS | rest
 
 
-def test_an_edited_contact_gate_runs_before_the_report_only(copy: Path) -> None:
-    edit = {"src/skewbridge/verification/gate.py": ("", "\nEXTRA = 1.0\n")}
-    assert jobs_after(copy, edit) == {"verify_contact", "report"}
-
-
 def test_a_corrected_index_or_period_prepares_the_motions_again(copy: Path) -> None:
     rest = {"prepare_motions", "plan", "sensitivity", "collect_demands", "friction_pair"}
     index = {"motions/index.csv": (",g,0.01,", ",g,0.02,")}
@@ -237,21 +232,24 @@ def test_another_version_of_the_solver_runs_what_it_is_used_in(copy: Path) -> No
     assert "prepare_motions" not in jobs
 
 
+def test_an_edited_contact_gate_runs_before_the_report_only(copy: Path) -> None:
+    edit = {"src/skewbridge/verification/studies/gate.py": ("", "\nEXTRA = 1.0\n")}
+    assert jobs_after(copy, edit) == {"verify_contact", "report"}
+
+
 def test_an_edited_bridge_reruns_its_own_variants(copy: Path) -> None:
-    """The bridge differs in one key from the one that it extends; both are in the grid."""
-    over = "grid: {bridge: [osb1, osb1_fixed]}"
-    for slug in ("osb1_fixed_cf_skew30_gap025_mu000", "osb1_fixed_cf_skew30_gap025_mu050"):
-        (copy / f"results/demands/{slug}.parquet").touch()
-    run(copy, "--touch", over=over)
-    assert planned_jobs(copy, over) == set()
-    edit = {"src/skewbridge/bridge/catalogue/osb1_fixed.yaml": ("base: fixed", "base: pinned")}
-    jobs = jobs_after(copy, edit, over)
-    assert {job for job in jobs if job.startswith("analyse_variant ")} == {
+    """One bridge extends the other: what the child replaces is its own."""
+    files = "src/skewbridge/bridge/catalogue/osb1{}.yaml"
+    child = {files.format("_fixed"): ("base: fixed", "base: pinned")}
+    assert jobs_after(copy, child) == set()
+    both = jobs_after(copy, child, "grid: {bridge: [osb1, osb1_fixed]}")
+    assert {job for job in both if job.startswith("analyse_variant ")} == {
         "analyse_variant osb1_fixed_cf_skew30_gap025_mu000",
         "analyse_variant osb1_fixed_cf_skew30_gap025_mu050",
     }
-    assert jobs >= FITS | {"plan", "collect_demands"}
-    run(copy, "--touch")
+    parent = {files.format(""): ("base: pinned", "base: fixed")}
+    rest = {"plan", "sensitivity", "collect_demands", "friction_pair"}
+    assert jobs_after(copy, parent) == ANALYSES | FITS | rest
 
 
 def test_a_study_lies_in_the_folder_that_its_configuration_names(study: Path) -> None:

@@ -26,7 +26,7 @@ rule analyse_variant:
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
-        gate=rules.verify_contact.output.table,
+        gate=ancient(rules.verify_contact.output.table),
     output:
         demands=FOLDER.variant_demands("{variant}"),
     log:
@@ -64,7 +64,7 @@ rule sensitivity:
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
-        gate=rules.verify_contact.output.table,
+        gate=ancient(rules.verify_contact.output.table),
     output:
         table=FOLDER.sensitivity,
     log:

@@ -29,8 +29,12 @@ capacity. An unknown key, a value outside its limits or a number read as text st
 anything is computed. Write numbers with an exponent like `2.0e+7`: YAML reads `2e7` as text.
 
 What reruns: a new skew, gap, friction or motion runs only what is new; a limit state or a
-statistical key reruns the fits and what follows; a key of `model` or `analysis` reruns the
-analyses.
+statistical key reruns the fits and what follows; a key of `model` or `analysis`, a number of a
+bridge or another version of OpenSees reruns the analyses. What counts is what the files say:
+comments, notes beside the motions and the times of files rerun nothing, so a study can be copied.
+
+Everything that a study writes lies in the folder `results:` (default `results`): give every study
+that is to be kept a folder of its own.
 
 This page is written from the models in `src/skewbridge/study/config.py` by `make docs`.
 """

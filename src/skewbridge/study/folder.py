@@ -85,6 +85,11 @@ class StudyFolder:
         return self.root / "figures"
 
     @property
+    def captions(self) -> Path:
+        """What the report says of the figures, written when all are drawn."""
+        return self.figures / "captions.json"
+
+    @property
     def checks(self) -> Path:
         """Checks of the tables."""
         return self.root / "checks.json"
