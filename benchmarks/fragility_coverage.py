@@ -1,25 +1,190 @@
-"""Rerun the stored coverage study: python benchmarks/fragility_coverage.py (about 3 minutes)."""
+"""How often the intervals cover the truth: simulation of the sampling plans in use.
+
+`python benchmarks/fragility_coverage.py` reruns the stored study (about 3 minutes); a test reruns
+one row of it.
+"""
 
 import json
 import time
-from dataclasses import asdict
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Final
 
-from skewbridge.fragility.coverage import DESIGNS, measure_coverage
+import numpy as np
+from scipy import special
 
-SIMULATIONS = 2000
-SEED = 20240501
+from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.likelihood.intervals import normal_quantile
+from skewbridge.fragility.methods.cloud import fit_cloud
+from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
+from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.methods.tobit import censored_cloud, fit_tobit
+
+TRUTH: Final = (1.0, 0.4)
+_BOOTSTRAP: Final = 399
+
+SIMULATIONS: Final = 2000
+SEED: Final = 20240501
+
+type Interval = tuple[float, float]
+type Ends = tuple[Interval, Interval]
+type Simulation = Callable[[np.random.Generator], Ends | None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coverage:
+    """Share of simulations whose interval holds the truth.
+
+    Attributes:
+        design: Name of the sampling plan.
+        theta: Share for theta.
+        beta: Share for beta.
+        usable: Share of simulations that had an estimate; the shares refer to them.
+        simulations: Number of simulations.
+    """
+
+    design: str
+    theta: float
+    beta: float
+    usable: float
+    simulations: int
+
+
+def _stripes(levels: int, runs: int, low: float, high: float, *, wald: bool = False) -> Simulation:
+    im = np.exp(np.linspace(np.log(low), np.log(high), levels))
+    n = np.full(levels, float(runs))
+    p = special.ndtr(np.log(im / TRUTH[0]) / TRUTH[1])
+
+    def simulate(rng: np.random.Generator) -> Ends | None:
+        return _ends(fit_stripes(im, n, rng.binomial(runs, p).astype(float)), wald=wald)
+
+    return simulate
+
+
+def _same_records(runs: int, kind: str) -> Simulation:
+    """Every motion runs on all eight stripes: its capacity decides all of them."""
+    im = np.exp(np.linspace(np.log(0.4), np.log(2.5), 8))
+
+    def simulate(rng: np.random.Generator) -> Ends | None:
+        capacity = TRUTH[0] * np.exp(TRUTH[1] * rng.normal(size=runs))
+        hit = (im[None, :] >= capacity[:, None]).astype(float)
+        if kind == "interval":
+            record = np.repeat(np.arange(runs), im.size)
+            lower, upper, _ = brackets_of_runs(np.tile(im, runs), hit.ravel(), record)
+            return _ends(fit_brackets(lower, upper))
+        n, k = np.full(im.size, float(runs)), np.sum(hit, axis=0)
+        fit = fit_stripes(im, n, k, interval=kind == "binomial")
+        if kind == "binomial" or fit.status != FITTED:
+            return _ends(fit)
+        weights = record_weights(np.arange(runs), _BOOTSTRAP, rng)
+        start = np.array([fit.predictor.a0, fit.predictor.a1])
+        draws = weights @ hit
+        again = refit_exceedance(np.log(im), np.broadcast_to(n, draws.shape), draws, start)
+        return again.intervals(0.95)
+
+    return simulate
+
+
+def _capacities(runs: int, censored: float) -> Simulation:
+    limit = TRUTH[0] * np.exp(TRUTH[1] * special.ndtri(1.0 - censored)) if censored else np.inf
+
+    def simulate(rng: np.random.Generator) -> Ends | None:
+        capacity = TRUTH[0] * np.exp(TRUTH[1] * rng.normal(size=runs))
+        beyond = capacity > limit
+        return _ends(fit_capacities(np.minimum(capacity, limit), beyond.astype(float)))
+
+    return simulate
+
+
+def _cloud(runs: int, *, tobit: bool = False) -> Simulation:
+    def simulate(rng: np.random.Generator) -> Ends | None:
+        im = np.exp(rng.uniform(np.log(0.1), np.log(1.5), runs))
+        edp = im * np.exp(TRUTH[1] * rng.normal(size=runs))
+        if tobit:
+            x, demand, upper = censored_cloud(im, edp, above=TRUTH[0])
+            return _ends(fit_tobit(x, demand, TRUTH[0], upper))
+        return _ends(fit_cloud(im, edp, TRUTH[0]))
+
+    return simulate
+
+
+SAMPLING_PLANS: Final[dict[str, Simulation]] = {
+    "stripes 8 x 10": _stripes(8, 10, 0.4, 2.5),
+    "stripes 8 x 20": _stripes(8, 20, 0.4, 2.5),
+    "stripes 8 x 20, Wald": _stripes(8, 20, 0.4, 2.5, wald=True),
+    "stripes 8 x 40": _stripes(8, 40, 0.4, 2.5),
+    "stripes 8 x 40, p up to 0.43": _stripes(8, 40, 0.2, 0.93),
+    "stripes 4 x 15": _stripes(4, 15, 0.5, 2.0),
+    "single runs, 40 levels": _stripes(40, 1, 0.2, 5.0),
+    "same records 8 x 20, binomial profile": _same_records(20, "binomial"),
+    "same records 8 x 20, record bootstrap": _same_records(20, "bootstrap"),
+    "same records 8 x 20, interval-censored": _same_records(20, "interval"),
+    "capacities 20": _capacities(20, 0.0),
+    "capacities 20, 30 % censored": _capacities(20, 0.3),
+    "capacities 40, 30 % censored": _capacities(40, 0.3),
+    "cloud 30, Fieller": _cloud(30),
+    "cloud 100, Fieller": _cloud(100),
+    "cloud 60, Tobit": _cloud(60, tobit=True),
+}
+
+
+def measure_coverage(plan: str, simulations: int, seed: int) -> Coverage:
+    """Simulate one sampling plan and count how often its 95 % intervals hold the truth.
+
+    Args:
+        plan: A name of `SAMPLING_PLANS`.
+        simulations: Number of simulations; the standard error is sqrt(0.95 0.05/simulations).
+        seed: Of the simulations.
+    """
+    rng = np.random.default_rng(seed)
+    simulate = SAMPLING_PLANS[plan]
+    found = [simulate(rng) for _ in range(simulations)]
+    usable = [ends for ends in found if ends is not None]
+    hits = np.array(
+        [
+            [low <= truth <= high for (low, high), truth in zip(ends, TRUTH, strict=True)]
+            for ends in usable
+        ]
+    )
+    return Coverage(
+        design=plan,
+        theta=float(np.mean(hits[:, 0])),
+        beta=float(np.mean(hits[:, 1])),
+        usable=len(usable) / simulations,
+        simulations=simulations,
+    )
+
+
+def _ends(fit: FragilityFit, *, wald: bool = False) -> Ends | None:
+    if fit.status != FITTED:
+        return None
+    return wald_intervals(fit, fit.level) if wald else (fit.ci_theta, fit.ci_beta)
+
+
+def wald_intervals(
+    fit: FragilityFit, level: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return Wald intervals of theta and beta, symmetric in ln theta and ln beta.
+
+    A fast fallback of the profile: coverage 92 to 95 % where the profile has 93.5 to 95.5 %.
+    """
+    z = normal_quantile(level)
+    theta = float(np.exp(z * fit.se_ln_theta))
+    beta = float(np.exp(z * fit.se_beta / fit.beta))
+    return (fit.theta / theta, fit.theta * theta), (fit.beta / beta, fit.beta * beta)
 
 
 def main() -> None:
     rows = []
-    for design in DESIGNS:
+    for plan in SAMPLING_PLANS:
         begin = time.perf_counter()
-        row = asdict(measure_coverage(design, SIMULATIONS, SEED))
+        row = asdict(measure_coverage(plan, SIMULATIONS, SEED))
         rows.append(row)
         seconds = time.perf_counter() - begin
         print(  # noqa: T201
-            f"{design:45s} theta {row['theta']:.4f} beta {row['beta']:.4f}"
+            f"{plan:45s} theta {row['theta']:.4f} beta {row['beta']:.4f}"
             f" usable {row['usable']:.3f} {seconds:.0f} s",
             flush=True,
         )

@@ -60,7 +60,7 @@ def compare() -> dict[str, float]:
             fit.profile_interval(name)
 
     ours = fit_stripes(IM, N, K)
-    start = np.array([ours.details["a0"], ours.details["a1"]])
+    start = np.array([ours.predictor.a0, ours.predictor.a1])
     p = fit_p(start)
 
     def our_refits() -> None:

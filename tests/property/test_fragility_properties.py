@@ -15,7 +15,7 @@ from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import OrderedKernel
 from skewbridge.fragility.methods.stripes import fit_stripes
-from skewbridge.fragility.methods.tobit import fit_tobit, refit_tobit
+from skewbridge.fragility.methods.tobit import censored_cloud, fit_tobit, refit_tobit
 from skewbridge.fragility.tables.effects import verdict_of
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
@@ -53,7 +53,7 @@ def test_interval_holds_the_estimate_and_ends_have_the_deviance(data):
     assert fit.ci_theta[0] <= fit.theta <= fit.ci_theta[1]
     assert fit.ci_beta[0] <= fit.beta <= fit.ci_beta[1]
     x = np.log(LEVELS)
-    target = fit.details["loglik_kernel"] - 0.5 * 3.841458820694124
+    target = fit.goodness.loglik_kernel - 0.5 * 3.841458820694124
     for end in fit.ci_theta:
         if 1e-12 < end < 1e12:
             kernel = BinomialKernel((x - np.log(end))[:, None], n, k)
@@ -91,7 +91,7 @@ def test_single_runs_equal_their_stripes(data):
     assert single.status == fit.status
     if fit.status == "ok":
         assert single.theta == pytest.approx(fit.theta, rel=1e-6)
-        assert single.details["loglik_kernel"] == pytest.approx(fit.details["loglik_kernel"])
+        assert single.goodness.loglik_kernel == pytest.approx(fit.goodness.loglik_kernel)
 
 
 @given(st.integers(0, 10**6))
@@ -117,7 +117,7 @@ def test_weighted_lines_equal_the_line_of_the_repeated_runs(seed):
     weights = rng.integers(0, 4, (1, 12)).astype(float)
     rows = np.repeat(np.arange(12), weights[0].astype(int))
     assume(np.unique(rows).size > 3)
-    found = refit_lines(x, y, weights, np.log(0.04), 0.0)
+    found = refit_lines(x, y, weights, np.log(0.04))
     fit = fit_cloud(np.exp(x[rows]), np.exp(y[rows]), 0.04)
     if fit.status == "ok":
         assert found.theta[0] == pytest.approx(fit.theta, rel=1e-7)
@@ -156,9 +156,10 @@ def test_weighted_tobit_equals_tobit_of_the_repeated_runs(seed):
     censored = rng.random(20) < 0.2
     weights = rng.integers(0, 3, (1, 20)).astype(float)
     rows = np.repeat(np.arange(20), weights[0].astype(int))
-    single = fit_tobit(im[rows], edp[rows], 0.02, censored=censored[rows], interval=False)
+    upper = np.where(censored, np.inf, edp)
+    single = fit_tobit(im[rows], edp[rows], 0.02, upper[rows], interval=False)
     assume(single.status == "ok")
-    batch = refit_tobit(im, edp, 0.02, censored, weights)
+    batch = refit_tobit(im, edp, 0.02, upper, weights)
     assert batch.theta[0] == pytest.approx(single.theta, rel=1e-6)
     assert batch.beta[0] == pytest.approx(single.beta, rel=1e-6)
 
@@ -169,7 +170,8 @@ def test_tobit_interval_holds_the_estimate(seed):
     rng = np.random.default_rng(seed)
     im = np.exp(rng.uniform(-2, 0.5, 20))
     edp = 0.03 * im * np.exp(0.35 * rng.normal(size=20))
-    fit = fit_tobit(im, edp, 0.02, censor_above=0.03)
+    x, demand, upper = censored_cloud(im, edp, above=0.03)
+    fit = fit_tobit(x, demand, 0.02, upper)
     assume(fit.status == "ok")
     assert fit.ci_theta[0] < fit.theta < fit.ci_theta[1]
     assert fit.ci_beta[0] < fit.beta < fit.ci_beta[1]

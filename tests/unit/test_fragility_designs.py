@@ -79,9 +79,9 @@ def test_parameterised_curve_follows_the_generator():
     table["column_drift_ratio"] *= np.exp(shift)
     fit = parameterised_curve(table, drift, IM)
     assert fit.status == "ok"
-    at = {"gap": 0.0, "friction": 0.0}
-    theta_0, _ = fit.curve_at(at | {"skew": 0.0})
-    theta_45, _ = fit.curve_at(at | {"skew": 0.75})
+    at = {"gap_mm": 0.0, "friction": 0.0}
+    theta_0, _ = fit.curve_at(at | {"skew_deg": 0.0})
+    theta_45, _ = fit.curve_at(at | {"skew_deg": 0.75})
     # demand grows with slope 1 in intensity, so capacity falls by the same factor
     assert theta_45 / theta_0 == pytest.approx(np.exp(-0.3), rel=0.05)
     assert np.all(np.isfinite(fit.se_cluster))
@@ -89,7 +89,7 @@ def test_parameterised_curve_follows_the_generator():
 
 def test_parameterised_curve_needs_something_that_varies():
     table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,))
-    with pytest.raises(InputError, match="differ in skew, gap or friction"):
+    with pytest.raises(InputError, match="differ in an axis"):
         parameterised_curve(table, state("column_drift", "slight"), IM)
 
 

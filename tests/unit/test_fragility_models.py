@@ -1,4 +1,4 @@
-"""Single models: degenerate data, intervals, bootstrap, dispersion, goodness, frequency content."""
+"""Single models: degenerate data, intervals, bootstrap, goodness, frequency content."""
 
 import numpy as np
 import pytest
@@ -8,18 +8,19 @@ from skewbridge.fragility.exchange import risk
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
 from skewbridge.fragility.likelihood.fit import FragilityFit
-from skewbridge.fragility.likelihood.intervals import percentile_interval, wald_intervals
+from skewbridge.fragility.likelihood.intervals import percentile_interval
+from skewbridge.fragility.likelihood.links import probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 from skewbridge.fragility.likelihood.profile import _bracketed_end, profile_ends
-from skewbridge.fragility.methods import axis_probit as designs
-from skewbridge.fragility.methods import dispersion, goodness, system
+from skewbridge.fragility.methods import axis_probit, goodness, system
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.cloud_models import fit_heteroscedastic, fit_modified_cloud
 from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import crossing, fit_ordered
 from skewbridge.fragility.methods.stripes import fit_stripes
 from skewbridge.fragility.methods.tobit import fit_tobit
-from skewbridge.fragility.tables.frequency_content import fourier_ratio, frequency_content
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.tables.frequency_content import fourier_ratio, mean_period_s
 from skewbridge.fragility.tables.uncertain_capacity import fit_uncertain_capacity
 
 
@@ -46,9 +47,8 @@ def test_every_kind_of_stripes_has_its_status(k, status):
 
 def test_quasi_separation_gives_the_firth_estimate_under_its_name():
     fit = fit_stripes([0.3, 0.5, 0.8], [20] * 3, [0, 7, 20])
-    assert fit.details["firth"]["theta"] == pytest.approx(0.53463, abs=1e-5)
-    assert fit.details["firth"]["beta"] == pytest.approx(0.19540, abs=1e-5)
-    assert fit.details["theta_interval"] == pytest.approx([0.5, 0.5])
+    assert fit.separation.firth == pytest.approx({"theta": 0.53463, "beta": 0.19540}, abs=1e-5)
+    assert fit.separation.theta_interval == pytest.approx((0.5, 0.5))
 
 
 def test_firth_of_two_levels_is_the_closed_form():
@@ -92,13 +92,6 @@ def test_bracketed_and_direct_ends_of_the_profile_agree():
     assert [*ends.ln_theta, *ends.slope] == pytest.approx(slow, rel=1e-9)
 
 
-def test_wald_is_close_to_the_profile_for_many_runs():
-    fit = fit_stripes([0.3, 0.5, 0.8, 1.2, 1.8], [400] * 5, [20, 90, 190, 290, 360])
-    theta, beta = wald_intervals(fit, 0.95)
-    assert theta == pytest.approx(fit.ci_theta, rel=0.01)
-    assert beta == pytest.approx(fit.ci_beta, rel=0.01)
-
-
 def test_capacities_with_no_information_get_their_status():
     assert fit_capacities([1.0, 1.0, 0.9], [0, 0, 1]).status == "unbounded_likelihood"
     assert fit_capacities([1.0, 1.0, 1.4], [0, 0, 1]).status == "ok"
@@ -120,7 +113,7 @@ def test_brackets_take_the_first_crossing_and_count_resurrections():
 
 def test_exact_intervals_accompany_complete_capacities():
     fit = fit_capacities([0.9, 1.3, 1.1, 1.8, 0.7, 1.5, 1.2, 2.2])
-    low, high = fit.details["ci_theta_exact"]
+    low, high = fit.exact.ci_theta_exact
     assert low < fit.ci_theta[0] < fit.theta < fit.ci_theta[1] < high
 
 
@@ -140,10 +133,10 @@ def test_censoring_removes_the_bias_that_clipping_makes():
     edp = 0.03 * im * np.exp(0.4 * rng.normal(size=400))
     limit = 0.02
     clipped = fit_cloud(im, np.minimum(edp, limit), 0.015)
-    censored = fit_tobit(im, edp, 0.015, censor_above=limit)
+    censored = fit_tobit(im, np.minimum(edp, limit), 0.015, np.where(edp < limit, edp, np.inf))
     assert censored.ci_theta[0] < 0.5 < censored.ci_theta[1]
     assert censored.ci_beta[0] < 0.4 < censored.ci_beta[1]
-    assert clipped.details["b"] < 0.8 < censored.details["b"]
+    assert clipped.line.b < 0.8 < censored.line.b
 
 
 def test_few_collapses_are_separated_and_say_so():
@@ -151,7 +144,7 @@ def test_few_collapses_are_separated_and_say_so():
     edp = [0.01, 0.021, 0.029, 0.042, 0.05, None]
     fit = fit_modified_cloud(im, edp, 0.03, [0, 0, 0, 0, 0, 1])
     assert fit.status == "complete_separation"
-    assert fit.details["part"] == "collapse"
+    assert fit.collapse.part == "collapse"
 
 
 def test_scatter_that_vanishes_at_one_end_has_no_maximum():
@@ -167,7 +160,7 @@ def test_constant_scatter_is_not_called_heteroscedastic():
     im = np.exp(rng.uniform(-2.3, 0.4, 200))
     edp = 0.03 * im * np.exp(0.4 * rng.normal(size=200))
     fit = fit_heteroscedastic(im, edp, 0.015)
-    assert fit.details["lr_p"] > 0.01
+    assert fit.scatter.lr_p > 0.01
     assert fit.theta == pytest.approx(0.5, rel=0.1)
 
 
@@ -180,46 +173,23 @@ def test_ordered_fits_never_cross_and_free_fits_are_checked():
     assert fit_ordered([0.2, 0.4], [[5, 0, 0], [0, 0, 5]]).status == "empty_state"
 
 
-def test_pooling_is_tested():
-    im = np.array([0.2, 0.4, 0.6, 0.9])
-    n = np.full(4, 50.0)
-    alike = dispersion.pool_stripes(
-        [(im, n, np.array([2.0, 15, 32, 45])), (im, n, np.array([1.0, 8, 22, 40]))]
-    )
-    assert alike.p_value > 0.2
-    steep = (im, n, np.array([0.0, 3, 47, 50]))
-    differ = dispersion.pool_stripes([(im, n, np.array([12.0, 20, 27, 33])), steep])
-    assert differ.p_value < 1e-6
-    pooled, p_value = dispersion.pool_scatter(np.array([0.3, 0.31]), np.array([20.0, 30.0]))
-    assert 0.3 < pooled < 0.31
-    assert p_value > 0.5
-
-
-def test_rotation_keeps_the_percentile_in_place():
-    theta = dispersion.rotated_median(1.0, 0.4, 0.6, 0.1)
-    z = -1.2815515655446004
-    assert theta * np.exp(0.6 * z) == pytest.approx(np.exp(0.4 * z))
-
-
 def test_bootstrap_p_value_of_a_good_fit_is_not_small():
     im, n, k = [0.2, 0.4, 0.6, 0.8, 1.0], np.full(5, 20.0), [1, 5, 11, 15, 18]
     fit = fit_stripes(im, n, k)
-    params = np.array([fit.details["a0"], fit.details["a1"]])
-    p = goodness.deviance_p_value(np.log(im), n, params, fit.details["deviance"], replicates=299)
-    assert p > 0.2
-    _, isotonic = goodness.isotonic_p_value(
-        np.log(im), n, np.array(k, float), params, fit.details["loglik_kernel"], replicates=99
-    )
+    params = np.array([fit.predictor.a0, fit.predictor.a1])
+    fitted = goodness.ProbitStripes(ln_im=np.log(im), n=n, params=params, replicates=99)
+    assert goodness.deviance_p_value(fitted, fit.goodness.deviance) > 0.2
+    kernel = fit.goodness.loglik_kernel
+    _, isotonic = goodness.isotonic_p_value(fitted, np.array(k, float), kernel)
     assert isotonic > 0.2
 
 
 def test_lack_of_fit_is_seen():
     im, n, k = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2], np.full(6, 200.0), [2, 90, 95, 100, 110, 198]
     fit = fit_stripes(im, n, k)
-    params = np.array([fit.details["a0"], fit.details["a1"]])
-    _, p = goodness.isotonic_p_value(
-        np.log(im), n, np.array(k, float), params, fit.details["loglik_kernel"], replicates=99
-    )
+    params = np.array([fit.predictor.a0, fit.predictor.a1])
+    fitted = goodness.ProbitStripes(ln_im=np.log(im), n=n, params=params, replicates=99)
+    _, p = goodness.isotonic_p_value(fitted, np.array(k, float), fit.goodness.loglik_kernel)
     assert p <= 0.02
 
 
@@ -251,12 +221,14 @@ def test_system_bounds_hold_and_shares_name_the_weak_component():
     joint = system.joint_demand(im, demand, np.array([0.5, 0.5]), np.array([0.35, 0.35]))
     # residual correlation, not that of ln D, which the common trend would bring near 1
     assert 0.2 < joint.correlation[0, 1] < 0.6
-    curve = system.series_system(np.geomspace(0.05, 3, 60), joint)
-    assert np.all(curve.lower <= curve.p + 1e-12)
-    assert np.all(curve.p <= curve.upper + 1e-12)
-    share = system.contributions(curve.im, joint)
+    im = np.geomspace(0.05, 3, 60)
+    p = system.series_system(im, joint)
+    parts = probability(np.log(im[:, None] / joint.theta) / joint.beta)
+    assert np.all(np.max(parts, axis=1) <= p + 1e-12)
+    assert np.all(p <= 1 - np.prod(1 - parts, axis=1) + 1e-12)
+    share = system.contributions(im, joint)
     assert np.all(share[:, 0] > share[:, 1])
-    theta, beta, worst = system.lognormal_of_system(curve)
+    theta, beta, worst = system.lognormal_of_system(im, p)
     assert theta < joint.theta.min()
     assert beta < 1
     assert worst < 0.05
@@ -266,8 +238,9 @@ def test_equal_components_fail_together():
     joint = system.JointDemand(
         theta=np.full(3, 0.8), beta=np.full(3, 0.4), correlation=np.ones((3, 3))
     )
-    curve = system.series_system(np.array([0.4, 0.8, 1.2]), joint)
-    assert curve.p == pytest.approx(curve.components[:, 0], abs=2e-4)  # jitter of the factor
+    im = np.array([0.4, 0.8, 1.2])
+    alone = probability(np.log(im / 0.8) / 0.4)
+    assert system.series_system(im, joint) == pytest.approx(alone, abs=2e-4)  # jitter of the factor
 
 
 def test_frequency_outside_the_hazard_table_is_named():
@@ -284,25 +257,22 @@ def test_parameterised_curve_refuses_a_slope_that_turns_negative():
     skew = rng.choice([0.0, 1.0], 400)
     eta = (2.0 - 3.2 * skew) * ln_im
     y = (rng.normal(size=400) < eta).astype(float)
-    fit = designs.fit_design(ln_im, {"skew": skew}, y, interactions=("skew:ln_im",))
+    fit = axis_probit.fit_axis_probit(ln_im, {"skew": skew}, y, interactions=("skew:ln_im",))
     assert fit.status == "slope_not_positive"
-    apart = designs.fit_design(ln_im, {"skew": skew}, (ln_im > 0).astype(float))
+    apart = axis_probit.fit_axis_probit(ln_im, {"skew": skew}, (ln_im > 0).astype(float))
     assert apart.status == "separation"
     with pytest.raises(InputError, match="unknown variable 'gap'"):
-        designs.fit_design(ln_im, {"skew": skew}, y, interactions=("gap:ln_im",))
+        axis_probit.fit_axis_probit(ln_im, {"skew": skew}, y, interactions=("gap:ln_im",))
     with pytest.raises(InputError, match="gap_mm must be > 0"):
-        designs.scaled_design(skew, np.zeros(400), skew)
+        axis_probit.scaled_axes({"skew_deg": skew, "gap_mm": np.zeros(400)})
 
 
-def test_period_of_a_decaying_sine_is_found_three_ways():
+def test_mean_period_of_a_decaying_sine():
     t = np.arange(0, 30, 0.01)
     wave = np.sin(2 * np.pi * t / 0.8) * np.exp(-0.05 * t)
-    found = frequency_content(wave, 0.01)
-    assert found.peak_period_s == pytest.approx(0.8, rel=0.02)
-    assert found.crossing_period_s == pytest.approx(0.8, rel=0.01)
-    assert found.mean_period_s == pytest.approx(0.8, rel=0.05)
+    assert mean_period_s(wave, 0.01) == pytest.approx(0.8, rel=0.05)
     with pytest.raises(InputError, match="constant"):
-        frequency_content(np.ones(100), 0.01)
+        mean_period_s(np.ones(100), 0.01)
 
 
 def test_fourier_ratio_shows_a_removed_component():
@@ -324,11 +294,11 @@ def test_uncertain_capacity_widens_the_curve_by_its_dispersion_over_the_slope():
     rng = np.random.default_rng(12)
     im = np.exp(rng.uniform(-2.5, 1.0, 1500))
     edp = 0.03 * im**1.2 * np.exp(0.35 * rng.normal(size=1500))
-    fit = fit_uncertain_capacity(im, edp, 0.02, 0.4, bootstrap=199)
+    fit = fit_uncertain_capacity(im, edp, 0.02, 0.4, settings=FitSettings(bootstrap=199))
     assert fit.ci_method == "record_bootstrap"
     truth = (2 / 3) ** (1 / 1.2), np.hypot(0.35, 0.4) / 1.2
     assert fit.ci_theta[0] < truth[0] < fit.ci_theta[1]
     assert fit.ci_beta[0] < truth[1] < fit.ci_beta[1]
-    plain = fit_uncertain_capacity(im, edp, 0.02, 0.0, bootstrap=99)
+    plain = fit_uncertain_capacity(im, edp, 0.02, 0.0, settings=FitSettings(bootstrap=99))
     assert plain.beta < fit.beta
     assert fit_uncertain_capacity(im, edp, 99.0, 0.0).status == "no_exceedance"

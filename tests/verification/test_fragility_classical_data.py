@@ -35,9 +35,9 @@ NORRIS_Y = [
 def test_beetle_mortality_gives_the_probit_of_the_textbooks():
     fit = fit_stripes(np.power(10.0, BLISS_LOG10), BLISS_N, BLISS_K)
     # Dobson prints -34.935 + 19.728 log10 dose, deviance 10.12; the dose is rounded to 4 digits
-    assert fit.details["a0"] == pytest.approx(-34.935, abs=2e-3)
-    assert fit.details["a1"] * np.log(10.0) == pytest.approx(19.728, abs=1e-3)
-    assert fit.details["deviance"] == pytest.approx(10.12, abs=0.01)
+    assert fit.predictor.a0 == pytest.approx(-34.935, abs=2e-3)
+    assert fit.predictor.a1 * np.log(10.0) == pytest.approx(19.728, abs=1e-3)
+    assert fit.goodness.deviance == pytest.approx(10.12, abs=0.01)
 
 
 def test_locomotive_controls_give_the_published_lognormal():
@@ -58,9 +58,9 @@ def test_locomotive_controls_agree_with_scipy():
 
 def test_norris_line_has_the_certified_digits():
     fit = fit_cloud(np.exp(np.array(NORRIS_X) / 200), np.exp(np.array(NORRIS_Y) / 200), 1.0)
-    assert fit.details["b"] == pytest.approx(1.00211681802045, rel=1e-10)
-    assert fit.details["ln_a"] * 200 == pytest.approx(-0.262323073774029, rel=1e-9)
-    assert fit.details["sigma"] * 200 == pytest.approx(0.884796396144373, rel=1e-9)
+    assert fit.line.b == pytest.approx(1.00211681802045, rel=1e-10)
+    assert fit.line.ln_a * 200 == pytest.approx(-0.262323073774029, rel=1e-9)
+    assert fit.line.sigma * 200 == pytest.approx(0.884796396144373, rel=1e-9)
 
 
 def test_same_motions_on_every_stripe_widen_the_error_by_half():

@@ -4,8 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-
-from skewbridge.fragility.coverage import DESIGNS, measure_coverage
+from fragility_coverage import SAMPLING_PLANS, measure_coverage
 
 STORED = Path(__file__).parents[2] / "benchmarks" / "fragility_coverage.json"
 
@@ -25,7 +24,7 @@ def test_binomial_profile_fails_where_the_same_records_run_on_every_stripe():
 
 def test_stored_study_holds_every_design_and_its_coverage():
     rows = {row["design"]: row for row in json.loads(STORED.read_text(encoding="utf-8"))["rows"]}
-    assert set(rows) == set(DESIGNS)
+    assert set(rows) == set(SAMPLING_PLANS)
     for name, row in rows.items():
         assert row["simulations"] == 2000
         if "binomial" in name or "bootstrap" in name or "Wald" in name:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.schema import TIMING
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.batch import run_tasks
@@ -72,6 +71,9 @@ def batch(tasks: list[Task], folder: Path, n_jobs: int) -> tuple[list[dict[str, 
             on_finished=new.append,
         )
     return rows, len(new)
+
+
+TIMING = ("wall_s", "cpu_s")  # may differ between two runs of the same analysis
 
 
 def without_timing(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
-        from skewbridge.fragility.settings import FragilityConfig
+        from skewbridge.fragility.settings import FitSettings
         from skewbridge.fragility.tables.curves import fit_study
         from skewbridge.fragility.tables.limit_states import load_limit_states
         from skewbridge.fragility.tables.median_effects import paired_capacity_effects
@@ -14,15 +14,12 @@ if __name__ == "__main__":
         from skewbridge.provenance.tables import provenance, read_frame, write_frame
         from skewbridge.reading import checked
 
-        settings = checked(FragilityConfig, snakemake.params.fragility, "fragility")
+        settings = checked(FitSettings, snakemake.params.fragility, "fragility")
         demands = read_frame(snakemake.input.demands)
         states = load_limit_states(Path(snakemake.input.limit_states))
-        bootstrap = {"bootstrap": settings.bootstrap, "seed": settings.seed}
         tables = {
-            "curves": fit_study(
-                demands, states, settings.im, level=settings.confidence, **bootstrap
-            ),
-            "medians": paired_capacity_effects(demands, states, settings.im, **bootstrap),
+            "curves": fit_study(demands, states, settings.im, settings),
+            "medians": paired_capacity_effects(demands, states, settings.im, settings),
             "system": system_curves(demands, states, settings.im),
         }
         for name, table in tables.items():

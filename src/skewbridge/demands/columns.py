@@ -124,9 +124,14 @@ def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, 
     return tuple(name for name in names if name in known)
 
 
+def column_of(name: str) -> Column | None:
+    """Return what is known of a column, None of a foreign one."""
+    return _BY_NAME.get(name)
+
+
 def label_of(name: str) -> str:
     """Return the label of a column with its unit; a foreign column is named in plain words."""
-    column = _BY_NAME.get(name)
+    column = column_of(name)
     return name.replace("_", " ") if column is None else column.label_with_unit
 
 

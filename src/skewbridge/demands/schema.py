@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-import pandas as pd
 import pyarrow as pa
 
 from skewbridge.demands.column import Column
@@ -13,10 +12,6 @@ from skewbridge.variant.axes import AXES, axes_of
 from skewbridge.variant.variant import Variant
 
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
-#: Columns that may differ between two runs of the same analysis.
-TIMING: Final = ("wall_s", "cpu_s")
-
-
 _TYPES: Final = {"text": pa.string(), "integer": pa.int64(), "number": pa.float64()}
 
 
@@ -88,11 +83,3 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
             raise ValueError(f"row {key}: unknown status {row['status']!r}")
     schema = demands_schema(provenance, columns)
     return pa.table({name: [row[name] for row in ordered] for name in names}, schema=schema)
-
-
-def data_dictionary() -> pd.DataFrame:
-    """Return the columns as a table: name, unit, description."""
-    return pd.DataFrame(
-        [(column.name, column.unit, column.description) for column in COLUMNS],
-        columns=["column", "unit", "description"],
-    )

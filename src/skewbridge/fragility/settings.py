@@ -1,5 +1,7 @@
 """How fragility is fitted: section ``fragility`` of the configuration."""
 
+from typing import Final
+
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
@@ -7,8 +9,8 @@ from skewbridge.reading import Number, Whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
-class FragilityConfig:
-    """The fits."""
+class FitSettings:
+    """The fits and paired effects."""
 
     im: str = Field(
         default="im_saavg_rotd50_g", description="intensity measure: an im_ column of demands"
@@ -19,7 +21,31 @@ class FragilityConfig:
     confidence: Number = Field(
         default=0.95, gt=0.5, lt=1.0, description="confidence level of the intervals of the fits"
     )
-    bootstrap: Whole = Field(
-        default=999, ge=99, description="record-bootstrap replicates for the paired effects"
+    effect_confidence: Number = Field(
+        default=0.90,
+        gt=0.5,
+        lt=1.0,
+        description="confidence level of the paired effects; 0.90 makes negligible two one-sided "
+        "tests at 5 %",
     )
-    seed: Whole = Field(default=20261120, ge=0, description="seed of the bootstrap")
+    # ASSUME 5 % of demand is below what a designer would act on
+    margin: Number = Field(
+        default=0.05, gt=0.0, lt=1.0, description="change of a demand that counts as negligible"
+    )
+    bootstrap: Whole = Field(default=999, ge=99, description="replicates of the record bootstrap")
+    seed: Whole = Field(
+        default=20261120, ge=0, description="seed of the bootstrap and of the Sobol sequence"
+    )
+    accept_bounds: bool = Field(
+        default=False,
+        description="give a median though unknown outcomes move it by more than 15 %",
+    )
+    assumed_beta: Number = Field(
+        default=0.4,
+        gt=0.0,
+        le=2.0,
+        description="dispersion of the one-sided bounds where no run, or every run, exceeds",
+    )
+
+
+DEFAULTS: Final = FitSettings()

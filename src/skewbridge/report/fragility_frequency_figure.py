@@ -13,8 +13,8 @@ from skewbridge.fragility.tables.frequency_content import (
     DEFAULT_BAND_HZ,
     fourier_amplitude,
     fourier_ratio,
-    frequency_content,
     konno_ohmachi,
+    mean_period_s,
 )
 from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
 
@@ -51,7 +51,7 @@ def frequency_figure(histories: Mapping[str, pd.DataFrame]) -> Figure:
                 dt_s = float(table["t_s"].iloc[1] - table["t_s"].iloc[0])
                 values = table[column].to_numpy(dtype=np.float64)
                 f, amplitude = fourier_amplitude(values, dt_s)
-                period_s = frequency_content(values, dt_s).mean_period_s
+                period_s = mean_period_s(values, dt_s)
                 text = f"{name}, $T_m$ = {period_s:.2f} s"
                 top.plot(grid, konno_ohmachi(f, amplitude, grid), color=colour, label=text)
                 if name == names[0]:

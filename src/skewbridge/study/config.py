@@ -4,7 +4,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.fragility.settings import FragilityConfig
+from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.settings import MotionsConfig
 from skewbridge.reading import Whole
 from skewbridge.study.folder import DEFAULT_ROOT
@@ -35,5 +35,5 @@ class StudyConfig(BaseModel):
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelOptions = Field(default_factory=ModelOptions)
     analysis: AnalysisSettings = Field(default_factory=AnalysisSettings)
-    fragility: FragilityConfig = Field(default_factory=FragilityConfig)
+    fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)

@@ -10,13 +10,13 @@ from typing import Any, Final, Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from skewbridge.statuses import FAILED
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import outdated_lines, read_journal
 
 logger = logging.getLogger(__name__)
 
 LOG_INTERVAL_S: Final = 60.0
-FAILED: Final = frozenset({"numerical_failure", "timeout", "crash", "invalid_input"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,9 @@ from typing import Final
 
 import pandas as pd
 
+from skewbridge.demands.columns import demands_for
 from skewbridge.provenance.tables import provenance, write_frame
+from skewbridge.statuses import RAN
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.journal import open_journal, read_journal
 from skewbridge.study.progress import log_failure
@@ -22,13 +24,7 @@ CHANGES: Final = (
     "tangential penalty x 1/2",
     "tangential penalty x 2",
 )
-DEMANDS: Final = (
-    "column_shear_kn",
-    "column_drift_ratio",
-    "deck_disp_m",
-    "unseating_m",
-    "backwall_force_kn",
-)
+DEMANDS: Final = demands_for("sensitivity")
 
 
 def write_sensitivity(
@@ -79,7 +75,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
             {
                 "change": change,
                 "motions": len(of_change),
-                "completed": int(of_change["status"].isin(("ok", "collapse")).sum()),
+                "completed": int(of_change["status"].isin(RAN).sum()),
                 **{name: float(ratio.mean()) for name, ratio in ratios.items()},
                 "largest single change": max(
                     float((ratios[name] - 1).abs().max()) for name in DEMANDS[:-1]

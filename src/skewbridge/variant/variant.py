@@ -88,6 +88,7 @@ class Variant:
         """Traits of the abutment model."""
         return ABUTMENTS[self.abutment]
 
+    @property
     def bridge_name(self) -> str:
         """Name of the bridge in tables and names: its file's, without folder and ending."""
         return Path(self.bridge).stem

@@ -8,6 +8,21 @@ from typing import Any
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.provenance.tables import read_frame
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a parquet table, or CSV whatever its ending.
+
+    Raises:
+        InputError: The file cannot be read, or is a table of another version of this program.
+    """
+    if path.suffix == ".parquet":
+        return read_frame(path)
+    try:
+        return pd.read_csv(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {path}: {error}") from error
 
 
 def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[str, Any]:
@@ -16,19 +31,16 @@ def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[st
     Raises:
         InputError: The file cannot be read, is of another kind, or the condition is wrong.
     """
-    try:
-        if path.suffix == ".json":
-            data: Any = json.loads(path.read_text(encoding="utf-8"))
-        elif path.suffix == ".parquet":
-            data = pd.read_parquet(path)
-        elif path.suffix == ".csv":
-            data = pd.read_csv(path)
-        else:
-            raise InputError(f"{path.name}: expected .json, .csv or .parquet")
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"cannot read {path}: {error}") from error
+    data: Any
+    if path.suffix == ".json":
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot read {path}: {error}") from error
+    elif path.suffix in {".csv", ".parquet"}:
+        data = read_table(path)
+    else:
+        raise InputError(f"{path.name}: expected .json, .csv or .parquet")
     if isinstance(data, list):
         data = pd.DataFrame(data)
     if not isinstance(data, dict | pd.DataFrame):

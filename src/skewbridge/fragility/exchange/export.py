@@ -15,16 +15,19 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.exchange.data_files import read_table
 from skewbridge.fragility.exchange.risk import annual_frequency
-from skewbridge.provenance.tables import read_frame
+from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.tables.key_columns import need_columns, variant_columns
 
 FORMATS: Final = ("nrml", "pelicun", "csv")
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 _CMPS_PER_MPS: Final = 100.0  # OpenQuake takes PGV in cm/s
-_CSV_COLUMNS: Final = (
-    "variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "component", "limit_state",
-    "method", "im", "theta", "beta", "beta_total", "theta_low", "theta_high", "beta_low",
-    "beta_high", "ci_method", "level", "status", "warnings", "n_runs", "n_records", "n_unknown",
+_KEY_COLUMNS: Final = ("variant", "component", "limit_state", "method")
+_CURVE_COLUMNS: Final = (
+    "component", "limit_state", "method", "im", "theta", "beta", "beta_total", "theta_low",
+    "theta_high", "beta_low", "beta_high", "ci_method", "level", "status", "warnings", "n_runs",
+    "n_records", "n_unknown",
 )  # fmt: skip
 
 
@@ -53,17 +56,18 @@ def export_curves(
     """
     if form not in FORMATS:
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}")
-    table = _read(source)
+    table = read_table(source)
+    need_columns(table, (*_KEY_COLUMNS, "status", "theta", "beta"), source.name)
     chosen = table[table["method"] == method]
     if chosen.empty:
         known = ", ".join(sorted(table["method"].unique()))
         raise InputError(f"no curves of method {method!r} (known: {known})")
-    usable = chosen[chosen["status"] == "ok"]
+    usable = chosen[chosen["status"] == FITTED]
     total = usable["beta_total"].where(usable["beta_total"].notna(), usable["beta"])
     usable = usable.assign(beta_written=total)
     try:
         if form == "csv":
-            plain = chosen[[c for c in _CSV_COLUMNS if c in chosen]]
+            plain = chosen[[c for c in (*variant_columns(chosen), *_CURVE_COLUMNS) if c in chosen]]
             if hazard is not None:
                 plain = plain.assign(**_frequencies(usable, hazard))
             plain.to_csv(out, index=False)
@@ -88,47 +92,29 @@ def openquake_measure(column: str) -> tuple[str, float]:
     Raises:
         InputError: OpenQuake has no such measure.
     """
-    if column.startswith("im_pga"):
-        return "PGA", 1.0
-    if column.startswith("im_pgv"):
-        return "PGV", _CMPS_PER_MPS
-    if column.startswith("im_saavg"):
-        return "AvgSA", 1.0
-    match = re.match(r"im_sa_(\d+)p(\d+)_", column)
-    if match:
-        return f"SA({float(f'{match[1]}.{match[2]}'):g})", 1.0
+    period_s = _period_s(column)
+    if period_s:
+        return f"SA({period_s})", 1.0
+    named = {"im_pga": ("PGA", 1.0), "im_pgv": ("PGV", _CMPS_PER_MPS), "im_saavg": ("AvgSA", 1.0)}
+    for start, found in named.items():
+        if column.startswith(start):
+            return found
     raise InputError(
         f"{column} has no name in OpenQuake: fit with im_sa_1p000_rotd50_g or another Sa(T)",
         column=column,
     )
 
 
-def _read(source: Path) -> pd.DataFrame:
-    try:
-        table = read_frame(source) if source.suffix == ".parquet" else pd.read_csv(source)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {source}: {error}") from error
-    for column in ("variant", "component", "limit_state", "method", "status", "theta", "beta"):
-        if column not in table.columns:
-            raise InputError(
-                f"{source.name} has no column {column!r}: expected the curves of a study",
-                column=column,
-            )
-    return table
+def _period_s(column: str) -> str | None:
+    """Return the period in the name of a column of spectral accelerations, s."""
+    match = re.match(r"im_sa_(\d+)p(\d+)_", column)
+    return f"{float(f'{match[1]}.{match[2]}'):g}" if match else None
 
 
 def _frequencies(usable: pd.DataFrame, hazard: Path) -> dict[str, pd.Series]:
     """Return annual frequency and probability in 50 years of the curves that have an estimate."""
-    try:
-        table = pd.read_csv(hazard)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {hazard}: {error}") from error
-    for column in ("im", "rate"):
-        if column not in table.columns:
-            raise InputError(
-                f"{hazard.name} has no column {column!r}: a hazard table has im and rate",
-                column=column,
-            )
+    table = read_table(hazard)
+    need_columns(table, ("im", "rate"), hazard.name)
     measures = usable["im"].unique()
     if len(measures) > 1:
         raise InputError(f"one hazard table cannot serve the measures {', '.join(measures)}")
@@ -149,12 +135,13 @@ def _write_nrml(table: pd.DataFrame, out: Path, method: str) -> int:
     function that lacks one of its component's states cannot be written: components are
     separate models when their states differ.
     """
-    states = {name: list(dict.fromkeys(part["limit_state"])) for name, part in
-              table.groupby("component", sort=False)}  # fmt: skip
-    lists = {tuple(value) for value in states.values()}
-    files = {out: list(states)} if len(lists) <= 1 else {
-        out.with_name(f"{out.stem}_{name}{out.suffix}"): [name] for name in states
-    }  # fmt: skip
+    states = {
+        str(name): list(dict.fromkeys(part["limit_state"]))
+        for name, part in table.groupby("component", sort=False)
+    }
+    files = {out: list(states)}
+    if len({tuple(value) for value in states.values()}) > 1:
+        files = {out.with_name(f"{out.stem}_{name}{out.suffix}"): [name] for name in states}
     written = 0
     for path, components in files.items():
         part = table[table["component"].isin(components)]
@@ -241,13 +228,16 @@ def _write_pelicun(table: pd.DataFrame, out: Path) -> int:
 
 
 def _pelicun_demand(column: str) -> tuple[str, str]:
-    if column.startswith("im_pga"):
-        return "Peak Ground Acceleration", "g"
-    if column.startswith("im_pgv"):
-        return "Peak Ground Velocity", "mps"
-    match = re.match(r"im_sa_(\d+)p(\d+)_", column)
-    if match:
-        return f"Spectral Acceleration|{float(f'{match[1]}.{match[2]}'):g}", "g"
-    if column.startswith(("im_sa_t1", "im_saavg")):
-        return f"Spectral Acceleration|{'T1' if 't1' in column else 'Avg'}", "g"
+    period_s = _period_s(column)
+    if period_s:
+        return f"Spectral Acceleration|{period_s}", "g"
+    named = {
+        "im_pga": ("Peak Ground Acceleration", "g"),
+        "im_pgv": ("Peak Ground Velocity", "mps"),
+        "im_saavg": ("Spectral Acceleration|Avg", "g"),
+        "im_sa_t1": ("Spectral Acceleration|T1", "g"),
+    }
+    for start, found in named.items():
+        if column.startswith(start):
+            return found
     raise InputError(f"{column} has no demand type in pelicun", column=column)

@@ -10,15 +10,19 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.data_files import read_data
-from skewbridge.fragility.likelihood.fit import DEFAULT_LEVEL, FragilityFit
+from skewbridge.fragility.likelihood.fit import FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.parts import RunCounts
 from skewbridge.fragility.likelihood.validate import as_column
 from skewbridge.fragility.methods import cloud, cloud_models, ida, stripes, tobit
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, MAX_DISPERSION, LimitState
 from skewbridge.fragility.tables.outcomes import outcomes_of
-from skewbridge.fragility.tables.runs import DEFAULT_SEED, FitSettings, Runs
+from skewbridge.fragility.tables.runs import Runs
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
+from skewbridge.statuses import OK
 
 METHODS: Final = ("stripes", "ida", "cloud")
 MODELS: Final = ("ols", "tobit", "modified", "heteroscedastic")
@@ -61,7 +65,7 @@ class FitOptions:
     method: str
     model: str | None = None
     link: str = "probit"
-    level: float = DEFAULT_LEVEL
+    level: float = DEFAULTS.confidence
     threshold: float | None = None
     im: str | None = None
     edp: str | None = None
@@ -69,7 +73,7 @@ class FitOptions:
     capacity_dispersion: float = 0.0
     censor_above: float | None = None
     discard_below: float | None = None
-    assumed_beta: float = 0.4
+    assumed_beta: float = DEFAULTS.assumed_beta
     accept_bounds: bool = False
 
     def __post_init__(self) -> None:
@@ -88,6 +92,13 @@ class FitOptions:
         ):
             if not inside:
                 raise InputError(f"{name} must be within {_LIMITS[name]}, got {value:g}")
+
+    @property
+    def settings(self) -> FitSettings:
+        """The options that every fit takes."""
+        return FitSettings(
+            confidence=self.level, accept_bounds=self.accept_bounds, assumed_beta=self.assumed_beta
+        )
 
 
 def fit_file(path: Path, options: FitOptions) -> FragilityFit:
@@ -134,23 +145,16 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFi
             need("n"),
             need("k"),
             link=options.link,
-            level=options.level,
-            assumed_beta=options.assumed_beta,
+            settings=options.settings,
         )
     if options.method == "ida":
         if "lower" in columns or "upper" in columns:
             return ida.fit_brackets(
                 need("lower"),
                 [_endless(value) for value in need("upper")],
-                level=options.level,
-                assumed_beta=options.assumed_beta,
+                options.settings,
             )
-        return ida.fit_capacities(
-            need("capacity"),
-            columns.get("censored"),
-            level=options.level,
-            assumed_beta=options.assumed_beta,
-        )
+        return ida.fit_capacities(need("capacity"), columns.get("censored"), options.settings)
     im = np.exp(as_column(columns["ln_im"], "ln_im")) if "ln_im" in columns else need("im")
     edp = np.exp(as_column(columns["ln_edp"], "ln_edp")) if "ln_edp" in columns else need("edp")
     threshold = options.threshold
@@ -158,16 +162,7 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFi
         given = need("threshold")
         threshold = float(as_column([_first(given)], "threshold")[0])
     if "censored" in columns:
-        return tobit.fit_tobit(
-            im,
-            edp,
-            threshold,
-            censored=as_column(columns["censored"], "censored"),
-            censor_above=options.censor_above,
-            discard_below=options.discard_below,
-            capacity_dispersion=options.capacity_dispersion,
-            level=options.level,
-        )
+        return _fit_tobit(im, edp, threshold, columns["censored"], options)
     collapse = columns.get("collapse")
     flags = None if collapse is None else as_column(collapse, "collapse")
     return _fit_cloud(im, edp, threshold, flags, options)
@@ -185,16 +180,7 @@ def _fit_cloud(
         demand = as_column(edp, "edp")
         if collapse is not None and fallen:  # a collapse exceeds, whatever was recorded
             demand = np.where(collapse > 0.0, np.fmax(demand, threshold), demand)
-        return tobit.fit_tobit(
-            im,
-            demand,
-            threshold,
-            censored=collapse,
-            censor_above=options.censor_above,
-            discard_below=options.discard_below,
-            capacity_dispersion=options.capacity_dispersion,
-            level=options.level,
-        )
+        return _fit_tobit(im, demand, threshold, collapse, options)
     x, d = as_column(im, "im"), as_column(edp, "edp")
     if collapse is not None and fallen and collapse.size == x.size == d.size:
         cloud.cloud_columns(x, d, threshold, collapse)
@@ -207,19 +193,33 @@ def _fit_cloud(
             d,
             threshold,
             capacity_dispersion=options.capacity_dispersion,
-            level=options.level,
+            settings=options.settings,
         )
     return replace(fit, warnings=(*fit.warnings, "collapse_left_out")) if fallen else fit
+
+
+def _fit_tobit(
+    im: Any, edp: Any, threshold: float, censored: Any, options: FitOptions
+) -> FragilityFit:
+    x, demand, upper = tobit.censored_cloud(
+        im, edp, censored, above=options.censor_above, discard_below=options.discard_below
+    )
+    return tobit.fit_tobit(
+        x,
+        demand,
+        threshold,
+        upper,
+        capacity_dispersion=options.capacity_dispersion,
+        settings=options.settings,
+    )
 
 
 def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
     """Fit a table with one row per run; a ``status`` and a ``motion_id`` column are obeyed."""
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
-    for column in (options.im, options.edp):
-        if column not in table.columns:
-            raise InputError(f"the table has no column {column!r}", column=column)
-    plain = "status" not in table.columns or bool((table["status"] == "ok").all())
+    need_columns(table, (options.im, options.edp), "the table")
+    plain = "status" not in table.columns or bool((table["status"] == OK).all())
     alone = "motion_id" not in table.columns or bool(table["motion_id"].is_unique)
     im = as_column(table[options.im].to_numpy(), options.im)
     if options.method == "cloud" and plain and (alone or options.model is not None):
@@ -228,12 +228,8 @@ def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
         edp = table[options.edp].to_numpy()
         return _fit_cloud(im, edp, options.threshold, collapse, options)
     x, _, _ = cloud.cloud_columns(im, np.ones(im.size), options.threshold)
-    status = (
-        np.full(x.size, "ok") if "status" not in table.columns else table["status"].to_numpy(str)
-    )
-    codes = np.arange(x.size)
-    if "motion_id" in table.columns:
-        codes = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+    status = np.full(x.size, OK) if "status" not in table.columns else table["status"].to_numpy(str)
+    codes = motion_codes(table) if "motion_id" in table.columns else np.arange(x.size)
     runs = Runs(im=im, status=status, records=codes)
     state = LimitState(
         component=options.edp,
@@ -248,25 +244,19 @@ def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
     demand = as_column(table[options.edp].to_numpy(), options.edp)
     outcomes = outcomes_of(demand, status, state)
     cloud.cloud_columns(im, demand, options.threshold, (~outcomes.complete).astype(np.float64))
-    settings = FitSettings(
-        level=options.level,
-        seed=DEFAULT_SEED,
-        replicates=999,
-        accept_bounds=options.accept_bounds,
-        assumed_beta=options.assumed_beta,
-    )
     if options.method == "cloud":
-        fit, bounds = fit_variant_cloud(runs, outcomes, state, settings)
+        fit, bounds = fit_variant_cloud(runs, outcomes, state, options.settings)
     elif options.method == "ida":
-        fit, bounds = fit_record_brackets(runs, outcomes, settings)
+        fit, bounds = fit_record_brackets(runs, outcomes, options.settings)
     else:
-        fit, bounds = fit_exceedance(runs, outcomes, settings)
-    extra = {
-        "n_records": int(np.unique(codes).size),
-        "n_unknown": int(np.sum(outcomes.unknown)),
-        "bounds": bounds,
-    }
-    return replace(fit, details={**fit.details, **extra})
+        fit, bounds = fit_exceedance(runs, outcomes, options.settings)
+    counts = replace(
+        fit.counts or RunCounts(),
+        n_records=int(np.unique(codes).size),
+        n_unknown=int(np.sum(outcomes.unknown)),
+        bounds=bounds,
+    )
+    return replace(fit, counts=counts)
 
 
 def _first(value: Any) -> Any:

@@ -8,14 +8,18 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.tables.outcomes import COLLAPSE, FAILED, KEY_COLUMNS, OK, VARIANT_COLUMNS
+from skewbridge.fragility.exchange.data_files import read_table
+from skewbridge.fragility.tables.key_columns import (
+    IDENTITY_COLUMNS,
+    LOADING_COLUMNS,
+    need_columns,
+    variant_columns,
+)
+from skewbridge.statuses import OK, STATUSES
 
 _DEFAULTS: Final[dict[str, Any]] = {
     "bridge": "foreign",
     "abutment": "foreign",
-    "skew_deg": 0,
-    "gap_mm": 0,
-    "friction": 0.0,
     "scale": 1.0,
     "incidence_deg": 0.0,
     "status": OK,
@@ -37,42 +41,36 @@ def read_foreign(
             ``{"motion_id": "record", "im_pga_rotd50_g": "PGA", "column_drift_ratio": "drift"}``.
             At least ``motion_id``, one ``im_`` column and one demand.
         factors: Factor to our unit per column of ours, for example ``{"deck_disp_m": 0.0254}``.
-        constants: Values of columns that the file lacks; bridge, abutment, skew_deg, gap_mm,
-            friction, scale, incidence_deg and status have neutral ones.
+        constants: Values of columns that the file lacks; bridge, abutment, scale, incidence_deg
+            and status have neutral ones.
 
     Returns:
-        A table for `fit_study`, `paired_effects` and the rest; ``variant`` is made of the design
-        columns unless it is given.
+        A table for `fit_study`, `paired_effects` and the rest; ``variant`` is made of bridge,
+        abutment and axes unless it is given.
 
     Raises:
         InputError: A column is missing, a number unreadable, an intensity not positive, a status
             unknown; names row and column.
     """
-    try:
-        source = pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {path}: {error}") from error
+    source = read_table(path)
+    need_columns(source, columns.values(), path.name)
     out = pd.DataFrame(index=source.index)
     for ours, theirs in columns.items():
-        if theirs not in source.columns:
-            raise InputError(
-                f"{path.name} has no column {theirs!r} (wanted as {ours})", column=theirs
-            )
         out[ours] = source[theirs]
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
         raise InputError("the column map needs motion_id and at least one im_ column")
     for name, value in (dict(_DEFAULTS) | dict(constants or {})).items():
         if name not in out:
             out[name] = value
-    texts = {"variant", "bridge", "abutment", "motion_id", "status", "collapse_criterion"}
+    texts = {*IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion"}
     for name in out.columns.difference(sorted(texts)):
         out[name] = _numbers(out[name], columns.get(name, name)) * (factors or {}).get(name, 1.0)
     if "variant" not in out:
-        parts = [out[name].map(str).tolist() for name in VARIANT_COLUMNS[1:]]
+        parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(texts) for texts in zip(*parts, strict=True)]
     for name in texts & set(out.columns):
         out[name] = out[name].astype(str)
-    known = out["status"].isin((OK, COLLAPSE, *FAILED))
+    known = out["status"].isin(STATUSES)
     if not known.all():
         row = int(np.flatnonzero(~known.to_numpy())[0])
         raise InputError(
@@ -84,14 +82,15 @@ def read_foreign(
             raise InputError(
                 f"{name} must be > 0 and finite (row {bad[0]})", row=int(bad[0]), column=str(name)
             )
-    doubled = out.duplicated(["variant", "motion_id", "scale", "incidence_deg"])
+    doubled = out.duplicated(["variant", *LOADING_COLUMNS])
     if doubled.any():
         row = int(np.flatnonzero(doubled.to_numpy())[0])
         raise InputError(
             f"row {row} repeats variant, motion_id, scale and incidence_deg of another row", row=row
         )
-    rest = [name for name in out if name not in KEY_COLUMNS]
-    return out[[*KEY_COLUMNS, *rest]].reset_index(drop=True)
+    key = [*variant_columns(out), *LOADING_COLUMNS, "status"]
+    rest = [name for name in out if name not in key]
+    return out[[*key, *rest]].reset_index(drop=True)
 
 
 def _numbers(values: pd.Series, name: str) -> pd.Series:

@@ -64,8 +64,3 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
         below=float(curve[0]),
         probability_50y=float(-np.expm1(-50.0 * total)),
     )
-
-
-def power_law_frequency(theta: float, beta: float, k0: float, k: float) -> float:
-    """Return lambda = k0 theta^-k exp(k^2 beta^2/2) for the hazard k0 x^-k."""
-    return float(k0 * theta**-k * np.exp(0.5 * (k * beta) ** 2))

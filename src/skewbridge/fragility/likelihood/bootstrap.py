@@ -15,7 +15,6 @@ from skewbridge.fragility.likelihood.intervals import percentile_interval
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 
-DEFAULT_REPLICATES: Final = 999
 # Replicates times runs treated at once: arrays that stay in the cache are four times faster.
 _CHUNK_ELEMENTS: Final = 50_000
 
@@ -89,26 +88,50 @@ def refit_exceedance(
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(exists)))
 
 
-def refit_lines(
-    x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float, capacity_dispersion: float
-) -> Replicates:
-    """Fit the log-log line to R weighted replicates at once; weights of shape (R, n).
+@dataclass(frozen=True, slots=True)
+class WeightedLines:
+    """Lines of y on x through R weighted replicates, arrays of shape (R,); 0 or NaN if degenerate.
 
-    Replicates with slope <= 0 or a single intensity have no median: they count as separated, with
-    theta infinite and beta infinite.
+    Attributes:
+        mean_x: Mean of x.
+        mean_y: Mean of y.
+        sxx: Sum of squares of x about its mean.
+        b: Slope.
+        scatter: Residual standard deviation, n - 2 in the denominator.
     """
+
+    mean_x: FloatArray
+    mean_y: FloatArray
+    sxx: FloatArray
+    b: FloatArray
+    scatter: FloatArray
+
+
+def weighted_lines(x: FloatArray, y: FloatArray, weights: FloatArray) -> WeightedLines:
+    """Return the least-squares lines of the replicates; weights of shape (R, n)."""
     total = np.sum(weights, axis=1)
     mean_x, mean_y = weights @ x / total, weights @ y / total
     sxx = weights @ (x * x) - total * mean_x**2
     sxy = weights @ (x * y) - total * mean_x * mean_y
     syy = weights @ (y * y) - total * mean_y**2
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         b = sxy / sxx
         s2 = np.maximum(syy - b * sxy, 0.0) / np.maximum(total - 2.0, 1.0)
-        ln_theta = mean_x + (ln_c - mean_y) / b
-        good = (b > 0.0) & (sxx > 1e-9)
+    return WeightedLines(mean_x, mean_y, sxx, b, np.sqrt(s2))
+
+
+def refit_lines(x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float) -> Replicates:
+    """Fit the log-log line to R weighted replicates at once; weights of shape (R, n).
+
+    Replicates with slope <= 0 or a single intensity have no median: they count as separated, with
+    theta infinite and beta infinite.
+    """
+    line = weighted_lines(x, y, weights)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ln_theta = line.mean_x + (ln_c - line.mean_y) / line.b
+        good = (line.b > 0.0) & (line.sxx > 1e-9)
         theta = np.where(good, np.exp(ln_theta), np.inf)
-        beta = np.where(good, np.sqrt(s2 + capacity_dispersion**2) / b, np.inf)
+        beta = np.where(good, line.scatter / line.b, np.inf)
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
-from skewbridge.fragility.likelihood.fit import OK
+from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray, link_terms, predictor
 from skewbridge.fragility.likelihood.newton import BinomialKernel
 
@@ -50,7 +50,7 @@ def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
         return QUASI_SEPARATION
     if np.max(with_some) <= np.min(with_none):
         return NON_INCREASING
-    return OK
+    return FITTED
 
 
 def batch_exists(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> NDArray[np.bool_]:

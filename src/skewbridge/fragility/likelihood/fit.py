@@ -1,16 +1,31 @@
 """The result of a fit: parameters, covariance, intervals, status and warnings."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from math import nan
+from dataclasses import dataclass, fields, replace
+from math import inf, nan
 from typing import Any, Final
 
 import numpy as np
 
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.parts import (
+    CollapseFit,
+    CurvePoints,
+    ExactIntervals,
+    Goodness,
+    LineFit,
+    MedianBound,
+    Part,
+    Predictor,
+    Proportions,
+    RunCounts,
+    ScatterTrend,
+    Separation,
+)
+from skewbridge.fragility.likelihood.profile import ProfileEnds
+from skewbridge.fragility.settings import DEFAULTS
 
-OK: Final = "ok"
-DEFAULT_LEVEL: Final = 0.95
+#: Status of a fit that has an estimate (not the status of an analysis).
+FITTED: Final = "ok"
 WIDE_CI_RATIO: Final = 3.0
 FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
@@ -39,7 +54,7 @@ class FragilityFit:
         loglik: Log-likelihood at the maximum (with binomial coefficients).
         n_runs: Runs that entered the fit.
         warnings: Names of what a reader must know.
-        details: Further results by name (deviance, slope, one-sided bounds ...).
+        line ... counts: What else the method gives, see `..likelihood.parts`; None if it does not.
     """
 
     method: str
@@ -52,11 +67,37 @@ class FragilityFit:
     ci_theta: tuple[float, float] = (nan, nan)
     ci_beta: tuple[float, float] = (nan, nan)
     ci_method: str = ""
-    level: float = DEFAULT_LEVEL
+    level: float = DEFAULTS.confidence
     loglik: float = nan
     n_runs: int = 0
     warnings: tuple[str, ...] = ()
-    details: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    line: LineFit | None = None
+    predictor: Predictor | None = None
+    goodness: Goodness | None = None
+    bound: MedianBound | None = None
+    separation: Separation | None = None
+    proportions: Proportions | None = None
+    exact: ExactIntervals | None = None
+    collapse: CollapseFit | None = None
+    scatter: ScatterTrend | None = None
+    points: CurvePoints | None = None
+    counts: RunCounts | None = None
+
+    def without_estimate(self, status: str) -> "FragilityFit":
+        """Return the fit with a status in place of median, dispersion and intervals."""
+        return replace(
+            self,
+            status=status,
+            theta=nan,
+            beta=nan,
+            var_ln_theta=nan,
+            cov_ln_theta_beta=nan,
+            var_beta=nan,
+            ci_theta=(nan, nan),
+            ci_beta=(nan, nan),
+            ci_method="",
+            loglik=nan,
+        )
 
     @property
     def se_ln_theta(self) -> float:
@@ -76,6 +117,10 @@ class FragilityFit:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `skewbridge fit --json` prints."""
+        parts = [getattr(self, item.name) for item in fields(self)]
+        further: dict[str, Any] = {}
+        for part in parts:
+            further |= part.as_json() if isinstance(part, Part) else {}
         return {
             "status": self.status,
             "theta": self.theta,
@@ -91,7 +136,7 @@ class FragilityFit:
             "n_runs": self.n_runs,
             "method": self.method,
             "warnings": list(self.warnings),
-            **self.details,
+            **further,
         }
 
 
@@ -100,23 +145,44 @@ def exp_end(value: float) -> float:
     return float(np.exp(value)) if value < _MAX_LOG else float("inf")
 
 
-def lognormal_covariance(
-    params: FloatArray, covariance: FloatArray, spread: float = 1.0
-) -> tuple[float, float, float]:
-    """Carry the covariance of (a0, a1) over to (ln theta, beta) by the delta method.
+def estimated(
+    blank: FragilityFit,
+    params: FloatArray,
+    covariance: FloatArray,
+    ends: ProfileEnds | None,
+    spread: float = 1.0,
+) -> FragilityFit:
+    """Return a fit with median, dispersion, covariance and intervals filled in.
+
+    The covariance of (a0, a1) is carried over to (ln theta, beta) by the delta method.
 
     Args:
-        params: (a0, a1) with ln theta = -a0/a1 and beta = spread/a1.
+        blank: The fit without estimate.
+        params: (a0, a1) with ln theta = -a0/a1 and beta = spread/a1, a1 > 0.
         covariance: Covariance of (a0, a1), shape (2, 2).
+        ends: Profile intervals of ln theta and a1, None to leave them out.
         spread: 1 for the probit link.
-
-    Returns:
-        Variance of ln theta, covariance of ln theta and beta, variance of beta.
     """
-    a0, a1 = params
+    a0, a1 = (float(value) for value in params)
     jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -spread / a1**2]])
-    out = jacobian @ covariance @ jacobian.T
-    return float(out[0, 0]), float(out[0, 1]), float(out[1, 1])
+    variance = jacobian @ covariance @ jacobian.T
+    fit = replace(
+        blank,
+        theta=exp_end(-a0 / a1),
+        beta=spread / a1,
+        var_ln_theta=float(variance[0, 0]),
+        cov_ln_theta_beta=float(variance[0, 1]),
+        var_beta=float(variance[1, 1]),
+    )
+    if ends is None:
+        return fit
+    low, high = ends.slope
+    return replace(
+        fit,
+        ci_theta=(exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1])),
+        ci_beta=(spread / high, spread / low if low > 0.0 else inf),
+        ci_method="profile",
+    )
 
 
 def common_warnings(

@@ -1,28 +1,14 @@
-"""Intervals beside the profile: Wald, band of the curve, quantiles of bootstrap replicates."""
+"""Intervals beside the profile: band of the curve, quantiles of bootstrap replicates."""
 
 import numpy as np
 from scipy import special
 
-from skewbridge.fragility.likelihood.fit import FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
 
 
 def normal_quantile(level: float) -> float:
     """Return the two-sided standard normal quantile, 1.96 for 0.95."""
     return float(special.ndtri(0.5 + 0.5 * level))
-
-
-def wald_intervals(
-    fit: FragilityFit, level: float
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return Wald intervals of theta and beta, symmetric in ln theta and ln beta.
-
-    A fast fallback of the profile: coverage 92 to 95 % where the profile has 93.5 to 95.5 %.
-    """
-    z = normal_quantile(level)
-    theta = float(np.exp(z * fit.se_ln_theta))
-    beta = float(np.exp(z * fit.se_beta / fit.beta))
-    return (fit.theta / theta, fit.theta * theta), (fit.beta / beta, fit.beta * beta)
 
 
 def curve(im: FloatArray, theta: float, beta: float) -> FloatArray:

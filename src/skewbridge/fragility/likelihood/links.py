@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from scipy import special
 from skewbridge.errors import InputError
 
 type FloatArray = NDArray[np.float64]
-type LinkName = Literal["probit", "logit", "cloglog"]
 
 _HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _SQRT_2_OVER_PI: Final = np.sqrt(2.0 / np.pi)

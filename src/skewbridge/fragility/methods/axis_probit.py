@@ -1,6 +1,6 @@
-"""Parameterised fragility: one curve over intensity, skew, gap and friction.
+"""Parameterised fragility: one curve over intensity and the axes of a study.
 
-eta = c0 + c1 ln x + sum c_j z_j + sum d_j z_j ln x (and products of two z); at a design z
+eta = c0 + c1 ln x + sum c_j z_j + sum d_j z_j ln x (and products of two z); at axis values z
 theta = exp(-(c0 + c z)/(c1 + d z)), beta = 1/(c1 + d z).
 
 References:
@@ -21,19 +21,19 @@ from scipy import optimize, special
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray, link_terms, predictor
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.variant.axes import axes_of
 
 LN_IM: Final = "ln_im"
-REFERENCE_SKEW_DEG: Final = 60.0
 REFERENCE_GAP_MM: Final = 50.8  # 2 in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DesignFit:
+class AxisProbitFit:
     """A fitted parameterised curve.
 
     Attributes:
         status: ``ok``, ``separation`` (no estimate) or ``slope_not_positive`` (in the box).
-        terms: Names of the terms: ``1``, ``ln_im``, ``skew``, ``skew:ln_im``, ``skew:gap`` ...
+        terms: Names of the terms: ``1``, ``ln_im``, ``skew_deg``, ``skew_deg:ln_im`` ...
         coefficients: Shape (p,).
         se: Standard errors from the expected information.
         se_cluster: Standard errors robust to clusters; NaN without clusters.
@@ -51,9 +51,9 @@ class DesignFit:
     loglik: float
     link: str
 
-    def curve_at(self, design: Mapping[str, float]) -> tuple[float, float]:
-        """Return theta and beta at scaled design values, for example ``{"skew": 0.5}``."""
-        level, slope = _level_and_slope(self.terms, self.coefficients, design)
+    def curve_at(self, axes: Mapping[str, float]) -> tuple[float, float]:
+        """Return theta and beta at scaled axis values, for example ``{"skew_deg": 0.5}``."""
+        level, slope = _level_and_slope(self.terms, self.coefficients, axes)
         spread = 0.5 * (
             predictor(float(special.ndtr(1.0)), self.link)
             - predictor(float(special.ndtr(-1.0)), self.link)
@@ -61,44 +61,50 @@ class DesignFit:
         return float(np.exp((predictor(0.5, self.link) - level) / slope)), spread / slope
 
 
-def scaled_design(
-    skew_deg: FloatArray, gap_mm: FloatArray, friction: FloatArray
-) -> dict[str, FloatArray]:
-    """Return the scaled variables: skew/60, ln(gap/50.8 mm), friction.
+def scaled_axes(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return axis values as variables of a model, by axis.
+
+    The joint gap by its logarithm, ln(gap/50.8 mm), friction as it is, every other axis as the
+    share of its largest value (skew/60 degrees).
 
     Raises:
-        InputError: A gap is not positive.
+        InputError: A joint gap is not positive.
     """
-    if np.any(gap_mm <= 0.0):
-        row = int(np.flatnonzero(gap_mm <= 0.0)[0])
-        raise InputError(
-            f"gap_mm must be > 0 for its logarithm (row {row}), got {gap_mm[row]:g}",
-            row=row,
-            column="gap_mm",
-        )
-    return {
-        "skew": skew_deg / REFERENCE_SKEW_DEG,
-        "gap": np.log(gap_mm / REFERENCE_GAP_MM),
-        "friction": friction,
-    }
+    out: dict[str, FloatArray] = {}
+    for axis in axes_of(values):
+        value = values[axis.name]
+        if axis.name == "gap_mm":  # ASSUME the effect of a gap goes with its logarithm
+            if np.any(value <= 0.0):
+                row = int(np.flatnonzero(value <= 0.0)[0])
+                raise InputError(
+                    f"gap_mm must be > 0 for its logarithm (row {row}), got {value[row]:g}",
+                    row=row,
+                    column="gap_mm",
+                )
+            out[axis.name] = np.log(value / REFERENCE_GAP_MM)
+        elif axis.unit == "-" or not 0.0 < axis.high < np.inf:
+            out[axis.name] = value
+        else:
+            out[axis.name] = value / axis.high
+    return out
 
 
-def fit_design(
+def fit_axis_probit(
     ln_im: FloatArray,
-    design: Mapping[str, FloatArray],
+    axes: Mapping[str, FloatArray],
     exceed: FloatArray,
     *,
     interactions: Sequence[str] = (),
     link: str = "probit",
     clusters: NDArray[np.intp] | None = None,
-) -> DesignFit:
+) -> AxisProbitFit:
     """Fit the parameterised curve to single runs.
 
     Args:
         ln_im: Logarithms of the intensities, shape (n,).
-        design: Scaled variables by name, shape (n,) each.
+        axes: Scaled axis values by name, shape (n,) each.
         exceed: 0 or 1, shape (n,).
-        interactions: Products, for example ``("skew:ln_im", "skew:friction")``.
+        interactions: Products, for example ``("skew_deg:ln_im", "skew_deg:friction")``.
         link: probit, logit or cloglog.
         clusters: Number of the motion of each run, for robust errors.
 
@@ -106,13 +112,13 @@ def fit_design(
         The fit. Existence is tested first by linear programming; a slope that is not positive
         everywhere in the box of the data gives status ``slope_not_positive``.
     """
-    terms = ("1", LN_IM, *design, *interactions)
-    matrix = _matrix(terms, ln_im, design)
+    terms = ("1", LN_IM, *axes, *interactions)
+    matrix = _matrix(terms, ln_im, axes)
     blank = np.full(len(terms), np.nan)
     square = np.full((len(terms), len(terms)), np.nan)
 
-    def refused(status: str, coefficients: FloatArray, loglik: float) -> DesignFit:
-        return DesignFit(
+    def refused(status: str, coefficients: FloatArray, loglik: float) -> AxisProbitFit:
+        return AxisProbitFit(
             status=status,
             terms=terms,
             coefficients=coefficients,
@@ -131,7 +137,7 @@ def fit_design(
     loglik = float(best.loglik[0])
     if not bool(best.converged[0]):
         return refused("not_converged", blank, np.nan)
-    if not _slope_positive(terms, coefficients, design):
+    if not _slope_positive(terms, coefficients, axes):
         return refused("slope_not_positive", coefficients, loglik)
     values = link_terms(link)(matrix @ coefficients)
     p = np.exp(values.log_p)
@@ -142,7 +148,7 @@ def fit_design(
         per_run = matrix * (exceed * values.d_log_p + (1.0 - exceed) * values.d_log_q)[:, None]
         covariance = cluster_covariance(best.covariance[0], per_run, clusters)
         robust = np.sqrt(np.diag(covariance))
-    return DesignFit(
+    return AxisProbitFit(
         status="ok",
         terms=terms,
         coefficients=coefficients,
@@ -170,10 +176,10 @@ def cluster_covariance(
     return bread @ (sums.T @ sums) @ bread * count / (count - 1)
 
 
-def likelihood_ratio(full: DesignFit, reduced: DesignFit) -> tuple[float, int, float]:
+def likelihood_ratio(full: AxisProbitFit, reduced: AxisProbitFit) -> tuple[float, int, float]:
     """Return statistic, degrees of freedom and p-value of the terms that ``reduced`` lacks.
 
-    With motions that repeat over the designs the p-value is too small: then compare a coefficient
+    With motions that repeat over the variants the p-value is too small: then compare a coefficient
     with its cluster-robust error.
     """
     if not set(reduced.terms) < set(full.terms):
@@ -202,10 +208,8 @@ def separated(matrix: FloatArray, exceed: FloatArray) -> bool:
     return found.fun is None or -float(found.fun) > 1e-8 * signed.shape[0]
 
 
-def _matrix(
-    terms: Sequence[str], ln_im: FloatArray, design: Mapping[str, FloatArray]
-) -> FloatArray:
-    columns = {"1": np.ones_like(ln_im), LN_IM: ln_im, **design}
+def _matrix(terms: Sequence[str], ln_im: FloatArray, axes: Mapping[str, FloatArray]) -> FloatArray:
+    columns = {"1": np.ones_like(ln_im), LN_IM: ln_im, **axes}
     out: list[FloatArray] = []
     for term in terms:
         value = np.ones_like(ln_im)
@@ -220,12 +224,12 @@ def _matrix(
 
 
 def _level_and_slope(
-    terms: Sequence[str], coefficients: FloatArray, design: Mapping[str, float]
+    terms: Sequence[str], coefficients: FloatArray, axes: Mapping[str, float]
 ) -> tuple[float, float]:
     level = slope = 0.0
     for term, coefficient in zip(terms, coefficients, strict=True):
         names = [name for name in term.split(":") if name not in ("1", LN_IM)]
-        value = float(coefficient) * float(np.prod([design[name] for name in names]))
+        value = float(coefficient) * float(np.prod([axes[name] for name in names]))
         if LN_IM in term.split(":"):
             slope += value
         else:
@@ -234,12 +238,12 @@ def _level_and_slope(
 
 
 def _slope_positive(
-    terms: Sequence[str], coefficients: FloatArray, design: Mapping[str, FloatArray]
+    terms: Sequence[str], coefficients: FloatArray, axes: Mapping[str, FloatArray]
 ) -> bool:
     """Check the corners of the box: the slope is multilinear, so they hold its extremes."""
-    ends = [(float(np.min(values)), float(np.max(values))) for values in design.values()]
+    ends = [(float(np.min(values)), float(np.max(values))) for values in axes.values()]
     for corner in product(*ends):
-        at = dict(zip(design, corner, strict=True))
+        at = dict(zip(axes, corner, strict=True))
         if _level_and_slope(terms, coefficients, at)[1] <= 0.0:
             return False
     return True

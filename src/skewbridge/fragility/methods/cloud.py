@@ -8,23 +8,18 @@ References:
     Koenker (1981), J. Econometrics 17(1):107-112, for the studentised Breusch-Pagan test.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.fit import (
-    DEFAULT_LEVEL,
-    OK,
-    FragilityFit,
-    common_warnings,
-    exp_end,
-)
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit, common_warnings, exp_end
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.parts import LineFit
 from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 TEST_LEVEL = 0.05  # of the tests of curvature and of constant scatter
 SATURATING = "saturating"
@@ -32,38 +27,7 @@ CURVED = "curved"
 SLOPE_NOT_SIGNIFICANT = "slope_not_significant"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LogLogLine:
-    """Least-squares line of ln demand on ln intensity, with the tests of its assumptions.
-
-    Attributes:
-        ln_a: Intercept.
-        b: Slope.
-        s: Residual standard deviation, n - 2 in the denominator.
-        n: Runs.
-        mean_x: Mean of ln x.
-        sxx: Sum of squares of ln x about its mean.
-        r2: Coefficient of determination.
-        curvature: Coefficient of (ln x - mean)^2 when it is added.
-        curvature_p: p-value of its F test (exact, one degree of freedom).
-        scatter_p: p-value of the studentised Breusch-Pagan test of constant scatter.
-        cook_max: Largest Cook's distance.
-    """
-
-    ln_a: float
-    b: float
-    s: float
-    n: int
-    mean_x: float
-    sxx: float
-    r2: float
-    curvature: float
-    curvature_p: float
-    scatter_p: float
-    cook_max: float
-
-
-def fit_line(x: FloatArray, y: FloatArray) -> LogLogLine:
+def fit_line(x: FloatArray, y: FloatArray) -> LineFit:
     """Fit the line to x = ln intensity (not constant) and y = ln demand, both of shape (n,)."""
     n = x.size
     u, v = x - np.mean(x), y - np.mean(y)
@@ -77,10 +41,10 @@ def fit_line(x: FloatArray, y: FloatArray) -> LogLogLine:
     scale = s2 if s2 > 0.0 else 1.0
     cook = residual**2 / (2.0 * scale) * leverage / np.maximum((1.0 - leverage) ** 2, 1e-12)
     curvature, curvature_p = _curvature(u, residual, sse)
-    return LogLogLine(
+    return LineFit(
         ln_a=float(np.mean(y)) - b * float(np.mean(x)),
         b=b,
-        s=float(np.sqrt(s2)),
+        sigma=float(np.sqrt(s2)),
         n=n,
         mean_x=float(np.mean(x)),
         sxx=sxx,
@@ -98,7 +62,7 @@ def fit_cloud(
     threshold: float,
     *,
     capacity_dispersion: float = 0.0,
-    level: float = DEFAULT_LEVEL,
+    settings: FitSettings = DEFAULTS,
     n_records: int | None = None,
 ) -> FragilityFit:
     """Fit a fragility curve to a cloud of runs that all completed.
@@ -108,7 +72,7 @@ def fit_cloud(
         edp: Demands in the unit of ``threshold``, shape (n,), positive.
         threshold: Median capacity c.
         capacity_dispersion: Dispersion of the capacity; beta = sqrt(s^2 + dispersion^2)/b.
-        level: Confidence level.
+        settings: Confidence level.
         n_records: Motions behind the runs, if fewer than runs.
 
     Returns:
@@ -124,22 +88,22 @@ def fit_cloud(
     n = int(x.size)
     if n < 3 or np.ptp(x) == 0.0:
         reason = existence.SINGLE_LEVEL if n >= 3 else "too_few_runs"
-        return FragilityFit(method="cloud_ols", status=reason, n_runs=n, level=level)
+        return FragilityFit(method="cloud_ols", status=reason, n_runs=n, level=settings.confidence)
     line = fit_line(x, y)
-    details: dict[str, Any] = line_details(line)
-    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * level))
-    status = OK
+    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * settings.confidence))
+    status = FITTED
     if line.b <= 0.0:
         status = existence.NON_INCREASING
-    elif line.s <= 1e-12:
+    elif line.sigma <= 1e-12:
         status = "zero_dispersion"
-    elif line.b**2 <= t**2 * line.s**2 / line.sxx:
+    elif line.b**2 <= t**2 * line.sigma**2 / line.sxx:
         status = SLOPE_NOT_SIGNIFICANT
-    if status != OK:
-        return FragilityFit(
-            method="cloud_ols", status=status, n_runs=n, level=level, details=details
-        )
-    beta = float(np.hypot(line.s, capacity_dispersion)) / line.b
+    unfitted = FragilityFit(
+        method="cloud_ols", status=status, n_runs=n, level=settings.confidence, line=line
+    )
+    if status != FITTED:
+        return unfitted
+    beta = float(np.hypot(line.sigma, capacity_dispersion)) / line.b
     ln_theta = (ln_c - line.ln_a) / line.b
     ends = fieller(line, ln_c, t)
     variance = _delta_covariance(line, ln_theta, beta)
@@ -150,10 +114,9 @@ def fit_cloud(
     warnings = common_warnings(theta, ci_theta, np.exp(x), records) + line_warnings(line)
     if np.max(y) <= ln_c:
         warnings.append("no_exceedance_observed")
-    sigma = line.s * np.sqrt((n - 2) / n)  # maximum-likelihood value, for the log-likelihood
-    return FragilityFit(
-        method="cloud_ols",
-        status=OK,
+    sigma = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value, for the log-likelihood
+    return replace(
+        unfitted,
         theta=theta,
         beta=beta,
         var_ln_theta=variance[0],
@@ -162,11 +125,8 @@ def fit_cloud(
         ci_theta=ci_theta,
         ci_beta=(float(beta * np.exp(-reach)), float(beta * np.exp(reach))),
         ci_method="fieller",
-        level=level,
         loglik=-n * (0.5 * np.log(2.0 * np.pi) + np.log(sigma) + 0.5),
-        n_runs=n,
         warnings=tuple(warnings),
-        details=details,
     )
 
 
@@ -190,31 +150,17 @@ def cloud_columns(
     return np.log(x), np.log(np.where(usable, d, np.nan)), float(np.log(limit[0]))
 
 
-def fieller(line: LogLogLine, ln_c: float, t: float) -> tuple[float, float]:
+def fieller(line: LineFit, ln_c: float, t: float) -> tuple[float, float]:
     """Return Fieller's interval of ln theta; needs b^2 > t^2 s^2 / Sxx."""
     rise = ln_c - (line.ln_a + line.b * line.mean_x)
-    a = line.b**2 - t**2 * line.s**2 / line.sxx
+    a = line.b**2 - t**2 * line.sigma**2 / line.sxx
     half = line.b * rise
-    constant = rise**2 - t**2 * line.s**2 / line.n
+    constant = rise**2 - t**2 * line.sigma**2 / line.n
     root = float(np.sqrt(max(half**2 - a * constant, 0.0)))
     return line.mean_x + (half - root) / a, line.mean_x + (half + root) / a
 
 
-def line_details(line: LogLogLine) -> dict[str, Any]:
-    """Return the numbers of the line under the names used in tables."""
-    return {
-        "ln_a": line.ln_a,
-        "b": line.b,
-        "sigma": line.s,
-        "r2": line.r2,
-        "curvature": line.curvature,
-        "curvature_p": line.curvature_p,
-        "scatter_p": line.scatter_p,
-        "cook_max": line.cook_max,
-    }
-
-
-def line_warnings(line: LogLogLine) -> list[str]:
+def line_warnings(line: LineFit) -> list[str]:
     """Return the warnings of the tests of a straight line and of constant scatter."""
     found: list[str] = []
     if line.curvature_p < TEST_LEVEL:
@@ -224,15 +170,15 @@ def line_warnings(line: LogLogLine) -> list[str]:
     return found
 
 
-def _delta_covariance(line: LogLogLine, ln_theta: float, beta: float) -> tuple[float, float, float]:
+def _delta_covariance(line: LineFit, ln_theta: float, beta: float) -> tuple[float, float, float]:
     """Return var ln theta, cov(ln theta, beta), var beta of the regression estimates."""
     away = ln_theta - line.mean_x
-    var_b = line.s**2 / line.sxx
+    var_b = line.sigma**2 / line.sxx
     relative = var_b / line.b**2
-    var_ln_theta = line.s**2 / line.b**2 / line.n + relative * away**2
+    var_ln_theta = line.sigma**2 / line.b**2 / line.n + relative * away**2
     # beta = sqrt(s^2 + c^2)/b: its derivative by s is s/(beta b^2), by b it is -beta/b
-    var_s = line.s**2 / (2.0 * (line.n - 2))
-    var_beta = (line.s / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
+    var_s = line.sigma**2 / (2.0 * (line.n - 2))
+    var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
     return float(var_ln_theta), float(beta * relative * away), float(var_beta)
 
 

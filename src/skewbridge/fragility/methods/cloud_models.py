@@ -8,19 +8,22 @@ References:
     Harvey (1976), Econometrica 44(3):461-465: multiplicative heteroscedasticity.
 """
 
-from typing import Any, Final
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.fit import DEFAULT_LEVEL, OK, FragilityFit
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray, probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.likelihood.parts import CollapseFit, LineFit, ScatterTrend
 from skewbridge.fragility.likelihood.validate import as_column, require, same_length
-from skewbridge.fragility.methods.cloud import cloud_columns, fit_line, line_details, line_warnings
-from skewbridge.fragility.methods.curve_reading import SEARCH, read_curve
+from skewbridge.fragility.methods.cloud import cloud_columns, fit_line, line_warnings
+from skewbridge.fragility.methods.curve_reading import SEARCH, FittedCurve, read_curve
+from skewbridge.fragility.settings import DEFAULTS
 
 _HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _MIN_RUNS: Final = 10  # below, scatter that vanishes at one end makes the likelihood unbounded
@@ -33,7 +36,7 @@ def fit_modified_cloud(
     threshold: float,
     collapse: ArrayLike,
     *,
-    level: float = DEFAULT_LEVEL,
+    level: float = DEFAULTS.confidence,
     collapse_link: str = "logit",
 ) -> FragilityFit:
     """Fit demand and collapse apart and join them: P = P(D > c | NC)(1 - Pc) + Pc.
@@ -62,96 +65,88 @@ def fit_modified_cloud(
     x, y, ln_c = cloud_columns(im, edp, threshold, flags)
     calm = flags == 0.0
     n = int(x.size)
-
-    def refused(status: str, **details: Any) -> FragilityFit:
-        return FragilityFit(
-            method="cloud_modified", status=status, n_runs=n, level=level, details=details
-        )
-
+    blank = FragilityFit(method="cloud_modified", status=FITTED, n_runs=n, level=level)
     if np.sum(calm) < 3 or np.ptp(x[calm]) == 0.0:
-        return refused(existence.SINGLE_LEVEL if np.ptp(x) == 0.0 else "too_few_runs")
+        single = np.ptp(x) == 0.0
+        return replace(blank, status=existence.SINGLE_LEVEL if single else "too_few_runs")
     line = fit_line(x[calm], y[calm])
     status = existence.binomial_status(x, np.ones(n), flags)
-    if status != OK or line.b <= 0.0:
-        reason = existence.NON_INCREASING if line.b <= 0.0 else status
-        return refused(reason, part="collapse" if line.b > 0.0 else "demand", **line_details(line))
+    if status != FITTED or line.b <= 0.0:
+        falling = line.b <= 0.0
+        return replace(
+            blank,
+            status=existence.NON_INCREASING if falling else status,
+            line=line,
+            collapse=CollapseFit(part="demand" if falling else "collapse"),
+        )
     design = np.column_stack([np.ones(n), x])
     best = maximise(BinomialKernel(design, np.ones(n), flags, collapse_link), np.zeros((1, 2)))
     alpha = best.params[0]
     if alpha[1] <= 0.0:
-        return refused(existence.NON_INCREASING, part="collapse")
+        return replace(
+            blank, status=existence.NON_INCREASING, collapse=CollapseFit(part="collapse")
+        )
 
     def curve(p: FloatArray, ln_x: FloatArray) -> FloatArray:
         demand = special.ndtr((p[0] + p[1] * ln_x - ln_c) / p[2])
         falls = probability(p[3] + p[4] * ln_x, collapse_link)
         return demand * (1.0 - falls) + falls
 
-    params = np.array([line.ln_a, line.b, line.s, alpha[0], alpha[1]])
+    params = np.array([line.ln_a, line.b, line.sigma, alpha[0], alpha[1]])
     covariance = np.zeros((5, 5))
-    covariance[:3, :3] = _line_covariance(line.n, line.mean_x, line.sxx, line.s)
+    covariance[:3, :3] = _line_covariance(line.n, line.mean_x, line.sxx, line.sigma)
     covariance[3:, 3:] = best.covariance[0]
-    sigma = line.s * np.sqrt((line.n - 2) / line.n)
+    sigma = line.sigma * np.sqrt((line.n - 2) / line.n)
     demand_loglik = -line.n * (_HALF_LOG_2PI + np.log(sigma) + 0.5)
-    details = line_details(line) | {
-        "n_collapse": int(np.sum(flags)),
-        "collapse_a0": float(alpha[0]),
-        "collapse_a1": float(alpha[1]),
-        "collapse_link": collapse_link,
-    }
-    return read_curve(
-        "cloud_modified",
-        curve,
-        params,
-        covariance,
-        x,
-        level,
-        demand_loglik + float(best.loglik[0]),
-        [*line_warnings(line), "curve_not_lognormal"],
-        details,
+    fitted = FittedCurve(
+        method="cloud_modified",
+        curve=curve,
+        params=params,
+        covariance=covariance,
+        loglik=demand_loglik + float(best.loglik[0]),
+        warnings=(*line_warnings(line), "curve_not_lognormal"),
     )
+    collapse_fit = CollapseFit(
+        n_collapse=int(np.sum(flags)),
+        collapse_a0=float(alpha[0]),
+        collapse_a1=float(alpha[1]),
+        collapse_link=collapse_link,
+    )
+    return replace(read_curve(fitted, x, level), line=line, collapse=collapse_fit)
 
 
 def fit_heteroscedastic(
-    im: ArrayLike, edp: ArrayLike, threshold: float, *, level: float = DEFAULT_LEVEL
+    im: ArrayLike, edp: ArrayLike, threshold: float, *, level: float = DEFAULTS.confidence
 ) -> FragilityFit:
     """Fit ln D ~ N(ln a + b ln x, sigma(x)^2) with ln sigma(x) = g0 + g1 ln x by likelihood.
 
-    The likelihood-ratio statistic of g1 = 0 and its p-value stand in the details (``lr``,
-    ``lr_p``); where g1 is not zero the curve Phi[(ln a + b ln x - ln c)/sigma(x)] is not
-    lognormal.
+    The likelihood-ratio statistic of g1 = 0 and its p-value stand in the ``scatter`` part; where
+    g1 is not zero the curve Phi[(ln a + b ln x - ln c)/sigma(x)] is not lognormal.
 
     Raises:
         InputError: A value is missing or not positive; names the rows.
     """
     x, y, ln_c = cloud_columns(im, edp, threshold)
     n = int(x.size)
+    blank = FragilityFit(method="cloud_heteroscedastic", status=FITTED, n_runs=n, level=level)
     if n < _MIN_RUNS or np.ptp(x) == 0.0:
         status = existence.SINGLE_LEVEL if n >= _MIN_RUNS else "too_few_runs"
-        return FragilityFit(method="cloud_heteroscedastic", status=status, n_runs=n, level=level)
+        return replace(blank, status=status)
     found = _harvey(x, y)
     if found is None:
-        return FragilityFit(
-            method="cloud_heteroscedastic", status="unbounded_likelihood", n_runs=n, level=level
-        )
+        return replace(blank, status="unbounded_likelihood")
     params, covariance, loglik, plain = found
     ratio = 2.0 * (loglik - plain)
-    details: dict[str, Any] = {
-        "ln_a": float(params[0]),
-        "b": float(params[1]),
-        "g0": float(params[2]),
-        "g1": float(params[3]),
-        "loglik_homoscedastic": plain,
-        "lr": ratio,
-        "lr_p": float(special.chdtrc(1, max(ratio, 0.0))),
-    }
+    line = LineFit(ln_a=float(params[0]), b=float(params[1]))
+    scatter = ScatterTrend(
+        g0=float(params[2]),
+        g1=float(params[3]),
+        loglik_homoscedastic=plain,
+        lr=ratio,
+        lr_p=float(special.chdtrc(1, max(ratio, 0.0))),
+    )
     if params[1] <= 0.0:
-        return FragilityFit(
-            method="cloud_heteroscedastic",
-            status=existence.NON_INCREASING,
-            n_runs=n,
-            level=level,
-            details=details,
-        )
+        return replace(blank, status=existence.NON_INCREASING, line=line, scatter=scatter)
 
     def curve(p: FloatArray, ln_x: FloatArray) -> FloatArray:
         return np.asarray(special.ndtr((p[0] + p[1] * ln_x - ln_c) / np.exp(p[2] + p[3] * ln_x)))
@@ -164,18 +159,16 @@ def fit_heteroscedastic(
         high = min(middle + SEARCH, float(turn)) if p[3] > 0.0 else middle + SEARCH
         return low, high
 
-    return read_curve(
-        "cloud_heteroscedastic",
-        curve,
-        params,
-        covariance,
-        x,
-        level,
-        loglik,
-        ["curve_not_lognormal"],
-        details,
-        rising,
+    fitted = FittedCurve(
+        method="cloud_heteroscedastic",
+        curve=curve,
+        params=params,
+        covariance=covariance,
+        loglik=loglik,
+        warnings=("curve_not_lognormal",),
+        limits=rising,
     )
+    return replace(read_curve(fitted, x, level), line=line, scatter=scatter)
 
 
 def _harvey(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, float, float] | None:

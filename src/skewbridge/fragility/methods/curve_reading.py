@@ -1,45 +1,53 @@
 """Median, dispersion and intervals of a curve that is not lognormal, read off the curve itself."""
 
 from collections.abc import Callable
-from typing import Any, Final
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy import optimize
 
-from skewbridge.fragility.likelihood.fit import OK, FragilityFit, common_warnings, exp_end
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit, common_warnings, exp_end
 from skewbridge.fragility.likelihood.intervals import normal_quantile
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.parts import CurvePoints
 
 SEARCH: Final = 12.0  # half-width, in ln x, of the search for x16, x50, x84
 _GRID: Final = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # of theta, for the table of the curve
 
 
-def read_curve(
-    method: str,
-    curve: Callable[[FloatArray, FloatArray], FloatArray],
-    params: FloatArray,
-    covariance: FloatArray,
-    x: FloatArray,
-    level: float,
-    loglik: float,
-    warnings: list[str],
-    details: dict[str, Any],
-    limits: Callable[[FloatArray], tuple[float, float]] | None = None,
-) -> FragilityFit:
-    """Read x16, x50, x84 off a curve and carry the covariance of its parameters over numerically.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedCurve:
+    """A fitted curve of any shape.
 
-    Args:
+    Attributes:
         method: Name of the method.
         curve: P(exceed) of (parameters, ln x).
         params: Fitted parameters, shape (p,).
         covariance: Their covariance, shape (p, p).
-        x: Logarithms of the intensities.
-        level: Confidence level of the delta-method intervals.
         loglik: Log-likelihood at the fit.
         warnings: Warnings to keep.
-        details: Details to keep.
         limits: Range of ln x in which the curve rises, if that is not everywhere.
     """
+
+    method: str
+    curve: Callable[[FloatArray, FloatArray], FloatArray]
+    params: FloatArray
+    covariance: FloatArray
+    loglik: float
+    warnings: tuple[str, ...] = ()
+    limits: Callable[[FloatArray], tuple[float, float]] | None = None
+
+
+def read_curve(fitted: FittedCurve, x: FloatArray, level: float) -> FragilityFit:
+    """Read x16, x50, x84 off a curve and carry the covariance of its parameters over numerically.
+
+    Args:
+        fitted: The curve.
+        x: Logarithms of the intensities.
+        level: Confidence level of the delta-method intervals.
+    """
+    curve, params = fitted.curve, fitted.params
     middle = float(np.mean(x))
 
     def quantiles(p: FloatArray) -> FloatArray | None:
@@ -49,7 +57,7 @@ def read_curve(
             def excess(ln_x: float, share: float = share) -> float:
                 return float(curve(p, np.array([ln_x]))[0]) - share
 
-            low, high = limits(p) if limits else (middle - SEARCH, middle + SEARCH)
+            low, high = fitted.limits(p) if fitted.limits else (middle - SEARCH, middle + SEARCH)
             if excess(low) * excess(high) > 0.0:
                 return None
             out.append(float(optimize.brentq(excess, low, high, xtol=1e-12)))
@@ -58,7 +66,7 @@ def read_curve(
     found = quantiles(params)
     if found is None or np.max(np.abs(found - middle)) > 2.0 * SEARCH:
         return FragilityFit(
-            method=method, status="curve_unbounded", n_runs=x.size, level=level, details=details
+            method=fitted.method, status="curve_unbounded", n_runs=x.size, level=level
         )
     to_pair = np.array([[0.0, 1.0, 0.0], [-0.5, 0.0, 0.5]])
     ln_theta, beta = to_pair @ found
@@ -72,7 +80,7 @@ def read_curve(
             shifted = quantiles(moved)
             ends.append(to_pair @ (found if shifted is None else shifted))
         jacobian[:, j] = (ends[0] - ends[1]) / (2.0 * step)
-    out = jacobian @ covariance @ jacobian.T
+    out = jacobian @ fitted.covariance @ jacobian.T
     z = normal_quantile(level)
     theta = float(np.exp(ln_theta))
     reach = [
@@ -80,16 +88,16 @@ def read_curve(
     ]
     ci_theta = (theta / reach[0], theta * reach[0])
     grid = theta * np.array(_GRID)
-    details = details | {
-        "x16": float(np.exp(found[0])),
-        "x50": theta,
-        "x84": float(np.exp(found[2])),
-        "curve_im": grid.tolist(),
-        "curve_p": curve(params, np.log(grid)).tolist(),
-    }
+    points = CurvePoints(
+        x16=float(np.exp(found[0])),
+        x50=theta,
+        x84=float(np.exp(found[2])),
+        curve_im=tuple(grid.tolist()),
+        curve_p=tuple(curve(params, np.log(grid)).tolist()),
+    )
     return FragilityFit(
-        method=method,
-        status=OK,
+        method=fitted.method,
+        status=FITTED,
         theta=theta,
         beta=float(beta),
         var_ln_theta=float(out[0, 0]),
@@ -99,8 +107,8 @@ def read_curve(
         ci_beta=(float(beta / reach[1]), float(beta * reach[1])),
         ci_method="delta",
         level=level,
-        loglik=float(loglik),
+        loglik=float(fitted.loglik),
         n_runs=int(x.size),
-        warnings=(*common_warnings(theta, ci_theta, np.exp(x), x.size), *warnings),
-        details=details,
+        warnings=(*common_warnings(theta, ci_theta, np.exp(x), x.size), *fitted.warnings),
+        points=points,
     )

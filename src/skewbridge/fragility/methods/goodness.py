@@ -18,6 +18,7 @@ from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import parametric_counts
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.settings import DEFAULTS
 
 _CRITICAL: Final = {0.05: 0.895, 0.10: 0.819}  # source: FEMA P-58, Lilliefors test
 
@@ -39,7 +40,9 @@ class Lilliefors:
     p_value: float
 
 
-def lilliefors(values: FloatArray, *, simulations: int = 4000, seed: int = 20240501) -> Lilliefors:
+def lilliefors(
+    values: FloatArray, *, simulations: int = 4000, seed: int = DEFAULTS.seed
+) -> Lilliefors:
     """Test whether values (logarithms of capacities, residuals) are normal.
 
     Args:
@@ -69,80 +72,64 @@ def _distance(samples: FloatArray) -> FloatArray:
     return np.maximum(np.max(p - steps, axis=1), np.max(steps + 1.0 / n - p, axis=1))
 
 
-def deviance_p_value(
-    ln_im: FloatArray,
-    n: FloatArray,
-    params: FloatArray,
-    deviance: float,
-    *,
-    replicates: int = 999,
-    seed: int = 20240501,
-) -> float:
-    """Return the parametric-bootstrap p-value of the deviance of a probit fit to stripes.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProbitStripes:
+    """A probit curve fitted to stripes, to be judged by samples drawn from it.
 
-    Args:
-        ln_im: Logarithms of the intensities, shape (J,).
+    Attributes:
+        ln_im: Logarithms of the intensities, shape (J,), increasing.
         n: Runs, shape (J,).
         params: (a0, a1) of the fit.
-        deviance: Its deviance.
-        replicates: Samples drawn from the fitted curve; those without an estimate count as
-            fitting perfectly.
+        replicates: Samples; those without an estimate count as fitting perfectly.
         seed: Of the samples.
     """
-    design = np.column_stack([np.ones_like(ln_im), ln_im])
-    p = special.ndtr(design @ params)
-    k = parametric_counts(p, n, replicates, np.random.default_rng(seed))
-    runs = np.broadcast_to(n, k.shape)
-    good = existence.batch_exists(ln_im, runs, k)
-    kernel = BinomialKernel(design, runs[good], k[good])
-    start = np.tile(params, (int(np.sum(good)), 1))
-    best = maximise(kernel, start, covariance=False)
-    simulated = 2.0 * (_saturated(runs[good], k[good]) - best.loglik)
-    return float((1 + np.sum(simulated >= deviance)) / (replicates + 1))
+
+    ln_im: FloatArray
+    n: FloatArray
+    params: FloatArray
+    replicates: int = 999
+    seed: int = DEFAULTS.seed
+
+    def samples(self) -> tuple[FloatArray, FloatArray]:
+        """Return counts of exceedance, shape (R, J), and the log-likelihoods of their own fits."""
+        design = np.column_stack([np.ones_like(self.ln_im), self.ln_im])
+        p = special.ndtr(design @ self.params)
+        k = parametric_counts(p, self.n, self.replicates, np.random.default_rng(self.seed))
+        runs = np.broadcast_to(self.n, k.shape)
+        good = existence.batch_exists(self.ln_im, runs, k)
+        kernel = BinomialKernel(design, runs[good], k[good])
+        start = np.tile(self.params, (int(np.sum(good)), 1))
+        return k[good], maximise(kernel, start, covariance=False).loglik
+
+    def p_value(self, statistic: float, simulated: FloatArray) -> float:
+        """Return the share of samples with a statistic as large."""
+        return float((1 + np.sum(simulated >= statistic)) / (self.replicates + 1))
 
 
-def isotonic_p_value(
-    ln_im: FloatArray,
-    n: FloatArray,
-    k: FloatArray,
-    params: FloatArray,
-    loglik: float,
-    *,
-    replicates: int = 299,
-    seed: int = 20240501,
-) -> tuple[float, float]:
+def deviance_p_value(fitted: ProbitStripes, deviance: float) -> float:
+    """Return the parametric-bootstrap p-value of the deviance of a fit."""
+    k, loglik = fitted.samples()
+    saturated = special.xlogy(k, k / fitted.n) + special.xlogy(fitted.n - k, 1.0 - k / fitted.n)
+    return fitted.p_value(deviance, 2.0 * (np.sum(saturated, axis=1) - loglik))
+
+
+def isotonic_p_value(fitted: ProbitStripes, k: FloatArray, loglik: float) -> tuple[float, float]:
     """Test a probit curve against any increasing curve (pool adjacent violators).
 
     Args:
-        ln_im: Logarithms of the intensities, shape (J,), increasing.
-        n: Runs, shape (J,).
-        k: Exceedances, shape (J,).
-        params: (a0, a1) of the probit fit.
+        fitted: The fit.
+        k: Exceedances behind it, shape (J,).
         loglik: Its log-likelihood without binomial coefficients.
-        replicates: Samples drawn from the fitted curve.
-        seed: Of the samples.
 
     Returns:
         The likelihood-ratio statistic and its parametric-bootstrap p-value.
     """
-    statistic = 2.0 * (_isotonic(n, k) - loglik)
-    design = np.column_stack([np.ones_like(ln_im), ln_im])
-    p = special.ndtr(design @ params)
-    draws = parametric_counts(p, n, replicates, np.random.default_rng(seed))
-    runs = np.broadcast_to(n, draws.shape)
-    good = existence.batch_exists(ln_im, runs, draws)
-    kernel = BinomialKernel(design, runs[good], draws[good])
-    best = maximise(kernel, np.tile(params, (int(np.sum(good)), 1)), covariance=False)
-    free = np.array([_isotonic(n, row) for row in draws[good]])
-    simulated = 2.0 * (free - best.loglik)
-    return float(statistic), float((1 + np.sum(simulated >= statistic)) / (replicates + 1))
+    statistic = 2.0 * (_isotonic(fitted.n, k) - loglik)
+    draws, own = fitted.samples()
+    free = np.array([_isotonic(fitted.n, row) for row in draws])
+    return statistic, fitted.p_value(statistic, 2.0 * (free - own))
 
 
 def _isotonic(n: FloatArray, k: FloatArray) -> float:
     p = optimize.isotonic_regression(k / n, weights=n).x
     return float(np.sum(special.xlogy(k, p) + special.xlogy(n - k, 1.0 - p)))
-
-
-def _saturated(n: FloatArray, k: FloatArray) -> FloatArray:
-    terms = special.xlogy(k, k / n) + special.xlogy(n - k, (n - k) / n)
-    return np.asarray(np.sum(terms, axis=1), dtype=np.float64)

@@ -5,7 +5,8 @@ samples known only to lie in a bracket (any searched or gridded incremental anal
 likelihood of `skewbridge.fragility.likelihood.censored`.
 """
 
-from typing import Any, Final
+from dataclasses import replace
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,18 +15,24 @@ from scipy import special
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.censored import CensoredKernel
 from skewbridge.fragility.likelihood.fit import (
-    DEFAULT_LEVEL,
+    FITTED,
     FLATTEST_SLOPE,
-    OK,
     FragilityFit,
     common_warnings,
-    exp_end,
-    lognormal_covariance,
+    estimated,
 )
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import maximise
+from skewbridge.fragility.likelihood.parts import (
+    ExactIntervals,
+    MedianBound,
+    Predictor,
+    RunCounts,
+    Separation,
+)
 from skewbridge.fragility.likelihood.profile import profile_ends
 from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 ALL_CENSORED: Final = "all_censored"
 
@@ -33,9 +40,7 @@ ALL_CENSORED: Final = "all_censored"
 def fit_capacities(
     capacity: ArrayLike,
     censored: ArrayLike | None = None,
-    *,
-    level: float = DEFAULT_LEVEL,
-    assumed_beta: float = 0.4,
+    settings: FitSettings = DEFAULTS,
 ) -> FragilityFit:
     """Fit a lognormal distribution to capacities, some of them censored on the right.
 
@@ -45,13 +50,13 @@ def fit_capacities(
     Args:
         capacity: Intensity at which the limit state is reached, or the last one tried.
         censored: 1 where it was not reached there; None means none.
-        level: Confidence level of the profile intervals.
-        assumed_beta: Dispersion for the bound of theta when every record is censored.
+        settings: Level of the intervals and dispersion assumed for the bound of theta when every
+            record is censored.
 
     Returns:
         The fit. ``beta`` is the maximum-likelihood value, consistent with its covariance; for a
-        complete sample ``beta_unbiased_n_minus_1`` and the exact t and chi-square intervals
-        stand in the details.
+        complete sample its ``exact`` part holds the unbiased dispersion and the exact t and
+        chi-square intervals.
 
     Raises:
         InputError: A value is missing or not positive; names the row.
@@ -66,33 +71,26 @@ def fit_capacities(
     is_censored = flags == 1.0
     y = np.log(values)
     seen = y[~is_censored]
-    reason, known = OK, dict[str, Any]()
+    blank = FragilityFit(method="ida", status=FITTED, n_runs=y.size, level=settings.confidence)
     if seen.size == 0:
-        reason = ALL_CENSORED
-        bound = existence.median_bound(
-            y, np.ones(y.size), beta=assumed_beta, level=level, exceed=False
-        )
-        known = {f"theta_lower{100 * level:g}_given_beta": {f"{assumed_beta:g}": bound}}
-    elif np.ptp(seen) == 0.0 and seen.size == y.size:
+        return replace(blank, status=ALL_CENSORED, bound=_bound(y, "lower", settings))
+    if np.ptp(seen) == 0.0 and seen.size == y.size:
         # Equal capacities usually mean a grid too coarse: they are brackets, not values.
-        reason = "zero_dispersion"
-        known = {"theta": float(np.exp(seen[0])), "beta": 0.0}
-    elif np.ptp(seen) == 0.0 and np.all(y[is_censored] <= seen[0]):
-        reason = "unbounded_likelihood"
-    upper = np.where(is_censored, np.inf, y)
-    if reason != OK:
-        return _refused("ida", reason, y.size, level, known)
-    details = {} if np.any(is_censored) else _exact_intervals(y, level)
-    details["n_censored"] = int(np.sum(is_censored))
-    return _fit("ida", y, upper, values, level, details)
+        return replace(blank, status="zero_dispersion", theta=float(np.exp(seen[0])), beta=0.0)
+    if np.ptp(seen) == 0.0 and np.all(y[is_censored] <= seen[0]):
+        return replace(blank, status="unbounded_likelihood")
+    blank = replace(
+        blank,
+        exact=None if np.any(is_censored) else _exact_intervals(y, settings.confidence),
+        counts=RunCounts(n_censored=int(np.sum(is_censored))),
+    )
+    return _fit(blank, y, np.where(is_censored, np.inf, y), values)
 
 
 def fit_brackets(
     lower: ArrayLike,
     upper: ArrayLike,
-    *,
-    level: float = DEFAULT_LEVEL,
-    assumed_beta: float = 0.4,
+    settings: FitSettings = DEFAULTS,
 ) -> FragilityFit:
     """Fit a lognormal distribution to capacities known to lie in (lower, upper].
 
@@ -102,8 +100,7 @@ def fit_brackets(
     Args:
         lower: Largest intensity below the first exceedance; 0 if the first level exceeds already.
         upper: Intensity of the first exceedance; infinity, NaN or None if never reached.
-        level: Confidence level of the profile intervals.
-        assumed_beta: Dispersion for one-sided bounds.
+        settings: Level of the intervals and dispersion assumed for one-sided bounds.
 
     Raises:
         InputError: ``lower`` is missing or negative, or not below ``upper``; names the row.
@@ -120,27 +117,39 @@ def fit_brackets(
     with np.errstate(divide="ignore"):
         y_low, y_high = np.log(low), np.log(high)
     first, last = float(np.max(y_low)), float(np.min(y_high))
-    n = int(low.size)
-    ones = np.ones(n)
+    blank = FragilityFit(
+        method="ida_interval", status=FITTED, n_runs=int(low.size), level=settings.confidence
+    )
     if not np.any(np.isfinite(y_high)):
-        bound = existence.median_bound(y_low, ones, beta=assumed_beta, level=level, exceed=False)
-        known = {f"theta_lower{100 * level:g}_given_beta": {f"{assumed_beta:g}": bound}}
-        return _refused("ida_interval", ALL_CENSORED, n, level, known)
+        return replace(blank, status=ALL_CENSORED, bound=_bound(y_low, "lower", settings))
     if not np.any(np.isfinite(y_low)):
-        bound = existence.median_bound(y_high, ones, beta=assumed_beta, level=level, exceed=True)
-        known = {f"theta_upper{100 * level:g}_given_beta": {f"{assumed_beta:g}": bound}}
-        return _refused("ida_interval", existence.ALL_EXCEED, n, level, known)
+        return replace(blank, status=existence.ALL_EXCEED, bound=_bound(y_high, "upper", settings))
     if first <= last:
-        kind = "complete" if first < last else "quasi"
-        known = {"theta_interval": [float(np.exp(first)), float(np.exp(last))]}
-        return _refused("ida_interval", f"{kind}_separation", n, level, known)
+        complete = first < last
+        return replace(
+            blank,
+            status=existence.COMPLETE_SEPARATION if complete else existence.QUASI_SEPARATION,
+            separation=Separation(theta_interval=(float(np.exp(first)), float(np.exp(last)))),
+        )
     finite = np.isfinite(y_low) & np.isfinite(y_high)
     if not np.any(finite) and np.max(y_high[np.isfinite(y_high)]) <= np.min(
         y_low[np.isfinite(y_low)]
     ):
-        return _refused("ida_interval", existence.NON_INCREASING, n, level, {})
+        return replace(blank, status=existence.NON_INCREASING)
     im = np.concatenate([low[low > 0.0], high[np.isfinite(high)]])
-    return _fit("ida_interval", y_low, y_high, im, level, {"n_censored": int(np.sum(~finite))})
+    counts = RunCounts(n_censored=int(np.sum(~finite)))
+    return _fit(replace(blank, counts=counts), y_low, y_high, im)
+
+
+def _bound(
+    ln_im: FloatArray, side: Literal["lower", "upper"], settings: FitSettings
+) -> MedianBound:
+    """Return the bound of the median of records that never (or always) exceed."""
+    beta = settings.assumed_beta
+    bound = existence.median_bound(
+        ln_im, np.ones(ln_im.size), beta=beta, level=settings.confidence, exceed=side == "upper"
+    )
+    return MedianBound(side=side, level=settings.confidence, theta_given_beta={beta: bound})
 
 
 def brackets_of_runs(
@@ -172,15 +181,8 @@ def brackets_of_runs(
     return np.array(lower), np.array(upper), odd
 
 
-def _fit(
-    method: str,
-    lower: FloatArray,
-    upper: FloatArray,
-    im: FloatArray,
-    level: float,
-    details: dict[str, Any],
-) -> FragilityFit:
-    """Maximise over (a0, a1), z = a0 + a1 ln x."""
+def _fit(blank: FragilityFit, lower: FloatArray, upper: FloatArray, im: FloatArray) -> FragilityFit:
+    """Maximise over (a0, a1), z = a0 + a1 ln x, and fill in the blank fit."""
     kernel = CensoredKernel(-np.ones((lower.size, 1)), lower, upper)
     guess = np.where(np.isfinite(upper), upper, lower)
     spread = max(float(np.std(guess)), 0.05)
@@ -188,51 +190,35 @@ def _fit(
     a0, a1 = (float(value) for value in best.params[0])
     bracketed = bool(np.any(np.isfinite(lower) & np.isfinite(upper)))
     if a1 <= FLATTEST_SLOPE and not bracketed:
-        return _refused(method, existence.NON_INCREASING, lower.size, level, details)
+        return replace(blank, status=existence.NON_INCREASING)
     if not bool(best.converged[0]):
-        return _refused(method, "not_converged", lower.size, level, details)
+        return replace(blank, status="not_converged")
     flat = None
     if not bracketed:
         share = float(np.mean(np.isfinite(upper)))
         flat = float(special.ndtri(share))
-    ends = profile_ends(kernel, best, level, flat)
-    theta = exp_end(-a0 / a1)
-    ci_theta = (exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1]))
-    variance = lognormal_covariance(best.params[0], best.covariance[0])
-    return FragilityFit(
-        method=method,
-        status=OK,
-        theta=theta,
-        beta=1.0 / a1,
-        var_ln_theta=variance[0],
-        cov_ln_theta_beta=variance[1],
-        var_beta=variance[2],
-        ci_theta=ci_theta,
-        ci_beta=(1.0 / ends.slope[1], 1.0 / ends.slope[0] if ends.slope[0] > 0.0 else np.inf),
-        ci_method="profile",
-        level=level,
+    ends = profile_ends(kernel, best, blank.level, flat)
+    fit = estimated(blank, best.params[0], best.covariance[0], ends)
+    return replace(
+        fit,
         loglik=float(best.loglik[0]),
-        n_runs=int(lower.size),
-        warnings=tuple(common_warnings(theta, ci_theta, im, int(lower.size))),
-        details=details | {"mu": -a0 / a1, "a0": a0, "a1": a1},
+        warnings=tuple(common_warnings(fit.theta, fit.ci_theta, im, fit.n_runs)),
+        predictor=Predictor(a0=a0, a1=a1, mu=-a0 / a1),
     )
 
 
-def _exact_intervals(y: FloatArray, level: float) -> dict[str, Any]:
+def _exact_intervals(y: FloatArray, level: float) -> ExactIntervals:
     """Return the unbiased dispersion of a complete sample with t and chi-square intervals."""
     n = y.size
     sd = float(np.std(y, ddof=1))
     tail = 0.5 * (1.0 - level)
     reach = float(special.stdtrit(n - 1, 1.0 - tail)) * sd / np.sqrt(n)
     mean = float(np.mean(y))
-    chi2 = special.chdtri(n - 1, np.array([tail, 1.0 - tail]))
-    return {
-        "beta_unbiased_n_minus_1": sd,
-        "ci_theta_exact": [float(np.exp(mean - reach)), float(np.exp(mean + reach))],
-        "ci_beta_exact": [float(sd * np.sqrt((n - 1) / q)) for q in chi2],
-    }
-
-
-def _refused(method: str, status: str, n: int, level: float, known: dict[str, Any]) -> FragilityFit:
-    limit = {name: known.pop(name) for name in ("theta", "beta") if name in known}
-    return FragilityFit(method=method, status=status, n_runs=n, level=level, details=known, **limit)
+    low, high = (
+        float(sd * np.sqrt((n - 1) / special.chdtri(n - 1, share))) for share in (tail, 1.0 - tail)
+    )
+    return ExactIntervals(
+        beta_unbiased_n_minus_1=sd,
+        ci_theta_exact=(float(np.exp(mean - reach)), float(np.exp(mean + reach))),
+        ci_beta_exact=(low, high),
+    )

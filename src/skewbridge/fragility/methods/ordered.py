@@ -16,7 +16,7 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.censored import add_terms, log_normal_interval, normal_density
-from skewbridge.fragility.likelihood.fit import FLATTEST_SLOPE, OK
+from skewbridge.fragility.likelihood.fit import FITTED, FLATTEST_SLOPE
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import Derivatives, maximise
 from skewbridge.fragility.likelihood.validate import positive, require
@@ -118,7 +118,7 @@ def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
         return refused("empty_state")
     # One curve with an estimate is enough: its overlap bounds the common slope.
     found = {existence.binomial_status(x, total, above[:, state]) for state in range(1, states + 1)}
-    if OK not in found:
+    if FITTED not in found:
         return refused(sorted(found)[0])
     share = np.sum(above[:, 1:], axis=0) / np.sum(total)
     start = np.append(special.ndtri(share), 0.0)
@@ -134,7 +134,7 @@ def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
     jacobian[:states, -1] = params[:-1] / slope**2
     jacobian[-1, -1] = -1.0 / slope**2
     return OrderedFit(
-        status=OK,
+        status=FITTED,
         theta=np.exp(-params[:-1] / slope),
         beta=1.0 / slope,
         covariance=jacobian @ best.covariance[0] @ jacobian.T,

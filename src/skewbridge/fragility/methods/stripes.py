@@ -1,6 +1,6 @@
 """Fragility from counts of exceedance per intensity level (multiple stripes, or single runs)."""
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,19 +8,25 @@ from scipy import special
 
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.fit import (
-    DEFAULT_LEVEL,
     FEW_MIXED_STRIPES,
+    FITTED,
     FLATTEST_SLOPE,
-    OK,
     FragilityFit,
     common_warnings,
-    exp_end,
-    lognormal_covariance,
+    estimated,
 )
-from skewbridge.fragility.likelihood.links import FloatArray, link_terms, predictor
-from skewbridge.fragility.likelihood.newton import BinomialKernel, Maximum, maximise
+from skewbridge.fragility.likelihood.links import FloatArray, LinkTerms, link_terms, predictor
+from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.likelihood.parts import (
+    Goodness,
+    MedianBound,
+    Predictor,
+    Proportions,
+    Separation,
+)
 from skewbridge.fragility.likelihood.profile import profile_ends
 from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 
 def fit_stripes(
@@ -29,8 +35,7 @@ def fit_stripes(
     k: ArrayLike,
     *,
     link: str = "probit",
-    level: float = DEFAULT_LEVEL,
-    assumed_beta: float = 0.4,
+    settings: FitSettings = DEFAULTS,
     n_records: int | None = None,
     interval: bool = True,
 ) -> FragilityFit:
@@ -45,8 +50,7 @@ def fit_stripes(
         k: Runs that exceed, 0 <= k <= n. Fractions (uncertain capacity) make the likelihood a
             quasi-likelihood: no interval is given, take the record bootstrap.
         link: probit (default), logit or cloglog.
-        level: Confidence level of the profile intervals.
-        assumed_beta: Dispersion for one-sided bounds where no estimate exists.
+        settings: Level of the intervals and dispersion assumed for one-sided bounds.
         n_records: Motions behind the runs, if fewer than runs.
         interval: False leaves out the profile intervals.
 
@@ -69,24 +73,19 @@ def fit_stripes(
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total = round(float(np.sum(runs)))
     ln_im = np.log(x)
-    status = existence.binomial_status(ln_im, runs, exceed) if total else existence.NO_EXCEEDANCE
-
-    def refused(reason: str, details: dict[str, Any]) -> FragilityFit:
-        return FragilityFit(
-            method="stripes",
-            status=reason,
-            n_runs=total,
-            level=level,
-            warnings=tuple(warnings),
-            details={"link": link, **details},
-        )
-
+    status = existence.binomial_status(ln_im, runs, exceed) if total else "no_runs"
+    unfitted = FragilityFit(
+        method="stripes",
+        status=status,
+        n_runs=total,
+        level=settings.confidence,
+        warnings=tuple(warnings),
+        predictor=Predictor(link=link),
+    )
     if total == 0:
-        return refused("no_runs", {})
-    if status != OK:
-        return refused(
-            status, _what_is_known(status, ln_im, runs, exceed, link, level, assumed_beta)
-        )
+        return unfitted
+    if status != FITTED:
+        return _with_bounds(unfitted, ln_im, (runs, exceed), link, settings.assumed_beta)
     middle = predictor(0.5, link)
     spread = 0.5 * (predictor(special.ndtr(1.0), link) - predictor(special.ndtr(-1.0), link))
     design = np.column_stack([np.ones_like(ln_im), ln_im])
@@ -95,102 +94,76 @@ def fit_stripes(
     flat = predictor(float(np.sum(exceed) / np.sum(runs)), link) - middle
     best = maximise(kernel, np.array([[flat, 0.0]]))
     a0, a1 = (float(value) for value in best.params[0])
-    if not bool(best.converged[0]):
-        return refused("not_converged", {"a0": a0 + middle, "a1": a1})
-    if a1 <= FLATTEST_SLOPE:
-        return refused(existence.NON_INCREASING, {"a0": a0 + middle, "a1": a1})
+    line = Predictor(a0=a0 + middle, a1=a1, link=link)
+    if not bool(best.converged[0]) or a1 <= FLATTEST_SLOPE:
+        reason = existence.NON_INCREASING if bool(best.converged[0]) else "not_converged"
+        return replace(unfitted, status=reason, predictor=line)
+    if link == "logit":
+        line = replace(line, beta_equiv_pi_sqrt3=float(np.pi / np.sqrt(3.0) / a1))
     whole = bool(np.all(exceed == np.round(exceed)))
-    ends: dict[str, Any] = {}
-    if interval and whole:
-        found = profile_ends(kernel, best, level, flat)
-        low, high = found.slope
-        ends = {
-            "ci_theta": (exp_end(found.ln_theta[0]), exp_end(found.ln_theta[1])),
-            "ci_beta": (spread / high, spread / low if low > 0.0 else np.inf),
-            "ci_method": "profile",
-        }
-    theta = float(np.exp(-a0 / a1))
-    records = total if n_records is None else n_records
-    warnings += common_warnings(theta, ends.get("ci_theta", (np.nan, np.nan)), x, records)
+    wanted = interval and whole
+    ends = profile_ends(kernel, best, settings.confidence, flat) if wanted else None
+    fit = estimated(unfitted, best.params[0], best.covariance[0], ends, spread)
+    warnings += common_warnings(fit.theta, fit.ci_theta, x, n_records or total)
     warnings += _overlap_warnings(x, runs, exceed)
     if not whole:
         warnings.append("fractional_counts_no_interval")
-    variance = lognormal_covariance(best.params[0], best.covariance[0], spread)
-    details = _goodness(kernel, terms_of(design @ best.params[0] + middle), runs, exceed)
-    details |= {"link": link, "a0": a0 + middle, "a1": a1}
-    if link == "logit":
-        details["beta_equiv_pi_sqrt3"] = float(np.pi / np.sqrt(3.0) / a1)
-    constant = _log_binomial(runs, exceed) if whole else 0.0
-    return FragilityFit(
-        method="stripes",
-        status=OK,
-        theta=theta,
-        beta=spread / a1,
-        var_ln_theta=variance[0],
-        cov_ln_theta_beta=variance[1],
-        var_beta=variance[2],
-        level=level,
-        loglik=float(best.loglik[0]) + constant,
-        n_runs=total,
+    kernel_loglik = float(best.loglik[0])
+    loglik = kernel_loglik + (_log_binomial(runs, exceed) if whole else 0.0)
+    terms = terms_of(design @ best.params[0] + middle)
+    return replace(
+        fit,
+        loglik=loglik,
         warnings=tuple(warnings),
-        details={
-            **details,
-            "loglik_kernel": float(best.loglik[0]),
-            "aic": 4.0 - 2.0 * (float(best.loglik[0]) + constant),
-        },
-        **ends,
+        predictor=line,
+        goodness=_goodness(terms, runs, exceed, kernel_loglik, loglik),
     )
 
 
-def fit_maximum(ln_im: FloatArray, n: FloatArray, k: FloatArray, start: FloatArray) -> Maximum:
-    """Fit a batch of probit curves: ``n`` and ``k`` of shape (R, J), shared intensities (J,)."""
-    design = np.column_stack([np.ones_like(ln_im), ln_im])
-    kernel = BinomialKernel(design, n, k)
-    return maximise(kernel, np.tile(start, (k.shape[0], 1)), covariance=False)
-
-
-def _what_is_known(
-    status: str,
+def _with_bounds(
+    fit: FragilityFit,
     ln_im: FloatArray,
-    n: FloatArray,
-    k: FloatArray,
+    counts: tuple[FloatArray, FloatArray],
     link: str,
-    level: float,
     assumed_beta: float,
-) -> dict[str, Any]:
-    """Return the bounds that the data still give where no estimate exists."""
-    percent = f"{100 * level:g}"
-    low, high = existence.clopper_pearson(k, n, level)
-    known: dict[str, Any] = {"p_lower": low.tolist(), "p_upper": high.tolist()}
-    if status in (existence.NO_EXCEEDANCE, existence.ALL_EXCEED):
-        side = "lower" if status == existence.NO_EXCEEDANCE else "upper"
-        known["assumed_beta"] = assumed_beta
-        known[f"theta_{side}{percent}_given_beta"] = {
-            f"{beta:g}": existence.median_bound(
-                ln_im, n, beta=beta, level=level, exceed=side == "upper"
-            )
+) -> FragilityFit:
+    """Add what the data (runs and exceedances) still say where no estimate exists."""
+    n, k = counts
+    low, high = existence.clopper_pearson(k, n, fit.level)
+    shares = Proportions(p_lower=tuple(low.tolist()), p_upper=tuple(high.tolist()))
+    if fit.status in (existence.NO_EXCEEDANCE, existence.ALL_EXCEED):
+        exceed = fit.status == existence.ALL_EXCEED
+        bounds = {
+            beta: existence.median_bound(ln_im, n, beta=beta, level=fit.level, exceed=exceed)
             for beta in sorted({0.3, 0.4, 0.6, assumed_beta})
         }
-    if status == existence.SINGLE_LEVEL:
-        total, exceed = float(np.sum(n)), float(np.sum(k))
-        bounds = existence.clopper_pearson(np.array([exceed]), np.array([total]), level)
-        known |= {
-            "p": exceed / total,
-            "p_ci": [float(bounds[0][0]), float(bounds[1][0])],
-            "theta_given_beta": {
-                f"{assumed_beta:g}": existence.single_level_median(
-                    float(ln_im[0]), total, exceed, assumed_beta, link
-                )
-            },
-        }
-    if status in (existence.COMPLETE_SEPARATION, existence.QUASI_SEPARATION):
+        bound = MedianBound(
+            side="upper" if exceed else "lower",
+            level=fit.level,
+            theta_given_beta=bounds,
+            assumed_beta=assumed_beta,
+        )
+        return replace(fit, proportions=shares, bound=bound)
+    if fit.status == existence.SINGLE_LEVEL:
+        total, hits = float(np.sum(n)), float(np.sum(k))
+        ends = existence.clopper_pearson(np.array([hits]), np.array([total]), fit.level)
+        median = existence.single_level_median(float(ln_im[0]), total, hits, assumed_beta, link)
+        shares = replace(
+            shares,
+            p=hits / total,
+            p_ci=(float(ends[0][0]), float(ends[1][0])),
+            theta_given_beta={f"{assumed_beta:g}": median},
+        )
+    if fit.status in (existence.COMPLETE_SEPARATION, existence.QUASI_SEPARATION):
         hi0, lo1 = float(np.max(ln_im[n - k > 0.0])), float(np.min(ln_im[k > 0.0]))
-        known["theta_interval"] = [float(np.exp(hi0)), float(np.exp(lo1))]
-        known["theta_midpoint_log"] = float(np.exp(0.5 * (hi0 + lo1)))
         a0, a1 = existence.firth(ln_im, n, k, link)
-        middle = predictor(0.5, link)
-        known["firth"] = {"theta": float(np.exp((middle - a0) / a1)), "beta": 1.0 / a1}
-    return known
+        separation = Separation(
+            theta_interval=(float(np.exp(hi0)), float(np.exp(lo1))),
+            theta_midpoint_log=float(np.exp(0.5 * (hi0 + lo1))),
+            firth={"theta": float(np.exp((predictor(0.5, link) - a0) / a1)), "beta": 1.0 / a1},
+        )
+        return replace(fit, proportions=shares, separation=separation)
+    return replace(fit, proportions=shares)
 
 
 def _overlap_warnings(x: FloatArray, n: FloatArray, k: FloatArray) -> list[str]:
@@ -206,9 +179,8 @@ def _overlap_warnings(x: FloatArray, n: FloatArray, k: FloatArray) -> list[str]:
 
 
 def _goodness(
-    kernel: BinomialKernel, terms: Any, n: FloatArray, k: FloatArray
-) -> dict[str, float | int]:
-    """Return deviance, Pearson statistic and AIC; valid tests only for expected counts >= 1."""
+    terms: LinkTerms, n: FloatArray, k: FloatArray, loglik_kernel: float, loglik: float
+) -> Goodness:
     p = np.exp(terms.log_p)
     remain = n - k
     deviance = 2.0 * np.sum(
@@ -219,12 +191,14 @@ def _goodness(
     )
     pearson = np.sum((k - n * p) ** 2 / np.maximum(n * p * np.exp(terms.log_q), 1e-300))
     dof = int(n.size - 2)
-    return {
-        "deviance": float(deviance),
-        "deviance_dof": dof,
-        "deviance_p": float(special.chdtrc(dof, deviance)) if dof > 0 else float("nan"),
-        "pearson": float(pearson),
-    }
+    return Goodness(
+        deviance=float(deviance),
+        deviance_dof=dof,
+        deviance_p=float(special.chdtrc(dof, deviance)) if dof > 0 else float("nan"),
+        pearson=float(pearson),
+        loglik_kernel=loglik_kernel,
+        aic=4.0 - 2.0 * loglik,
+    )
 
 
 def _log_binomial(n: FloatArray, k: FloatArray) -> float:

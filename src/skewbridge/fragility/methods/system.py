@@ -2,7 +2,6 @@
 
 References:
     Nielson and DesRoches (2007), EESD 36(6):823-839, for bridge systems from joint demand models.
-    Ditlevsen (1979), J. Struct. Mech. 7(4):453-472, for the bimodal bounds.
     Plackett (1954), Biometrika 41(3/4):351-360, for the bivariate normal integral.
     Genz (1992), J. Comput. Graph. Stat. 1(2):141-149, for more components.
 """
@@ -20,29 +19,6 @@ from skewbridge.fragility.methods.cloud import fit_line
 POINTS: Final = 5003  # of the lattice for three or more components: error about 2e-5
 _JITTER: Final = 1e-10  # makes a singular correlation (equal components) factorisable
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SystemCurve:
-    """Probability that any component exceeds, with bounds and contributions.
-
-    Attributes:
-        im: Intensities, shape (n,).
-        p: P(any component), shape (n,).
-        lower: max p_i.
-        upper: 1 - prod (1 - p_i), for positively correlated components.
-        ditlevsen_low: Ditlevsen's lower bound.
-        ditlevsen_high: Ditlevsen's upper bound.
-        components: p_i, shape (n, m).
-    """
-
-    im: FloatArray
-    p: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    ditlevsen_low: FloatArray
-    ditlevsen_high: FloatArray
-    components: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +71,7 @@ def joint_demand(
     )
 
 
-def series_system(im: FloatArray, joint: JointDemand) -> SystemCurve:
+def series_system(im: FloatArray, joint: JointDemand) -> FloatArray:
     """Return P(union) = 1 - Phi_m(-z; R), z_i = ln(x/theta_i)/beta_i.
 
     Two components by quadrature (1e-12); more by separation of variables on a lattice whose points
@@ -105,19 +81,7 @@ def series_system(im: FloatArray, joint: JointDemand) -> SystemCurve:
         im: Intensities, shape (n,).
         joint: The components.
     """
-    z = np.log(im[:, None] / joint.theta) / joint.beta
-    p = special.ndtr(z)
-    union = _union(z, joint.correlation)
-    low, high = _ditlevsen(z, p, joint.correlation)
-    return SystemCurve(
-        im=im,
-        p=union,
-        lower=np.max(p, axis=1),
-        upper=-np.expm1(np.sum(np.log1p(-np.minimum(p, 1.0 - 1e-16)), axis=1)),
-        ditlevsen_low=low,
-        ditlevsen_high=high,
-        components=p,
-    )
+    return _union(np.log(im[:, None] / joint.theta) / joint.beta, joint.correlation)
 
 
 def contributions(im: FloatArray, joint: JointDemand) -> FloatArray:
@@ -132,21 +96,19 @@ def contributions(im: FloatArray, joint: JointDemand) -> FloatArray:
     return 1.0 - without / np.maximum(union, 1e-300)[:, None]
 
 
-def lognormal_of_system(curve: SystemCurve) -> tuple[float, float, float]:
+def lognormal_of_system(im: FloatArray, p: FloatArray) -> tuple[float, float, float]:
     """Return theta and beta of a lognormal through x16, x50, x84 and the largest |dP| to it.
 
     Raises:
         InputError: The curve does not span 16 to 84 % within its intensities.
     """
     ends = np.array([special.ndtr(-1.0), 0.5, special.ndtr(1.0)])
-    if curve.p[0] > ends[0] or curve.p[-1] < ends[2]:
-        raise InputError(
-            f"the system curve spans {curve.p[0]:.3g}..{curve.p[-1]:.3g}, not 0.16..0.84"
-        )
-    x16, x50, x84 = np.interp(special.ndtri(ends), special.ndtri(curve.p), np.log(curve.im))
+    if p[0] > ends[0] or p[-1] < ends[2]:
+        raise InputError(f"the system curve spans {p[0]:.3g}..{p[-1]:.3g}, not 0.16..0.84")
+    x16, x50, x84 = np.interp(special.ndtri(ends), special.ndtri(p), np.log(im))
     beta = 0.5 * (x84 - x16)
-    fitted = special.ndtr((np.log(curve.im) - x50) / beta)
-    return float(np.exp(x50)), float(beta), float(np.max(np.abs(fitted - curve.p)))
+    fitted = special.ndtr((np.log(im) - x50) / beta)
+    return float(np.exp(x50)), float(beta), float(np.max(np.abs(fitted - p)))
 
 
 def bivariate_upper(h: FloatArray, k: FloatArray, rho: float) -> FloatArray:
@@ -186,22 +148,3 @@ def _all_below(limit: FloatArray, correlation: FloatArray) -> float:
         e = special.ndtr((top[i] - y[:, :i] @ root[i, :i]) / root[i, i])
         product *= e
     return float(np.mean(product))
-
-
-def _ditlevsen(
-    z: FloatArray, p: FloatArray, correlation: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    order = np.argsort(-p[0])
-    low, high = p[:, order[0]].copy(), p[:, order[0]].copy()
-    for i in range(1, order.size):
-        pairs = np.stack(
-            [
-                bivariate_upper(
-                    z[:, order[i]], z[:, order[j]], float(correlation[order[i], order[j]])
-                )
-                for j in range(i)
-            ]
-        )
-        low += np.maximum(p[:, order[i]] - np.sum(pairs, axis=0), 0.0)
-        high += p[:, order[i]] - np.max(pairs, axis=0)
-    return low, np.minimum(high, 1.0)

@@ -5,6 +5,8 @@ References:
     Earthquake Engineering 19, for its use with a cloud of demands.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -13,18 +15,19 @@ from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import Replicates
 from skewbridge.fragility.likelihood.censored import CensoredKernel
 from skewbridge.fragility.likelihood.fit import (
-    DEFAULT_LEVEL,
+    FITTED,
     FLATTEST_SLOPE,
-    OK,
     FragilityFit,
     common_warnings,
-    exp_end,
-    lognormal_covariance,
+    estimated,
 )
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, maximise
+from skewbridge.fragility.likelihood.parts import LineFit, RunCounts
 from skewbridge.fragility.likelihood.profile import profile_ends
+from skewbridge.fragility.likelihood.validate import as_column, positive, same_length
 from skewbridge.fragility.methods.cloud import cloud_columns
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 
 class ProfiledKernel:
@@ -35,8 +38,8 @@ class ProfiledKernel:
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
         """Evaluate at the best h; the Hessian is the Schur complement of its entry."""
-        inner = _LastOnly(self._kernel, params)
         start = np.full((params.shape[0], 1), self._start)
+        inner = Restricted(self._kernel, np.hstack([params, start]), slice(2, 3))
         best = maximise(inner, start, covariance=False)
         full = self._kernel.derivatives(np.hstack([params, best.params]))
         cross = full.hessian[:, :2, 2]
@@ -44,29 +47,29 @@ class ProfiledKernel:
         return Derivatives(full.loglik, full.score[:, :2], full.hessian[:, :2, :2] - schur)
 
 
-class _LastOnly:
-    """The kernel as a function of its last parameter, the others fixed per row."""
+class Restricted:
+    """A kernel as a function of some of its parameters, the others fixed per row."""
 
-    def __init__(self, kernel: Kernel, fixed: FloatArray) -> None:
-        self._kernel, self._fixed = kernel, fixed
+    def __init__(self, kernel: Kernel, fixed: FloatArray, free: slice) -> None:
+        self._kernel, self._fixed, self._free = kernel, fixed, free
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        fixed = self._fixed if rows is None else self._fixed[rows]
-        full = self._kernel.derivatives(np.hstack([fixed, params]))
-        return Derivatives(full.loglik, full.score[:, 2:], full.hessian[:, 2:, 2:])
+        """Evaluate with the free parameters of each row in place."""
+        free = self._free
+        whole = np.array(self._fixed if rows is None else self._fixed[rows])
+        whole[:, free] = params
+        full = self._kernel.derivatives(whole)
+        return Derivatives(full.loglik, full.score[:, free], full.hessian[:, free, free])
 
 
 def fit_tobit(
     im: ArrayLike,
     edp: ArrayLike,
     threshold: float,
-    *,
-    censored: ArrayLike | None = None,
     upper: ArrayLike | None = None,
-    censor_above: float | None = None,
-    discard_below: float | None = None,
+    *,
     capacity_dispersion: float = 0.0,
-    level: float = DEFAULT_LEVEL,
+    settings: FitSettings = DEFAULTS,
     interval: bool = True,
 ) -> FragilityFit:
     """Fit the log-log line by maximum likelihood with demands censored on the right.
@@ -79,93 +82,86 @@ def fit_tobit(
         im: Intensities, shape (n,).
         edp: Demands; of censored runs the value they are known to exceed.
         threshold: Median capacity c, in the unit of ``edp``.
-        censored: True where the demand is known only to exceed ``edp``.
-        upper: Upper ends of censored demands, infinity by default.
-        censor_above: Also censor demands at or above this value, at this value.
-        discard_below: Drop runs with a demand below this value. Off by default: it selects on the
-            response, and biases the slope.
+        upper: Upper end of each demand: above ``edp`` (infinity) where it is known only to exceed
+            that value, equal to it where it was observed. None: all observed.
         capacity_dispersion: Dispersion of the capacity; beta = sqrt(sigma^2 + dispersion^2)/b.
-        level: Confidence level of the profile intervals.
+        settings: Confidence level of the profile intervals.
         interval: False leaves out the profile intervals.
 
     Raises:
         InputError: A value is missing or not positive; names the rows.
     """
     x, y, ln_c = cloud_columns(im, edp, threshold)
-    flags = np.zeros(x.size, dtype=np.bool_) if censored is None else np.asarray(censored) > 0
-    top = np.full(x.size, np.inf) if upper is None else np.log(np.asarray(upper, dtype=np.float64))
-    if flags.size != x.size or top.size != x.size:
+    top = y if upper is None else np.log(np.asarray(upper, dtype=np.float64))
+    if top.size != x.size:
         raise InputError(
-            f"censored and upper need {x.size} rows, got {flags.size} and {top.size}",
-            row=min(flags.size, top.size, x.size),
+            f"upper needs {x.size} rows, got {top.size}", row=min(top.size, x.size), column="upper"
         )
-    if discard_below is not None:
-        kept = y >= np.log(discard_below)
-        x, y, flags, top = x[kept], y[kept], flags[kept], top[kept]
-    if censor_above is not None:
-        above = y >= np.log(censor_above)
-        y = np.where(above, np.log(censor_above), y)
-        flags, top = flags | above, np.where(above, np.inf, top)
-    n, seen = int(x.size), ~flags
-
-    def refused(status: str, **details: float) -> FragilityFit:
-        return FragilityFit(
-            method="cloud_tobit", status=status, n_runs=n, level=level, details=details
-        )
-
+    n, seen = int(x.size), top == y
+    blank = FragilityFit(method="cloud_tobit", status=FITTED, n_runs=n, level=settings.confidence)
     if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
         single = n >= 3 and np.ptp(x) == 0.0
-        return refused(existence.SINGLE_LEVEL if single else "too_few_runs")
-    kernel = CensoredKernel(
-        np.column_stack([np.ones(n), x]), y - ln_c, np.where(flags, top, y) - ln_c
-    )
+        return replace(blank, status=existence.SINGLE_LEVEL if single else "too_few_runs")
+    kernel = CensoredKernel(np.column_stack([np.ones(n), x]), y - ln_c, top - ln_c)
     best = maximise(kernel, _start(x, y, seen, ln_c))
     a0, a1, h = (float(value) for value in best.params[0])
     if not bool(best.converged[0]):
-        return refused("not_converged")
-    details = {"ln_a": a0 / h + ln_c, "b": a1 / h, "sigma": 1.0 / h, "n_censored": int(sum(flags))}
-    if a1 <= FLATTEST_SLOPE:
-        return refused(existence.NON_INCREASING, **details)
-    widen = float(np.sqrt(1.0 + (h * capacity_dispersion) ** 2))
-    covariance = best.covariance[0][:2, :2]
-    variance = lognormal_covariance(best.params[0][:2], covariance)
-    ci_theta = ci_beta = (float("nan"), float("nan"))
-    if interval:
-        reduced = maximise(ProfiledKernel(kernel, h), best.params[:, :2])
-        zero = ProfiledKernel(kernel, h)
-        flat = maximise(_FirstOnly(zero), np.array([[0.0]]), covariance=False).params[0, 0]
-        ends = profile_ends(ProfiledKernel(kernel, h), reduced, level, float(flat))
-        ci_theta = (exp_end(ends.ln_theta[0]), exp_end(ends.ln_theta[1]))
-        low = ends.slope[0]
-        ci_beta = (widen / ends.slope[1], widen / low if low > 0.0 else np.inf)
-    theta = exp_end(-a0 / a1)
-    return FragilityFit(
-        method="cloud_tobit",
-        status=OK,
-        theta=theta,
-        beta=widen / a1,
-        var_ln_theta=variance[0],
-        cov_ln_theta_beta=variance[1] * widen,
-        var_beta=variance[2] * widen**2,
-        ci_theta=ci_theta,
-        ci_beta=ci_beta,
-        ci_method="profile" if interval else "",
-        level=level,
-        loglik=float(best.loglik[0]),
-        n_runs=n,
-        warnings=tuple(common_warnings(theta, ci_theta, np.exp(x), n)),
-        details=details,
+        return replace(blank, status="not_converged")
+    blank = replace(
+        blank,
+        line=LineFit(ln_a=a0 / h + ln_c, b=a1 / h, sigma=1.0 / h),
+        counts=RunCounts(n_censored=int(np.sum(~seen))),
     )
+    if a1 <= FLATTEST_SLOPE:
+        return replace(blank, status=existence.NON_INCREASING)
+    widen = float(np.sqrt(1.0 + (h * capacity_dispersion) ** 2))
+    ends = None
+    if interval:
+        profiled = ProfiledKernel(kernel, h)
+        reduced = maximise(profiled, best.params[:, :2])
+        level_only = Restricted(profiled, np.zeros((1, 2)), slice(0, 1))
+        flat = maximise(level_only, np.array([[0.0]]), covariance=False).params[0, 0]
+        ends = profile_ends(profiled, reduced, settings.confidence, float(flat))
+    fit = estimated(blank, best.params[0][:2], best.covariance[0][:2, :2], ends, widen)
+    warnings = common_warnings(fit.theta, fit.ci_theta, np.exp(x), n)
+    return replace(fit, loglik=float(best.loglik[0]), warnings=tuple(warnings))
+
+
+def censored_cloud(
+    im: ArrayLike,
+    edp: ArrayLike,
+    censored: ArrayLike | None = None,
+    *,
+    above: float | None = None,
+    discard_below: float | None = None,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return intensities, demands and their upper ends for `fit_tobit`.
+
+    Args:
+        im: Intensities, shape (n,).
+        edp: Demands; of censored runs the value they are known to exceed.
+        censored: 1 where the demand is known only to exceed ``edp``.
+        above: Also censor demands at or above this value, at this value.
+        discard_below: Drop runs with a demand below this value. Off by default: it selects on the
+            response, and biases the slope.
+
+    Raises:
+        InputError: The columns differ in length, or a value is not positive.
+    """
+    x, demand = positive(im, "im"), positive(edp, "edp")
+    flags = np.zeros(x.size) if censored is None else as_column(censored, "censored")
+    same_length(im=x, edp=demand, censored=flags)
+    top = np.where(flags > 0.0, np.inf, demand)
+    kept = demand >= (0.0 if discard_below is None else discard_below)
+    x, demand, top = x[kept], demand[kept], top[kept]
+    if above is not None:
+        high = demand >= above
+        demand, top = np.where(high, above, demand), np.where(high, np.inf, top)
+    return x, demand, top
 
 
 def refit_tobit(
-    im: FloatArray,
-    edp: FloatArray,
-    threshold: float,
-    censored: NDArray[np.bool_],
-    weights: FloatArray,
-    *,
-    upper: FloatArray | None = None,
+    im: FloatArray, edp: FloatArray, threshold: float, upper: FloatArray, weights: FloatArray
 ) -> Replicates:
     """Fit R weighted replicates at once.
 
@@ -173,15 +169,13 @@ def refit_tobit(
         im: Intensities, shape (n,).
         edp: Demands, or the values that censored ones exceed, shape (n,).
         threshold: Median capacity.
-        censored: Shape (n,).
+        upper: Upper ends of the demands, equal to ``edp`` where observed, shape (n,).
         weights: How often each run enters each replicate, shape (R, n).
-        upper: Upper ends of censored demands.
     """
-    x, y, ln_c = np.log(im), np.log(edp), float(np.log(threshold))
-    top = np.full(x.size, np.inf) if upper is None else np.log(upper)
+    x, y, top, ln_c = np.log(im), np.log(edp), np.log(upper), float(np.log(threshold))
     design = np.column_stack([np.ones(x.size), x])
-    kernel = CensoredKernel(design, y - ln_c, np.where(censored, top, y) - ln_c, weights)
-    start = np.tile(_start(x, y, ~censored, ln_c), (weights.shape[0], 1))
+    kernel = CensoredKernel(design, y - ln_c, top - ln_c, weights)
+    start = np.tile(_start(x, y, top == y, ln_c), (weights.shape[0], 1))
     best = maximise(kernel, start, covariance=False)
     a0, a1 = best.params[:, 0], best.params[:, 1]
     good = best.converged & (a1 > FLATTEST_SLOPE)
@@ -189,17 +183,6 @@ def refit_tobit(
         theta = np.where(good, np.exp(-a0 / a1), np.inf)
         beta = np.where(good, 1.0 / a1, np.inf)
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
-
-
-class _FirstOnly:
-    """A kernel of (a0, a1) at zero slope."""
-
-    def __init__(self, kernel: Kernel) -> None:
-        self._kernel = kernel
-
-    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        full = self._kernel.derivatives(np.hstack([params, np.zeros_like(params)]))
-        return Derivatives(full.loglik, full.score[:, :1], full.hessian[:, :1, :1])
 
 
 def _start(x: FloatArray, y: FloatArray, seen: NDArray[np.bool_], ln_c: float) -> FloatArray:

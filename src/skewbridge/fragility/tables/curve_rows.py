@@ -7,22 +7,22 @@ from typing import Any, Final
 import numpy as np
 
 from skewbridge.fragility.likelihood.fit import FragilityFit
+from skewbridge.fragility.likelihood.parts import LineFit
 from skewbridge.fragility.tables.limit_states import LimitState
+from skewbridge.variant.axes import AXES
 
 CURVE_COLUMNS: Final[dict[str, str]] = {
     "variant": "name of the variant",
     "bridge": "catalogue entry",
     "abutment": "abutment model",
-    "skew_deg": "skew, degrees",
-    "gap_mm": "longitudinal gap, mm",
-    "friction": "Coulomb coefficient",
+    **{axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -") for axis in AXES},
     "component": "component of the limit state",
     "limit_state": "degree of damage",
     "method": "cloud | exceedance | ida_interval",
     "model": "estimator behind the method (cloud_ols, cloud_tobit, stripes, ida_interval)",
     "status": "ok, or why there is no estimate",
     "theta": "median of the intensity measure at which the median capacity is reached",
-    "beta": "dispersion from motion to motion",
+    "beta": "record-to-record dispersion",
     "beta_total": "dispersion with that of the capacity, sqrt(beta^2 + (dispersion/b)^2)",
     "var_ln_theta": "variance of ln theta",
     "cov_ln_theta_beta": "covariance of ln theta and beta",
@@ -71,7 +71,7 @@ def curve_row(
     counts: Mapping[str, int],
     bounds: Mapping[str, float],
     *,
-    slope: float = nan,
+    slope: float | None = None,
 ) -> dict[str, Any]:
     """Return the row of one fit (without the columns that name the variant).
 
@@ -82,28 +82,20 @@ def curve_row(
         counts: n_runs, n_records, n_exceed, n_unknown, n_collapse.
         bounds: Medians and dispersions of the three treatments of unknown outcomes.
         slope: b of the log-log line, which carries the dispersion of the capacity over to the
-            intensity measure.
+            intensity measure; None if there is none.
     """
-    details = fit.details
-    model = {
-        "exceedance": "stripes",
-        "cloud": "cloud_tobit" if "n_censored" in details else "cloud_ols",
-    }
-    firth = details.get("firth", {})
-    bound_beta = details.get("assumed_beta", nan)
-    bound = nan
-    for name, value in details.items():
-        if name.startswith("theta_") and name.endswith("_given_beta") and bound_beta == bound_beta:
-            bound = value.get(f"{bound_beta:g}", nan)
     total = nan
-    if slope > 0.0:
+    if slope is not None and slope > 0.0:
         # ASSUME capacity independent of demand; b carries its dispersion over to the intensity
         total = float(np.hypot(fit.beta, state.dispersion / slope))
+    bound, bound_beta = _headline_bound(fit)
+    firth = (fit.separation.firth if fit.separation else None) or {}
+    line = fit.line or LineFit()
     row: dict[str, Any] = {
         "component": state.component,
         "limit_state": state.name,
         "method": fit.method,
-        "model": model.get(fit.method, fit.method),
+        "model": _model(fit),
         "status": fit.status,
         "theta": fit.theta,
         "beta": fit.beta,
@@ -121,9 +113,14 @@ def curve_row(
         "warnings": ";".join(dict.fromkeys((*fit.warnings, *state.warnings))),
         **counts,
         "theta_bound": bound,
-        "theta_bound_beta": bound_beta if bound == bound else nan,
+        "theta_bound_beta": bound_beta,
         "theta_firth": firth.get("theta", nan),
         "beta_firth": firth.get("beta", nan),
+        "ln_a": line.ln_a,
+        "b": line.b,
+        "sigma": line.sigma,
+        "curvature_p": line.curvature_p,
+        "scatter_p": line.scatter_p,
         "im": im_column,
         "demand": state.demand,
         "threshold": state.threshold,
@@ -135,6 +132,22 @@ def curve_row(
         for parameter in ("theta", "beta"):
             key = f"{parameter}_{name}"
             row[key] = bounds.get(key, nan)
-    for name in ("ln_a", "b", "sigma", "curvature_p", "scatter_p"):
-        row[name] = details.get(name, nan)
     return {name: row[name] for name in CURVE_COLUMNS if name in row}
+
+
+def _model(fit: FragilityFit) -> str:
+    """Return the estimator behind the method of a fit."""
+    if fit.method == "exceedance":
+        return "stripes"
+    if fit.method == "cloud":
+        censored = fit.counts is not None and fit.counts.n_censored is not None
+        return "cloud_tobit" if censored else "cloud_ols"
+    return fit.method
+
+
+def _headline_bound(fit: FragilityFit) -> tuple[float, float]:
+    """Return the one-sided bound of the median for the assumed dispersion, and that dispersion."""
+    if fit.bound is None or fit.bound.assumed_beta is None:
+        return nan, nan
+    beta = fit.bound.assumed_beta
+    return fit.bound.theta_given_beta.get(beta, nan), beta

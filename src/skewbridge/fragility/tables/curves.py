@@ -2,27 +2,23 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import nan
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.bootstrap import DEFAULT_REPLICATES
-from skewbridge.fragility.likelihood.fit import DEFAULT_LEVEL, OK, FragilityFit
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.methods.ordered import crossing
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.curve_rows import curve_row
+from skewbridge.fragility.tables.key_columns import motion_codes, variant_values
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import (
-    COLLAPSE,
-    VARIANT_COLUMNS,
-    check_demands,
-    outcomes_of,
-)
-from skewbridge.fragility.tables.runs import DEFAULT_SEED, FitSettings, Runs
+from skewbridge.fragility.tables.outcomes import check_demands, outcomes_of
+from skewbridge.fragility.tables.runs import Runs
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
+from skewbridge.statuses import COLLAPSE
 
 NOT_APPLICABLE: Final = "not_applicable"
 
@@ -31,12 +27,7 @@ def fit_study(
     demands: pd.DataFrame,
     limit_states: Sequence[LimitState],
     im_column: str,
-    *,
-    level: float = DEFAULT_LEVEL,
-    bootstrap: int = DEFAULT_REPLICATES,
-    seed: int = DEFAULT_SEED,
-    accept_bounds: bool = False,
-    assumed_beta: float = 0.4,
+    settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
     """Fit every variant and limit state of a demands table.
 
@@ -49,11 +40,7 @@ def fit_study(
         demands: Table in the contract of results/demands.parquet.
         limit_states: What to fit.
         im_column: Intensity measure, a column of the table, at the level of the run.
-        level: Confidence level.
-        bootstrap: Replicates of the record bootstrap, used where motions repeat in a variant.
-        seed: Of the record bootstrap.
-        accept_bounds: Give a headline number though unknown outcomes move it by over 15 %.
-        assumed_beta: Dispersion for one-sided bounds where no run (or every run) exceeds.
+        settings: Level, bootstrap, seed and what is done where no estimate exists.
 
     Returns:
         One row per (variant, component, limit state, method); columns in
@@ -63,13 +50,6 @@ def fit_study(
     Raises:
         InputError: A column is missing or a value is unusable; names row and column.
     """
-    options = FitSettings(
-        level=level,
-        seed=seed,
-        replicates=bootstrap,
-        accept_bounds=accept_bounds,
-        assumed_beta=assumed_beta,
-    )
     if not limit_states:
         raise InputError("no limit states to fit")
     columns = list(dict.fromkeys(state.demand for state in limit_states))
@@ -79,18 +59,18 @@ def fit_study(
         runs = Runs(
             im=part[im_column].to_numpy(dtype=np.float64),
             status=part["status"].to_numpy(dtype=str),
-            records=np.unique(part["motion_id"].to_numpy(dtype=str), return_inverse=True)[1],
+            records=motion_codes(part),
         )
-        variant = {name: part[name].iloc[0] for name in VARIANT_COLUMNS}
+        variant = variant_values(part)
         for state in limit_states:
-            rows += [variant | row for row in _variant_rows(runs, part, state, im_column, options)]
+            rows += [variant | row for row in _variant_rows(runs, part, state, im_column, settings)]
     return _flag_crossings(pd.DataFrame(rows), demands[im_column])
 
 
 def _flag_crossings(curves: pd.DataFrame, im: pd.Series) -> pd.DataFrame:
     """Add ``curves_cross`` where curves of a component, fitted apart, cross inside the range."""
     low, high = float(im.min()), float(im.max())
-    drawn = curves[curves["status"] == OK].sort_values("threshold")
+    drawn = curves[curves["status"] == FITTED].sort_values("threshold")
     for _, part in drawn.groupby(["variant", "component", "method"], sort=False):
         theta, beta = part["theta"].to_numpy(), part["beta"].to_numpy()
         for first, second, _ in crossing(theta, beta, low, high):
@@ -102,7 +82,7 @@ def _flag_crossings(curves: pd.DataFrame, im: pd.Series) -> pd.DataFrame:
 
 
 def _variant_rows(
-    runs: Runs, part: pd.DataFrame, state: LimitState, im_column: str, options: FitSettings
+    runs: Runs, part: pd.DataFrame, state: LimitState, im_column: str, settings: FitSettings
 ) -> list[dict[str, Any]]:
     demand = part[state.demand].to_numpy(dtype=np.float64)
     outcomes = outcomes_of(demand, runs.status, state)
@@ -123,18 +103,19 @@ def _variant_rows(
                 row=row,
                 column=state.demand,
             )
-        absent = FragilityFit(method="cloud", status=NOT_APPLICABLE, level=options.level)
+        absent = FragilityFit(method="cloud", status=NOT_APPLICABLE, level=settings.confidence)
         return [
             curve_row(replace(absent, method=name), state, im_column, counts, {})
             for name in ("cloud", "exceedance")
         ]
     fits = [
-        fit_variant_cloud(runs, outcomes, state, options),
-        fit_exceedance(runs, outcomes, options),
+        fit_variant_cloud(runs, outcomes, state, settings),
+        fit_exceedance(runs, outcomes, settings),
     ]
     if runs.repeated and _several_levels(runs):
-        fits.append(fit_record_brackets(runs, outcomes, options))
-    slope = float(fits[0][0].details.get("b", nan))
+        fits.append(fit_record_brackets(runs, outcomes, settings))
+    line = fits[0][0].line
+    slope = None if line is None else line.b
     return [curve_row(fit, state, im_column, counts, bounds, slope=slope) for fit, bounds in fits]
 
 

@@ -1,11 +1,10 @@
-"""Paired effects of skew, gap and friction: ratios of demand under the same motions.
+"""Paired effects of the axes of a study: ratios of demand under the same motions.
 
-The motion-to-motion scatter cancels in the ratio of one motion's demands, so a few per cent are
+The record-to-record scatter cancels in the ratio of one motion's demands, so a few per cent are
 seen with 16 motions where an unpaired comparison would need hundreds.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from math import nan
 from typing import Any, Final
@@ -15,78 +14,59 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import special
 
+from skewbridge.demands.columns import demands_for
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.tables.outcomes import COLLAPSE, KEY_COLUMNS, OK
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.key_columns import (
+    BRIDGE_COLUMNS,
+    KEY_COLUMNS,
+    LOADING_COLUMNS,
+    axis_names,
+    need_columns,
+)
+from skewbridge.statuses import COLLAPSE, OK
+from skewbridge.variant.axes import AXES, Axis, axes_of
 
-AXES: Final = ("skew_deg", "gap_mm", "friction")
 NEGLIGIBLE: Final = "negligible"
 MATTERS: Final = "matters"
 UNDECIDED: Final = "undecided"
-EFFECT_LEVEL: Final = 0.90  # two one-sided tests at 5 % are a 90 % interval inside the margin
-MARGIN: Final = 0.05  # ASSUME 5 % of demand is below what a designer would act on
+MARGIN: Final = DEFAULTS.margin
 MAX_DISCORDANT: Final = 0.05
 _MIN_MOTIONS: Final = 3
 MIN_BOOTSTRAP: Final = 8  # motions; below, Student's t instead of the bootstrap
-DEFAULT_DEMANDS: Final = (
-    "column_shear_kn",
-    "column_shear_dcr",
-    "column_drift_ratio",
-    "column_curvature_ductility",
-    "column_residual_drift_ratio",
-    "deck_disp_m",
-    "deck_disp_x_m",
-    "deck_disp_y_m",
-    "deck_rotation_rad",
-    "unseating_m",
-    "bearing_disp_m",
-    "abutment_passive_m",
-    "abutment_active_m",
-    "abutment_transverse_m",
-    "backwall_force_kn",
-    "shear_key_force_kn",
-)
-EFFECT_COLUMNS: Final[dict[str, str]] = {
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    "demand": "demand column, or component/limit_state for a median capacity",
-    "quantity": "demand | median_capacity",
-    "axis": "skew_deg | gap_mm | friction",
-    "from_value": "value of the axis in the denominator",
-    "to_value": "value of the axis in the numerator",
-    "skew_deg": "skew of both variants; NaN where it is the axis or pooled over",
-    "gap_mm": "gap of both variants; NaN where it is the axis or pooled over",
-    "friction": "friction of both variants; NaN where it is the axis or pooled over",
-    "scope": "variant (one pair of variants) | pooled (all pairs, motion by motion)",
-    "ratio": "geometric mean over the motions of the paired ratio",
-    "from_mean": "geometric mean of the demand at from_value, in its unit: how large it is at all",
-    "ci_low": "lower end of its interval (bootstrap-t over motions; Student's t below 8 motions)",
-    "ci_high": "upper end",
-    "level": "confidence level",
-    "n_motions": "motions with a usable pair",
-    "n_left_out": "pairs left out: a run collapsed or failed, or a demand is zero",
-    "n_discordant": "of these, pairs in which one side alone collapsed, failed or is zero",
-    "n_collapse_from": "collapsed runs at from_value",
-    "n_collapse_to": "collapsed runs at to_value",
-    "verdict": "negligible (interval inside the margin) | matters (outside it) | undecided",
-}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EffectSettings:
-    """How paired effects are judged.
+def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
+    """Return names and meanings of the columns of the effects of a study with these axes."""
+    return {
+        "bridge": "catalogue entry",
+        "abutment": "abutment model",
+        "demand": "demand column, or component/limit_state for a median capacity",
+        "quantity": "demand | median_capacity",
+        "axis": " | ".join(axis.name for axis in axes),
+        "from_value": "value of the axis in the denominator",
+        "to_value": "value of the axis in the numerator",
+        **{
+            axis.name: f"{axis.title} of both variants; NaN where it is the axis or pooled over"
+            for axis in axes
+        },
+        "scope": "variant (one pair of variants) | pooled (all pairs, motion by motion)",
+        "ratio": "geometric mean over the motions of the paired ratio",
+        "from_mean": "geometric mean of the demand at from_value: how large it is at all",
+        "ci_low": "lower end of its interval (bootstrap-t over motions; Student's t below 8)",
+        "ci_high": "upper end",
+        "level": "confidence level",
+        "n_motions": "motions with a usable pair",
+        "n_left_out": "pairs left out: a run collapsed or failed, or a demand is zero",
+        "n_discordant": "of these, pairs in which one side alone collapsed, failed or is zero",
+        "n_collapse_from": "collapsed runs at from_value",
+        "n_collapse_to": "collapsed runs at to_value",
+        "verdict": "negligible (interval inside the margin) | matters (outside it) | undecided",
+    }
 
-    Attributes:
-        level: Confidence level; 0.90 makes ``negligible`` two one-sided tests at 5 %.
-        margin: Relative change that counts as negligible.
-        replicates: Of the record bootstrap.
-        seed: Of the record bootstrap.
-    """
 
-    level: float
-    margin: float
-    replicates: int
-    seed: int
+EFFECT_COLUMNS: Final = effect_columns(AXES)
 
 
 def verdict_of(ci_low: float, ci_high: float, margin: float = MARGIN) -> str:
@@ -107,13 +87,9 @@ def verdict_of(ci_low: float, ci_high: float, margin: float = MARGIN) -> str:
 def paired_effects(
     demands: pd.DataFrame,
     columns: Sequence[str] | None = None,
-    *,
-    level: float = EFFECT_LEVEL,
-    margin: float = MARGIN,
-    bootstrap: int = 1999,
-    seed: int = 20240501,
+    settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return the paired ratios of demand along skew, gap and friction.
+    """Return the paired ratios of demand along every axis of a study.
 
     Two variants that differ in one axis only are paired run by run (same motion, scale and
     incidence). The ratio is the geometric mean over motions (a motion counts once, however often
@@ -122,39 +98,53 @@ def paired_effects(
 
     Args:
         demands: Table in the contract of results/demands.parquet.
-        columns: Demand columns; by default those of `DEFAULT_DEMANDS` that the table has.
-        level: Confidence level; 0.90 makes ``negligible`` two one-sided tests at 5 %.
-        margin: Relative change that counts as negligible.
-        bootstrap: Replicates of the record bootstrap.
-        seed: Of the record bootstrap.
+        columns: Demand columns; by default those with the role ``effect`` that the table has.
+        settings: Level and margin of the effects, bootstrap, seed.
 
     Returns:
-        Rows with the columns `EFFECT_COLUMNS`, per pair of variants and pooled over them.
+        Rows with the columns `effect_columns`, per pair of variants and pooled over them.
 
     Raises:
         InputError: A column is missing, or a run occurs twice.
     """
-    options = EffectSettings(level=level, margin=margin, replicates=bootstrap, seed=seed)
-    names = [c for c in DEFAULT_DEMANDS if c in demands] if columns is None else list(columns)
-    for column in (*KEY_COLUMNS, *names):
-        if column not in demands.columns:
-            raise InputError(f"the demands table has no column {column!r}", column=column)
-    rows: list[dict[str, Any]] = []
-    for axis in AXES:
-        pairs = run_pairs(demands, axis, names)
-        if pairs.empty:
-            continue
-        others = [name for name in AXES if name != axis]
-        base = ["bridge", "abutment", "from_value", "to_value"]
-        for scope, keys in (("variant", [*base, *others]), ("pooled", base)):
-            for key, part in pairs.groupby(keys, sort=True):
-                fixed = dict(zip(keys, key, strict=True))
-                for name in names:
-                    effect = _effect(part, name, options)
-                    rows.append({"axis": axis, "scope": scope, "demand": name} | fixed | effect)
-    table = pd.DataFrame(rows, columns=[name for name in EFFECT_COLUMNS if name != "quantity"])
-    table.insert(3, "quantity", "demand")
-    return table
+    names = list(demands_for("effect", demands.columns) if columns is None else columns)
+    need_columns(demands, (*KEY_COLUMNS, *names))
+    rows = [
+        pair | {"demand": name, "quantity": "demand"} | _effect(part, name, settings)
+        for pair, part in pair_groups(demands, names, scopes=("variant", "pooled"))
+        for name in names
+    ]
+    return effect_table(demands, rows)
+
+
+def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return rows of effects as a table with the columns of the axes of the study."""
+    return pd.DataFrame(rows, columns=list(effect_columns(axes_of(map(str, demands.columns)))))
+
+
+def pair_groups(
+    demands: pd.DataFrame, columns: Sequence[str], *, scopes: Sequence[str] = ("variant",)
+) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+    """Yield the pairs of runs along each axis, together per pair of variants or pooled over them.
+
+    Args:
+        demands: Demands table.
+        columns: Columns whose values are paired.
+        scopes: ``variant``, ``pooled`` or both.
+
+    Yields:
+        Axis, scope, bridge, abutment, from_value, to_value and the other axes; and the pairs of
+        `run_pairs`.
+    """
+    names = axis_names(demands)
+    for axis in names:
+        pairs = run_pairs(demands, axis, columns)
+        ends = [*BRIDGE_COLUMNS, "from_value", "to_value"]
+        others = [name for name in names if name != axis]
+        for scope in scopes:
+            keys = [*ends, *others] if scope == "variant" else ends
+            for key, part in pairs.groupby(keys, sort=True, dropna=False):
+                yield {"axis": axis, "scope": scope} | dict(zip(keys, key, strict=True)), part
 
 
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
@@ -167,42 +157,54 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     Raises:
         InputError: A run occurs twice.
     """
-    others = [name for name in AXES if name != axis]
-    group = ["bridge", "abutment", *others]
-    key = [*group, "motion_id", "scale", "incidence_deg"]
+    group = [*BRIDGE_COLUMNS, *(name for name in axis_names(demands) if name != axis)]
+    key = [*group, *LOADING_COLUMNS]
     table = demands[[*key, axis, "status", *columns]]
     doubled = table.duplicated([*key, axis])
     if doubled.any():
         row = int(np.flatnonzero(doubled.to_numpy())[0])
         raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
-    lowest = table.groupby(group)[axis].transform("min")
+    lowest = table.groupby(group, dropna=False)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
     others_rows = table[table[axis] > lowest].rename(columns={axis: "to_value"})
     return others_rows.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
 
 
-def _effect(part: pd.DataFrame, name: str, options: EffectSettings) -> dict[str, Any]:
-    top, bottom = (part[f"{name}_{end}"].to_numpy(dtype=np.float64) for end in ("to", "from"))
-    finished = ((part["status_to"] == OK) & (part["status_from"] == OK)).to_numpy()
-    usable = finished & (top > 0.0) & (bottom > 0.0) & np.isfinite(top) & np.isfinite(bottom)
+def _effect(part: pd.DataFrame, name: str, settings: FitSettings) -> dict[str, Any]:
+    top, bottom, usable = usable_pairs(part, name)
+    usable &= np.isfinite(top) & np.isfinite(bottom)
     discordant = _discordant(part, top, bottom)
     logs = pd.Series(np.log(top[usable] / bottom[usable]))
     motions = part["motion_id"].to_numpy()[usable]
     # sorted by motion, so that the result does not depend on the order of the rows
     per_motion = logs.groupby(motions).mean().sort_index().to_numpy()
-    mean, low, high = studentised_interval(per_motion, options)
+    mean, low, high = studentised_interval(per_motion, settings)
     return {
         "ratio": float(np.exp(mean)),
         "from_mean": float(np.exp(np.mean(np.log(bottom[usable])))) if np.any(usable) else nan,
         "ci_low": float(np.exp(low)),
         "ci_high": float(np.exp(high)),
-        "level": options.level,
+        "level": settings.effect_confidence,
         "n_motions": int(per_motion.size),
-        "n_left_out": int(np.sum(~usable)),
         "n_discordant": int(np.sum(discordant)),
+        **pair_counts(part, usable),
+        "verdict": paired_verdict(low, high, float(np.mean(discordant)), settings.margin),
+    }
+
+
+def usable_pairs(part: pd.DataFrame, name: str) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Return a demand at to_value and at from_value, and the pairs in which both are usable."""
+    top, bottom = (part[f"{name}_{end}"].to_numpy(dtype=np.float64) for end in ("to", "from"))
+    finished = ((part["status_to"] == OK) & (part["status_from"] == OK)).to_numpy()
+    return top, bottom, finished & (top > 0.0) & (bottom > 0.0)
+
+
+def pair_counts(part: pd.DataFrame, usable: NDArray[np.bool_]) -> dict[str, int]:
+    """Return how many pairs were left out and how many runs collapsed."""
+    return {
+        "n_left_out": int(np.sum(~usable)),
         "n_collapse_from": int((part["status_from"] == COLLAPSE).sum()),
         "n_collapse_to": int((part["status_to"] == COLLAPSE).sum()),
-        "verdict": paired_verdict(low, high, float(np.mean(discordant)), options.margin),
     }
 
 
@@ -232,7 +234,7 @@ def _draws(n: int, replicates: int, seed: int) -> FloatArray:
     return rng.multinomial(n, np.full(n, 1.0 / n), size=replicates).astype(np.float64)
 
 
-def studentised_interval(values: FloatArray, options: EffectSettings) -> tuple[float, float, float]:
+def studentised_interval(values: FloatArray, settings: FitSettings) -> tuple[float, float, float]:
     """Return mean and bootstrap-t interval of the mean of values, one per motion.
 
     The motion is the unit that is drawn; below 8 motions Student's interval is given. The plain
@@ -251,11 +253,11 @@ def studentised_interval(values: FloatArray, options: EffectSettings) -> tuple[f
     error = float(np.std(values, ddof=1)) / np.sqrt(n)
     if error < 1e-14:  # the axis has no effect at all on this demand
         return mean, mean, mean
-    tail = 0.5 * (1.0 - options.level)
+    tail = 0.5 * (1.0 - settings.effect_confidence)
     if n < MIN_BOOTSTRAP:  # too few distinct draws
         reach = float(special.stdtrit(n - 1, 1.0 - tail)) * error
         return mean, mean - reach, mean + reach
-    counts = _draws(n, options.replicates, options.seed)
+    counts = _draws(n, settings.bootstrap, settings.seed)
     means = counts @ values / n
     variances = np.maximum(counts @ values**2 / n - means**2, 0.0) * n / (n - 1)
     errors = np.sqrt(variances / n)

@@ -1,4 +1,4 @@
-"""What skew, gap and friction do, in one table: variance explained, Sobol indices, prediction."""
+"""What each axis of a study does, in one table: variance explained, Sobol indices, prediction."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -8,26 +8,30 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.methods.axis_probit import (
-    DesignFit,
-    fit_design,
+    AxisProbitFit,
+    fit_axis_probit,
     likelihood_ratio,
-    scaled_design,
+    scaled_axes,
 )
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.key_columns import axis_names, motion_codes, varying_axes
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import OK, check_demands, outcomes_of
+from skewbridge.fragility.tables.outcomes import check_demands, outcomes_of
 from skewbridge.fragility.tables.surrogate import (
-    FACTORS,
     anova,
     fit_surrogate,
     leave_one_variant_out,
     surrogate_sobol,
 )
+from skewbridge.statuses import OK
+from skewbridge.variant.axes import AXES
 
 INTERACTION_LEVEL: Final = 0.05
 SUMMARY_COLUMNS: Final[dict[str, str]] = {
     "demand": "demand column",
-    "factor": "skew_deg | gap_mm | friction",
+    "factor": " | ".join(axis.name for axis in AXES),
     "partial_eta2": "share of ln demand within motions that the factor explains, type II",
     "p_value": "F test of the factor with the motion as block",
     "first_order": "Sobol index of the surrogate over the box of the study",
@@ -37,7 +41,9 @@ SUMMARY_COLUMNS: Final[dict[str, str]] = {
 }
 
 
-def factor_summary(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+def factor_summary(
+    demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings = DEFAULTS
+) -> pd.DataFrame:
     """Return variance explained, Sobol indices and prediction error per demand and factor.
 
     Demands that are zero in some completed run are left out: they have no logarithm.
@@ -45,18 +51,19 @@ def factor_summary(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFram
     Args:
         demands: Table in the contract of results/demands.parquet, two variants or more.
         columns: Demand columns.
+        settings: Seed of the Sobol sequence.
     """
     rows: list[dict[str, Any]] = []
-    factors = [name for name in FACTORS if demands[name].nunique() > 1]
+    factors = varying_axes(demands)
     for column in columns:
         done = demands.loc[demands["status"] == OK, column]
         if not factors or done.empty or not bool((done > 0.0).all()):
             continue
         explained = anova(demands, column).set_index("term")
         surrogate = fit_surrogate(demands, column)
-        indices = surrogate_sobol(surrogate, demands).set_index("factor")
+        indices = surrogate_sobol(surrogate, demands, settings.seed).set_index("factor")
         unseen = leave_one_variant_out(demands, column)
-        worst = float(unseen["error"].abs().max()) if len(unseen) else np.nan
+        worst = float(unseen["error"].abs().max())
         rows += [
             {
                 "demand": column,
@@ -75,12 +82,12 @@ def factor_summary(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFram
 
 def parameterised_curve(
     demands: pd.DataFrame, state: LimitState, im_column: str, *, link: str = "probit"
-) -> DesignFit:
-    """Fit one exceedance curve over the designs of a study, with the interactions it needs.
+) -> AxisProbitFit:
+    """Fit one exceedance curve over the variants of a study, with the interactions it needs.
 
     Main effects first; an interaction (with another axis or with ln x) is added if its
     likelihood ratio has p < 5 % and its coefficient exceeds 1.96 cluster-robust errors: with
-    motions that repeat over the designs the ratio alone finds too many.
+    motions that repeat over the variants the ratio alone finds too many.
 
     Args:
         demands: Table in the contract of results/demands.parquet.
@@ -99,33 +106,27 @@ def parameterised_curve(
     )
     known = ~judged.unknown
     table = demands[known]
-    skew, gap, friction = (table[name].to_numpy(dtype=np.float64) for name in FACTORS)
-    varying = {
-        name: values
-        for name, values in scaled_design(skew, gap, friction).items()
-        if np.ptp(values) > 0.0
-    }
+    values = {name: table[name].to_numpy(dtype=np.float64) for name in axis_names(table)}
+    varying = {name: value for name, value in scaled_axes(values).items() if np.ptp(value) > 0.0}
     if not varying:
-        raise InputError(
-            "a parameterised curve needs variants that differ in skew, gap or friction"
-        )
+        raise InputError("a parameterised curve needs variants that differ in an axis")
     ln_im = np.log(table[im_column].to_numpy(dtype=np.float64))
     exceed = judged.exceed[known].astype(np.float64)
-    motions = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+    motions = motion_codes(table)
 
-    def fit(interactions: Sequence[str]) -> DesignFit:
-        return fit_design(
+    def fit(interactions: Sequence[str]) -> AxisProbitFit:
+        return fit_axis_probit(
             ln_im, varying, exceed, interactions=interactions, link=link, clusters=motions
         )
 
     chosen: list[str] = []
     best = fit(chosen)
-    if best.status != OK:
+    if best.status != FITTED:
         return best
     pairs = [f"{a}:{b}" for a, b in combinations(varying, 2)]
     for term in [*pairs, *(f"{name}:ln_im" for name in varying)]:
         trial = fit([*chosen, term])
-        if trial.status != OK:
+        if trial.status != FITTED:
             continue
         _, _, p_value = likelihood_ratio(trial, best)
         size = abs(float(trial.coefficients[-1])) / float(trial.se_cluster[-1])

@@ -1,11 +1,10 @@
-"""Does friction change the frequency content: effective periods and Fourier ratios of histories.
+"""Does friction change the frequency content: mean periods and Fourier ratios of histories.
 
 References:
     Rathje, Abrahamson and Bray (1998), J. Geotech. Geoenviron. Eng. 124(2):150-159: mean period.
     Konno and Ohmachi (1998), BSSA 88(1):228-241: smoothing on a logarithmic frequency axis.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -17,25 +16,10 @@ DEFAULT_BAND_HZ: Final = (0.1, 10.0)
 _BANDWIDTH: Final = 40.0  # source: Konno and Ohmachi (1998), their b for engineering use
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FrequencyContent:
-    """Frequency content of one history.
-
-    Attributes:
-        mean_period_s: sum(A^2/f)/sum(A^2) over the band.
-        peak_period_s: Period of the largest smoothed amplitude.
-        crossing_period_s: Twice the mean time between zero crossings, about the mean value.
-    """
-
-    mean_period_s: float
-    peak_period_s: float
-    crossing_period_s: float
-
-
-def frequency_content(
+def mean_period_s(
     values: FloatArray, dt_s: float, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
-) -> FrequencyContent:
-    """Return the effective periods of a history, for example of the deck displacement.
+) -> float:
+    """Return the mean period sum(A^2/f)/sum(A^2) of a history, for example of the deck, s.
 
     Args:
         values: Shape (n,), equally spaced; the mean is taken off.
@@ -45,18 +29,9 @@ def frequency_content(
     Raises:
         InputError: The history is constant, too short or not finite.
     """
-    centred = _checked(values, dt_s)
     frequency, amplitude = fourier_amplitude(values, dt_s, band_hz)
     power = amplitude**2
-    smooth = konno_ohmachi(frequency, amplitude)
-    signs = np.signbit(centred)
-    crossings = np.flatnonzero(signs[1:] != signs[:-1])
-    gap = float(np.mean(np.diff(crossings))) * dt_s if crossings.size > 1 else np.nan
-    return FrequencyContent(
-        mean_period_s=float(np.sum(power / frequency) / np.sum(power)),
-        peak_period_s=float(1.0 / frequency[np.argmax(smooth)]),
-        crossing_period_s=2.0 * gap,
-    )
+    return float(np.sum(power / frequency) / np.sum(power))
 
 
 def fourier_amplitude(
@@ -97,17 +72,11 @@ def fourier_ratio(
     return konno_ohmachi(f_top, top, grid_hz) / konno_ohmachi(f_bottom, bottom, grid_hz)
 
 
-def konno_ohmachi(
-    frequency: FloatArray, amplitude: FloatArray, grid: FloatArray | None = None
-) -> FloatArray:
+def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, grid: FloatArray) -> FloatArray:
     """Return the smoothed amplitude: window [sin(b log10 f/fc)/(b log10 f/fc)]^4, b = 40."""
-    centres = np.geomspace(frequency[0], frequency[-1], 200) if grid is None else grid
-    argument = _BANDWIDTH * np.log10(frequency / centres[:, None])
+    argument = _BANDWIDTH * np.log10(frequency / grid[:, None])
     window = np.sinc(argument / np.pi) ** 4
-    smooth = window @ amplitude / np.sum(window, axis=1)
-    if grid is not None:
-        return smooth
-    return np.interp(np.log(frequency), np.log(centres), smooth)
+    return window @ amplitude / np.sum(window, axis=1)
 
 
 def _checked(values: FloatArray, dt_s: float) -> FloatArray:

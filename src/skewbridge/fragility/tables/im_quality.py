@@ -14,10 +14,14 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.bootstrap import record_weights
+from skewbridge.fragility.likelihood.bootstrap import record_weights, weighted_lines
+from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.methods.cloud import LogLogLine, fit_line
-from skewbridge.fragility.tables.outcomes import OK
+from skewbridge.fragility.likelihood.parts import LineFit
+from skewbridge.fragility.methods.cloud import fit_line
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
+from skewbridge.statuses import OK
 
 # Measures for which ground-motion models and hazard curves are in common use.
 HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
@@ -29,9 +33,7 @@ def rank_measures(
     column: str,
     measures: Sequence[str] | None = None,
     motions: pd.DataFrame | None = None,
-    *,
-    bootstrap: int = 999,
-    seed: int = 20240501,
+    settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
     """Rank intensity measures for one demand.
 
@@ -44,8 +46,7 @@ def rank_measures(
         column: Demand, positive.
         measures: Columns; by default all ``im_`` columns.
         motions: Table motion_id, magnitude, distance_km for sufficiency; None leaves it out.
-        bootstrap: Replicates.
-        seed: Of the bootstrap.
+        settings: Replicates and seed of the bootstrap.
 
     Returns:
         One row per measure, best proficiency first; unusable measures last with a status.
@@ -55,9 +56,7 @@ def rank_measures(
     """
     names = [c for c in demands if str(c).startswith("im_")] if measures is None else measures
     names = [str(name) for name in names]
-    for name in (column, "motion_id", "status", *names):
-        if name not in demands.columns:
-            raise InputError(f"the demands table has no column {name!r}", column=name)
+    need_columns(demands, (column, "motion_id", "status", *names))
     table = demands[demands["status"] == OK].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
     if not np.all(demand > 0.0):
@@ -68,8 +67,8 @@ def rank_measures(
             column=column,
         )
     y = np.log(demand)
-    codes = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
-    weights = record_weights(codes, bootstrap, np.random.default_rng(seed))
+    rng = np.random.default_rng(settings.seed)
+    weights = record_weights(motion_codes(table), settings.bootstrap, rng)
     rows: list[dict[str, Any]] = []
     scatter: dict[str, FloatArray] = {}
     residuals: dict[str, tuple[FloatArray, float]] = {}
@@ -82,7 +81,7 @@ def rank_measures(
         x = np.log(im)
         line = fit_line(x, y)
         residual = y - line.ln_a - line.b * x
-        residuals[name] = (residual, line.s)
+        residuals[name] = (residual, line.sigma)
         scatter[name] = _replicate_scatter(x, y, weights)
         rows.append(_row(name, line) | _sufficiency(residual, table, motions))
     _add_probabilities(rows, scatter)
@@ -91,14 +90,14 @@ def rank_measures(
     return out.sort_values("proficiency", na_position="last").reset_index(drop=True)
 
 
-def _row(name: str, line: LogLogLine) -> dict[str, Any]:
+def _row(name: str, line: LineFit) -> dict[str, Any]:
     return {
         "im": name,
-        "status": OK if line.b > 0.0 else "non_increasing",
+        "status": FITTED if line.b > 0.0 else "non_increasing",
         "ln_a": line.ln_a,
         "practicality": line.b,
-        "efficiency": line.s,
-        "proficiency": line.s / line.b if line.b > 0.0 else np.nan,
+        "efficiency": line.sigma,
+        "proficiency": line.sigma / line.b if line.b > 0.0 else np.nan,
         "r2": line.r2,
         "hazard_computable": name.startswith(HAZARD_KNOWN),
     }
@@ -128,7 +127,7 @@ def _sufficiency(
             out |= {f"p_{name}": np.nan, f"effect_{name}": np.nan}
             continue
         line = fit_line(values[good], residual[good])
-        t = line.b / (line.s / np.sqrt(line.sxx))
+        t = line.b / (line.sigma / np.sqrt(line.sxx))
         out[f"p_{name}"] = float(2.0 * special.stdtr(line.n - 2, -abs(t)))
         out[f"effect_{name}"] = line.b * float(np.std(values[good]))
     return out
@@ -136,16 +135,9 @@ def _sufficiency(
 
 def _replicate_scatter(x: FloatArray, y: FloatArray, weights: FloatArray) -> FloatArray:
     """Return s and zeta of each replicate, shape (2, R)."""
-    total = np.sum(weights, axis=1)
-    mean_x, mean_y = weights @ x / total, weights @ y / total
-    sxx = weights @ (x * x) - total * mean_x**2
-    sxy = weights @ (x * y) - total * mean_x * mean_y
-    syy = weights @ (y * y) - total * mean_y**2
+    line = weighted_lines(x, y, weights)
     with np.errstate(divide="ignore", invalid="ignore"):
-        b = sxy / sxx
-        s = np.sqrt(np.maximum(syy - b * sxy, 0.0) / (total - 2.0))
-        zeta = np.where(b > 0.0, s / b, np.inf)
-    return np.stack([s, zeta])
+        return np.stack([line.scatter, np.where(line.b > 0.0, line.scatter / line.b, np.inf)])
 
 
 def _add_probabilities(rows: list[dict[str, Any]], scatter: dict[str, FloatArray]) -> None:

@@ -1,20 +1,27 @@
 """Limit states as data: read, checked, converted to the unit of their demand column."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
-import yaml
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+)
 from scipy import special
 
+from skewbridge.demands.columns import column_of
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.reading import checked, read_yaml
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 COLLAPSE_EXCEEDS: Final = "exceeds"
-COLLAPSE_BY_PEAK: Final = "peak"
 MAX_DISPERSION: Final = 2.0
 # Below this a dispersion is more likely a slip of units (0.25 written in thousandths).
 SMALL_DISPERSION: Final = 0.05
@@ -39,7 +46,8 @@ _UNITS: Final[dict[str, tuple[str, float]]] = {
 }
 # Last words of column names that are ratios without saying so.
 _RATIO_WORDS: Final = ("dcr", "ductility", "friction", "closures")
-_KEYS: Final = {"component", "demand", "unit", "dispersion", "collapse", "citation", "states"}
+# Units of the table of demands that are written otherwise here.
+_SPELLINGS: Final = {"-": "ratio", "m/s": "mps", "m/s2": "mps2"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,18 +80,102 @@ class LimitState:
         return ("small_capacity_dispersion",) if 0.0 < self.dispersion < SMALL_DISPERSION else ()
 
 
+def _unit_that_is_known(unit: str) -> str:
+    if unit not in _UNITS:
+        raise ValueError(f"must be one of {', '.join(_UNITS)}")
+    return unit
+
+
+def _median_alone(value: Any) -> Any:
+    return value if isinstance(value, dict | StateEntry) else {"median": value}
+
+
+type Dispersion = Annotated[float, Field(ge=0.0, le=MAX_DISPERSION)]
+
+
+class StateEntry(BaseModel):
+    """Median capacity of one degree of damage, with a dispersion of its own if it has one."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    median: float = Field(gt=0.0, description="median capacity in the unit of the entry")
+    dispersion: Dispersion | None = Field(default=None, description="in place of the entry's")
+
+
+class LimitStateEntry(BaseModel):
+    """One entry of a file of limit states: the capacities of one component."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    component: str = Field(min_length=1, description="what is damaged")
+    demand: str = Field(min_length=1, description="column of the demands table")
+    unit: Annotated[str, BeforeValidator(_unit_that_is_known)] = Field(
+        description=f"unit of the medians: {', '.join(_UNITS)}",
+        json_schema_extra={"enum": list(_UNITS)},
+    )
+    dispersion: Dispersion | None = Field(
+        default=None,
+        description="standard deviation of the logarithm of the capacity; 0 is a plain threshold",
+    )
+    collapse: Literal["exceeds", "peak"] = Field(
+        default=COLLAPSE_EXCEEDS,
+        description="exceeds: a collapsed run exceeds, whatever its peak so far; "
+        "peak: the peak up to the collapse decides",
+    )
+    citation: str = Field(min_length=1, description="where the numbers come from")
+    states: dict[
+        str,
+        Annotated[
+            StateEntry, BeforeValidator(_median_alone, json_schema_input_type=float | StateEntry)
+        ],
+    ] = Field(min_length=1, description="median by degree of damage")
+
+    @field_validator("unit")
+    @classmethod
+    def _of_the_dimension_of_the_demand(cls, unit: str, info: ValidationInfo) -> str:
+        demand = info.data.get("demand")
+        if demand is None:
+            return unit
+        dimension, target = _UNITS[unit][0], _UNITS[demand_unit(demand)][0]
+        if dimension != target:
+            raise ValueError(f"is a {dimension}, but {demand} is a {target}")
+        return unit
+
+    def limit_states(self, where: str) -> list[LimitState]:
+        """Return the limit states in the unit of their demand column.
+
+        Raises:
+            InputError: A state has no dispersion.
+        """
+        own_unit = demand_unit(self.demand)
+        factor = _UNITS[self.unit][1] / _UNITS[own_unit][1]
+        out: list[LimitState] = []
+        for name, state in self.states.items():
+            dispersion = self.dispersion if state.dispersion is None else state.dispersion
+            if dispersion is None:
+                raise InputError(f"{where}: states.{name}.dispersion: is missing")
+            out.append(
+                LimitState(
+                    component=self.component,
+                    name=name,
+                    demand=self.demand,
+                    threshold=state.median * factor,
+                    dispersion=dispersion,
+                    unit=own_unit,
+                    collapse=self.collapse,
+                    citation=self.citation,
+                )
+            )
+        return out
+
+
 def load_limit_states(path: Path) -> list[LimitState]:
     """Read limit states from a YAML file; see config/limit_states.yaml for the keys.
 
     Raises:
         InputError: The file is missing, or an entry is wrong; names the entry and the key.
     """
-    try:
-        with path.open(encoding="utf-8") as file:
-            data = yaml.safe_load(file)
-    except (OSError, yaml.YAMLError) as error:
-        raise InputError(f"cannot read limit states from {path}: {error}") from error
-    return limit_states_of(data)
+    return limit_states_of(read_yaml(path))
 
 
 def limit_states_of(data: object) -> list[LimitState]:
@@ -96,7 +188,8 @@ def limit_states_of(data: object) -> list[LimitState]:
         raise InputError("limit states must be a list with at least one entry")
     out: list[LimitState] = []
     for row, entry in enumerate(data):
-        out += _entry_states(row, entry)
+        where = f"limit state entry {row}"
+        out += checked(LimitStateEntry, entry, where).limit_states(where)
     seen: set[tuple[str, str]] = set()
     for state in out:
         key = (state.component, state.name)
@@ -107,15 +200,19 @@ def limit_states_of(data: object) -> list[LimitState]:
 
 
 def demand_unit(column: str) -> str:
-    """Return the unit that the name of a demand column carries, for example ``m``.
+    """Return the unit of a demand column, for example ``m``.
+
+    That of the table of demands; a column that is not in it must carry its unit in its name.
 
     Raises:
-        InputError: The name carries no unit.
+        InputError: The column is not known and its name carries no unit.
     """
-    last = column.rsplit("_", 1)[-1]
-    if last in _UNITS:
-        return last
-    if last in _RATIO_WORDS:
+    known = column_of(column)
+    unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
+    unit = _SPELLINGS.get(unit, unit)
+    if unit in _UNITS:
+        return unit
+    if unit in _RATIO_WORDS:
         return "ratio"
     raise InputError(f"demand column {column!r} carries no unit in its name", column=column)
 
@@ -131,111 +228,3 @@ def exceedance_probability(
     if dispersion == 0.0:
         return (ln_demand > ln_capacity).astype(np.float64)
     return np.asarray(special.ndtr((ln_demand - ln_capacity) / dispersion))
-
-
-def convolved_curve(
-    im: FloatArray,
-    *,
-    ln_a: float,
-    b: float,
-    sigma: float,
-    capacity: float,
-    capacity_dispersion: float,
-    model_dispersion: float = 0.0,
-) -> tuple[float, float, FloatArray]:
-    """Return theta, beta and P(D > C) of a lognormal demand model against a lognormal capacity.
-
-    P = Phi[(ln a + b ln x - ln C)/sqrt(sigma^2 + beta_c^2 + beta_m^2)]; theta is that of the
-    median capacity, beta = sqrt(...)/b.
-    """
-    spread = float(np.sqrt(sigma**2 + capacity_dispersion**2 + model_dispersion**2))
-    eta = (ln_a + b * np.log(im) - np.log(capacity)) / spread
-    theta = float(np.exp((np.log(capacity) - ln_a) / b))
-    return theta, spread / b, np.asarray(special.ndtr(eta))
-
-
-def _entry_states(row: int, entry: object) -> list[LimitState]:
-    where = f"limit state entry {row}"
-    if not isinstance(entry, Mapping):
-        raise InputError(f"{where} must be a mapping, got {entry!r}", row=row)
-    unknown = set(entry) - _KEYS
-    if unknown:
-        raise InputError(
-            f"{where}: unknown key {sorted(map(str, unknown))[0]!r} (known: {sorted(_KEYS)})",
-            row=row,
-        )
-    for key in ("component", "demand", "unit", "citation"):
-        if not isinstance(entry.get(key), str) or not entry[key]:
-            raise InputError(
-                f"{where}: {key} must be a text, got {entry.get(key)!r}", row=row, column=key
-            )
-    collapse = entry.get("collapse", COLLAPSE_EXCEEDS)
-    if collapse not in (COLLAPSE_EXCEEDS, COLLAPSE_BY_PEAK):
-        raise InputError(
-            f"{where}: collapse must be exceeds or peak, got {collapse!r}",
-            row=row,
-            column="collapse",
-        )
-    states = entry.get("states")
-    if not isinstance(states, Mapping) or not states:
-        raise InputError(
-            f"{where}: states must map names to medians, got {states!r}", row=row, column="states"
-        )
-    factor = _factor(where, row, entry["unit"], entry["demand"])
-    out: list[LimitState] = []
-    for name, value in states.items():
-        own: Mapping[str, Any] = value if isinstance(value, Mapping) else {"median": value}
-        text = f"{where}, state {name!r}"
-        median = _number(text, row, "median", own.get("median"))
-        if median <= 0.0:
-            raise InputError(
-                f"{text}: median must be > 0, got {median:g}", row=row, column="median"
-            )
-        spread = own.get("dispersion", entry.get("dispersion"))
-        dispersion = _number(text, row, "dispersion", spread)
-        if not 0.0 <= dispersion <= MAX_DISPERSION:
-            raise InputError(
-                f"{text}: dispersion must be within 0..{MAX_DISPERSION:g}, got {dispersion:g}",
-                row=row,
-                column="dispersion",
-            )
-        out.append(
-            LimitState(
-                component=entry["component"],
-                name=str(name),
-                demand=entry["demand"],
-                threshold=median * factor,
-                dispersion=dispersion,
-                unit=demand_unit(entry["demand"]),
-                collapse=str(collapse),
-                citation=entry["citation"],
-            )
-        )
-    return out
-
-
-def _factor(where: str, row: int, unit: str, demand: str) -> float:
-    if unit not in _UNITS:
-        raise InputError(
-            f"{where}: unit must be one of {', '.join(_UNITS)}, got {unit!r}",
-            row=row,
-            column="unit",
-        )
-    dimension, factor = _UNITS[unit]
-    target, target_factor = _UNITS[demand_unit(demand)]
-    if dimension != target:
-        raise InputError(
-            f"{where}: unit {unit!r} is a {dimension}, but {demand} is a {target}",
-            row=row,
-            column="unit",
-        )
-    return factor / target_factor
-
-
-def _number(where: str, row: int, key: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        hint = " (YAML reads 2e7 as text: write 2.0e+7)" if isinstance(value, str) else ""
-        raise InputError(
-            f"{where}: {key} must be a number, got {value!r}{hint}", row=row, column=key
-        )
-    return float(value)

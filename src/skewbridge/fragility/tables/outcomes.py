@@ -4,8 +4,8 @@ A failed run is never dropped in silence. Its peak so far decides where it excee
 its outcome is unknown and its demand is known only to exceed that peak.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -13,13 +13,9 @@ from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, need_columns
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitState
-
-OK: Final = "ok"
-COLLAPSE: Final = "collapse"
-FAILED: Final = ("numerical_failure", "timeout", "crash", "invalid_input")
-VARIANT_COLUMNS: Final = ("variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction")
-KEY_COLUMNS: Final = (*VARIANT_COLUMNS, "motion_id", "scale", "incidence_deg", "status")
+from skewbridge.statuses import COLLAPSE, OK, STATUSES
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,19 +53,17 @@ def outcomes_of(demand: FloatArray, status: NDArray[np.str_], state: LimitState)
     return Outcomes(exceed=exceed, unknown=~judged & ~exceed, demand=demand, complete=complete)
 
 
-def check_demands(demands: pd.DataFrame, im_column: str, columns: list[str]) -> None:
+def check_demands(demands: pd.DataFrame, im_column: str, columns: Sequence[str]) -> None:
     """Check the columns of a demands table that a fit uses.
 
     Raises:
         InputError: A column is missing, a status unknown, an intensity not positive and finite,
             or a completed run has an infinite or negative demand; names row and column.
     """
-    for column in (*KEY_COLUMNS, im_column, *columns):
-        if column not in demands.columns:
-            raise InputError(f"the demands table has no column {column!r}", column=column)
+    need_columns(demands, (*KEY_COLUMNS, im_column, *columns))
     status = demands["status"].to_numpy(dtype=str)
-    known = np.isin(status, (OK, COLLAPSE, *FAILED))
-    _require(demands, known, "status", f"must be one of {', '.join((OK, COLLAPSE, *FAILED))}")
+    known = np.isin(status, STATUSES)
+    _require(demands, known, "status", f"must be one of {', '.join(STATUSES)}")
     im = demands[im_column].to_numpy(dtype=np.float64)
     _require(demands, np.isfinite(im) & (im > 0.0), im_column, "must be > 0 and finite")
     for column in columns:

@@ -1,4 +1,4 @@
-"""The runs of one variant, the policy of a study's fits, and what unknown outcomes do to them."""
+"""The runs of one variant, and what unknown outcomes do to its fits."""
 
 from dataclasses import dataclass, replace
 from math import inf
@@ -7,34 +7,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood.fit import OK, FragilityFit
+from skewbridge.fragility.likelihood.bootstrap import Replicates
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.outcomes import Outcomes
 
-DEFAULT_SEED: Final = 20240501
 MAX_UNKNOWN_SHARE: Final = 0.05
 # ASSUME a median is worth printing if unknown outcomes can move it by 15 % at most.
 MAX_BOUNDS_RATIO: Final = 1.15  # of the medians when unknown outcomes all, or none, exceed
 BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FitSettings:
-    """How the fits of a study are made.
-
-    Attributes:
-        level: Confidence level.
-        seed: Of the record bootstrap, which is used where motions repeat within a variant.
-        replicates: Of the record bootstrap.
-        accept_bounds: Give a headline number though unknown outcomes move it by over 15 %.
-        assumed_beta: Dispersion for one-sided bounds where no run (or every run) exceeds.
-    """
-
-    level: float
-    seed: int
-    replicates: int
-    accept_bounds: bool
-    assumed_beta: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,21 +39,18 @@ class Runs:
         return int(np.max(self.records)) + 1 < self.records.size
 
 
-def bootstrapped(
-    fit: FragilityFit,
-    ends: tuple[tuple[float, float], tuple[float, float]],
-    theta: FloatArray,
-    beta: FloatArray,
-) -> FragilityFit:
+def bootstrapped(fit: FragilityFit, again: Replicates) -> FragilityFit:
     """Replace interval and covariance by those of the replicates that have an estimate."""
+    theta, beta = again.theta, again.beta
+    ci_theta, ci_beta = again.intervals(fit.level)
     good = np.isfinite(theta) & (theta > 0.0) & np.isfinite(beta)
     lacking = float(1.0 - np.mean(good & (beta > 0.0)))
     covariance = np.cov(np.log(theta[good]), beta[good])
     extra = ("bootstrap_without_estimate",) if lacking > MAX_UNKNOWN_SHARE else ()
     return replace(
         fit,
-        ci_theta=ends[0],
-        ci_beta=ends[1],
+        ci_theta=ci_theta,
+        ci_beta=ci_beta,
         ci_method="record_bootstrap",
         var_ln_theta=float(covariance[0, 0]),
         cov_ln_theta_beta=float(covariance[0, 1]),
@@ -84,7 +63,7 @@ def judge_unknown(
     fit: FragilityFit,
     bounds: dict[str, FragilityFit],
     outcomes: Outcomes,
-    options: FitSettings,
+    settings: FitSettings,
 ) -> tuple[FragilityFit, dict[str, float]]:
     """Attach the three fits and refuse a headline number that unknown outcomes decide."""
     numbers: dict[str, float] = {}
@@ -97,11 +76,10 @@ def judge_unknown(
     if share > MAX_UNKNOWN_SHARE:
         warnings.append("unknown_above_5_percent")
     fit = replace(fit, warnings=tuple(warnings))
-    if fit.status != OK:
+    if fit.status != FITTED:
         return fit, numbers
     pair = (bounds["all_exceed"].theta, bounds["none_exceed"].theta)
     ratio = max(pair) / min(pair) if all(np.isfinite(pair)) else inf
-    if ratio > MAX_BOUNDS_RATIO and not options.accept_bounds:
-        blank = FragilityFit(method=fit.method, status=BOUNDS_TOO_WIDE, level=fit.level)
-        fit = replace(blank, n_runs=fit.n_runs, warnings=fit.warnings, details=fit.details)
+    if ratio > MAX_BOUNDS_RATIO and not settings.accept_bounds:
+        fit = fit.without_estimate(BOUNDS_TOO_WIDE)
     return fit, numbers

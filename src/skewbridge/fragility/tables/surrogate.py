@@ -1,8 +1,8 @@
-"""Demand over intensity and design with the motion as block: surrogate, ANOVA, Sobol indices.
+"""Demand over intensity and axes with the motion as block: surrogate, ANOVA, Sobol indices.
 
 ln D = motion effect (and b ln x, which the motion absorbs where it ran at one level) + main effects
-+ interactions of skew, gap and friction. Prefer it to the exceedance model wherever the demand is
-continuous: it uses more than 0 or 1.
++ interactions of the axes. Prefer it to the exceedance model wherever the demand is continuous: it
+uses more than 0 or 1.
 
 References:
     Sobol (2001), Math. Comput. Simul. 55:271-280; Saltelli et al. (2010), for the indices.
@@ -10,7 +10,7 @@ References:
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, cast
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -18,85 +18,81 @@ from scipy import special, stats
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.methods.axis_probit import scaled_design
-from skewbridge.fragility.tables.outcomes import OK
-
-FACTORS: Final = ("skew_deg", "gap_mm", "friction")
-DEFAULT_TERMS: Final = ("skew", "skew:skew", "gap", "friction", "skew:gap", "skew:friction")
+from skewbridge.fragility.methods.axis_probit import scaled_axes
+from skewbridge.fragility.tables.key_columns import axis_names, varying_axes
+from skewbridge.statuses import OK
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surrogate:
-    """ln demand as a function of the scaled design, relative to the motion's mean.
+    """ln demand as a function of the scaled axes, relative to the motion's mean.
 
     Attributes:
         terms: Names of the terms.
         coefficients: Shape (p,).
-        se_cluster: Errors robust to the motion.
         scatter: Residual standard deviation of ln D within a motion.
-        mean_effect: Mean over motions of their effect: ln D at all terms zero.
     """
 
     terms: tuple[str, ...]
     coefficients: FloatArray
-    se_cluster: FloatArray
     scatter: float
-    mean_effect: float
 
-    def relative(self, design: Mapping[str, FloatArray]) -> FloatArray:
-        """Return ln D minus the motion effect at scaled design values."""
-        return _columns(self.terms, design) @ self.coefficients
+    def relative(self, axes: Mapping[str, FloatArray]) -> FloatArray:
+        """Return ln D minus the motion effect at scaled axis values."""
+        return _columns(self.terms, axes) @ self.coefficients
 
 
-def fit_surrogate(
-    demands: pd.DataFrame, column: str, terms: Sequence[str] = DEFAULT_TERMS
-) -> Surrogate:
+def surrogate_terms(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the terms of the surrogate: main effects first, the first axis (skew) squared.
+
+    Interactions are those of the first axis with every other.
+    """
+    # ASSUME the other axes act alike on each other's levels: their products are left out
+    if not names:
+        return ()
+    first, *others = names
+    return (first, f"{first}:{first}", *others, *(f"{first}:{name}" for name in others))
+
+
+def fit_surrogate(demands: pd.DataFrame, column: str) -> Surrogate:
     """Fit the surrogate by least squares within blocks (motion, scale and incidence).
 
     Args:
         demands: Demands table; runs that did not complete are left out.
         column: Demand, positive.
-        terms: Products of ``skew``, ``gap``, ``friction`` (scaled as in `scaled_design`), main
-            effects first; a term that the designs of the table cannot tell from those before it
-            is dropped.
+
+    Returns:
+        The surrogate with the terms of `surrogate_terms`; one that the variants of the table
+        cannot tell from those before it is dropped.
 
     Raises:
-        InputError: A demand is not positive, or no two designs share a motion.
+        InputError: A demand is not positive, or no two variants share a motion.
     """
     table = _usable(demands, column)
-    design = _design(table)
+    axes = _scaled(table)
     kept: tuple[str, ...] = ()
-    for term in terms:
-        x = _within(_columns((*kept, term), design), table)
+    for term in surrogate_terms(axis_names(table)):
+        x = _within(_columns((*kept, term), axes), table)
         if np.linalg.matrix_rank(x) == len(kept) + 1:
             kept = (*kept, term)
     if not kept:
-        raise InputError("no two designs of the table share a motion")
-    x = _within(_columns(kept, design), table)
+        raise InputError("no two variants of the table share a motion")
+    x = _within(_columns(kept, axes), table)
     y = _within(np.log(table[column].to_numpy(dtype=np.float64))[:, None], table)[:, 0]
-    gram = np.linalg.inv(x.T @ x)
-    coefficients = gram @ (x.T @ y)
+    coefficients = np.linalg.inv(x.T @ x) @ (x.T @ y)
     residual = y - x @ coefficients
-    blocks = _block_codes(table)
-    dof = y.size - len(kept) - int(np.max(blocks)) - 1
-    motions = np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
-    sums = np.zeros((int(np.max(motions)) + 1, len(kept)))
-    np.add.at(sums, motions, x * residual[:, None])
-    robust = gram @ (sums.T @ sums) @ gram
-    mean = np.log(table[column].to_numpy(dtype=np.float64)) - _columns(kept, design) @ coefficients
+    dof = y.size - len(kept) - int(np.max(_block_codes(table))) - 1
     return Surrogate(
         terms=kept,
         coefficients=coefficients,
-        se_cluster=np.sqrt(np.diag(robust)),
         scatter=float(np.sqrt(residual @ residual / max(dof, 1))),
-        mean_effect=float(np.mean(mean)),
     )
 
 
 def anova(demands: pd.DataFrame, column: str) -> pd.DataFrame:
     """Return the type-II analysis of variance of ln demand with the motion as block.
 
-    Factors skew, gap, friction (as categories) and their two-way products; a main effect is
+    Factors are the axes (as categories) and their two-way products; a main effect is
     compared with the model of all terms that do not contain it.
 
     Returns:
@@ -104,7 +100,7 @@ def anova(demands: pd.DataFrame, column: str) -> pd.DataFrame:
     """
     table = _usable(demands, column)
     y = _within(np.log(table[column].to_numpy(dtype=np.float64))[:, None], table)[:, 0]
-    factors = [name for name in FACTORS if table[name].nunique() > 1]
+    factors = varying_axes(table)
     parts = {name: _dummies(table[name]) for name in factors}
     for i, first in enumerate(factors):
         for second in factors[i + 1 :]:
@@ -144,7 +140,7 @@ def sobol(
     high: Sequence[float],
     *,
     n: int = 4096,
-    seed: int = 20240501,
+    seed: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Return first-order and total Sobol indices over a box with uniform inputs.
 
@@ -165,29 +161,35 @@ def sobol(
     return np.asarray(found.first_order), np.asarray(found.total_order)
 
 
-def surrogate_sobol(surrogate: Surrogate, demands: pd.DataFrame) -> pd.DataFrame:
-    """Return the Sobol indices of ln demand over the box of skew, gap and friction of a table."""
-    names = [name for name in FACTORS if demands[name].nunique() > 1]
-    box = {name: (float(demands[name].min()), float(demands[name].max())) for name in FACTORS}
+def surrogate_sobol(surrogate: Surrogate, demands: pd.DataFrame, seed: int) -> pd.DataFrame:
+    """Return the Sobol indices of ln demand over the box of the axes of a table.
+
+    Args:
+        surrogate: Demand over the axes.
+        demands: Demands table that spans the box.
+        seed: Of the Sobol sequence.
+    """
+    names = varying_axes(demands)
+    box = {
+        name: (float(demands[name].min()), float(demands[name].max()))
+        for name in axis_names(demands)
+    }
 
     def value(x: FloatArray) -> FloatArray:
-        full = {name: np.full(x.shape[-1], box[name][0]) for name in FACTORS}
+        full = {name: np.full(x.shape[-1], low) for name, (low, _) in box.items()}
         full |= {name: x[i] for i, name in enumerate(names)}
-        scaled = scaled_design(full["skew_deg"], full["gap_mm"], full["friction"])
-        return surrogate.relative(scaled)
+        return surrogate.relative(scaled_axes(full))
 
-    first, total = sobol(value, [box[n][0] for n in names], [box[n][1] for n in names])
+    low, high = [box[name][0] for name in names], [box[name][1] for name in names]
+    first, total = sobol(value, low, high, seed=seed)
     return pd.DataFrame({"factor": names, "first_order": first, "total_order": total})
 
 
-def leave_one_variant_out(
-    demands: pd.DataFrame, column: str, terms: Sequence[str] = DEFAULT_TERMS
-) -> pd.DataFrame:
+def leave_one_variant_out(demands: pd.DataFrame, column: str) -> pd.DataFrame:
     """Return how well the surrogate predicts each variant from all others.
 
     Returns:
-        Rows variant, predicted (geometric mean ratio to the motions' means), observed, error
-        (predicted over observed minus 1) and scatter of the single runs' errors in ln D.
+        Rows variant and error, predicted over observed geometric mean minus 1.
     """
     table = _usable(demands, column)
     y = np.log(table[column].to_numpy(dtype=np.float64))
@@ -195,23 +197,15 @@ def leave_one_variant_out(
     for variant in sorted(table["variant"].unique()):
         out = (table["variant"] == variant).to_numpy()
         try:
-            model = fit_surrogate(table[~out], column, terms)
+            model = fit_surrogate(table[~out], column)
         except InputError:
             continue  # without this variant the terms cannot be told apart
-        relative = y - model.relative(_design(table))
+        relative = y - model.relative(_scaled(table))
         block = pd.Series(relative[~out]).groupby(_key(table[~out])).mean()
         level = block.reindex(_key(table[out])).to_numpy(dtype=np.float64)
-        error = -(relative[out] - level)
-        rows.append(
-            {
-                "variant": variant,
-                "observed": float(np.exp(np.nanmean(y[out] - level))),
-                "predicted": float(np.exp(np.nanmean(y[out] - level + error))),
-                "error": float(np.expm1(np.nanmean(error))),
-                "scatter": float(np.nanstd(error)),
-            }
-        )
-    return pd.DataFrame(rows)
+        error = float(np.expm1(np.nanmean(level - relative[out])))
+        rows.append({"variant": variant, "error": error})
+    return pd.DataFrame(rows, columns=["variant", "error"])
 
 
 def _usable(demands: pd.DataFrame, column: str) -> pd.DataFrame:
@@ -225,14 +219,13 @@ def _usable(demands: pd.DataFrame, column: str) -> pd.DataFrame:
     return table
 
 
-def _design(table: pd.DataFrame) -> dict[str, FloatArray]:
-    skew, gap, friction = (table[name].to_numpy(dtype=np.float64) for name in FACTORS)
-    return scaled_design(skew, gap, friction)
+def _scaled(table: pd.DataFrame) -> dict[str, FloatArray]:
+    return scaled_axes({name: table[name].to_numpy(dtype=np.float64) for name in axis_names(table)})
 
 
-def _columns(terms: Sequence[str], design: Mapping[str, FloatArray]) -> FloatArray:
+def _columns(terms: Sequence[str], axes: Mapping[str, FloatArray]) -> FloatArray:
     return np.column_stack(
-        [np.prod([design[name] for name in term.split(":")], axis=0) for term in terms]
+        [np.prod([axes[name] for name in term.split(":")], axis=0) for term in terms]
     )
 
 

@@ -7,14 +7,17 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.methods.system import (
     contributions,
     joint_demand,
     lognormal_of_system,
     series_system,
 )
+from skewbridge.fragility.tables.key_columns import variant_values
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import OK, VARIANT_COLUMNS, check_demands
+from skewbridge.fragility.tables.outcomes import check_demands
+from skewbridge.statuses import OK
 
 MIN_RUNS: Final = 8
 _POINTS: Final = 41
@@ -54,7 +57,7 @@ def system_curves(
     names = list(dict.fromkeys(state.name for state in states))
     rows: list[dict[str, Any]] = []
     for _, part in demands.groupby("variant", sort=True):
-        variant = {name: part[name].iloc[0] for name in VARIANT_COLUMNS}
+        variant = variant_values(part)
         for name in names:
             members = [state for state in states if state.name == name]
             rows.append(variant | {"limit_state": name} | _system(part, members, im_column))
@@ -85,12 +88,12 @@ def _system(part: pd.DataFrame, members: Sequence[LimitState], im_column: str) -
     if lowest > im.max() and not _any_exceeds(done, usable):
         return row | blank | {"status": "no_exceedance"}
     reach = float(np.exp(4.0 * np.max(joint.beta)))
-    curve = series_system(np.geomspace(lowest / reach, lowest * reach, _POINTS), joint)
-    theta, beta, distance = lognormal_of_system(curve)
+    grid = np.geomspace(lowest / reach, lowest * reach, _POINTS)
+    theta, beta, distance = lognormal_of_system(grid, series_system(grid, joint))
     share = contributions(np.array([theta]), joint)[0]
     weakest = int(np.argmax(share))
     return row | {
-        "status": OK,
+        "status": FITTED,
         "theta": theta,
         "beta": beta,
         "max_dp": distance,

@@ -11,16 +11,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from skewbridge.fragility.likelihood.bootstrap import (
-    DEFAULT_REPLICATES,
-    record_weights,
-    refit_exceedance,
-)
-from skewbridge.fragility.likelihood.fit import DEFAULT_LEVEL, OK, FragilityFit
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.validate import positive, same_length
 from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.limit_states import exceedance_probability
-from skewbridge.fragility.tables.runs import DEFAULT_SEED, bootstrapped
+from skewbridge.fragility.tables.variant_exceedance import with_record_bootstrap
 
 
 def fit_uncertain_capacity(
@@ -30,9 +26,7 @@ def fit_uncertain_capacity(
     dispersion: float,
     *,
     records: NDArray[np.intp] | None = None,
-    level: float = DEFAULT_LEVEL,
-    bootstrap: int = DEFAULT_REPLICATES,
-    seed: int = DEFAULT_SEED,
+    settings: FitSettings = DEFAULTS,
 ) -> FragilityFit:
     """Fit a curve to p_i = Phi[(ln D_i - ln C)/beta_c] in place of 0 or 1 per run.
 
@@ -46,9 +40,7 @@ def fit_uncertain_capacity(
         capacity: Median capacity.
         dispersion: Dispersion of the capacity; 0 gives the plain exceedance fit.
         records: Number of the motion of each run; None: every run has its own.
-        level: Confidence level.
-        bootstrap: Replicates.
-        seed: Of the bootstrap.
+        settings: Level, replicates and seed of the bootstrap.
 
     Raises:
         InputError: A value is missing or not positive; names the rows.
@@ -56,14 +48,11 @@ def fit_uncertain_capacity(
     x, demand = positive(im, "im"), positive(edp, "edp")
     same_length(im=x, edp=demand)
     p = exceedance_probability(np.log(demand), float(np.log(capacity)), dispersion)
-    fit = fit_stripes(x, np.ones(x.size), p, level=level, interval=False)
+    fit = fit_stripes(x, np.ones(x.size), p, settings=settings, interval=False)
     fit = replace(fit, method="stripes_uncertain_capacity")
-    if fit.status != OK:
+    if fit.status != FITTED:
         return fit
-    codes = np.arange(x.size) if records is None else np.unique(records, return_inverse=True)[1]
-    weights = record_weights(codes, bootstrap, np.random.default_rng(seed))
-    start = np.array([fit.details["a0"], fit.details["a1"]])
-    again = refit_exceedance(np.log(x), weights, weights * p, start)
-    fit = bootstrapped(fit, again.intervals(level), again.theta, again.beta)
+    codes = np.arange(x.size) if records is None else records
+    fit = with_record_bootstrap(fit, x, p, codes, settings)
     kept = tuple(name for name in fit.warnings if name != "fractional_counts_no_interval")
     return replace(fit, warnings=kept)

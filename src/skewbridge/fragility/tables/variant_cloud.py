@@ -1,6 +1,6 @@
 """Cloud fits of one variant of a study: a line where all runs completed, else Tobit."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -8,19 +8,37 @@ from numpy.typing import NDArray
 
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_lines
-from skewbridge.fragility.likelihood.fit import OK, FragilityFit
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods import cloud, tobit
+from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.fragility.tables.outcomes import Outcomes
-from skewbridge.fragility.tables.runs import FitSettings, Runs, bootstrapped, judge_unknown
+from skewbridge.fragility.tables.runs import Runs, bootstrapped, judge_unknown
+
+
+@dataclass(frozen=True, slots=True)
+class _Cloud:
+    """Demands of the runs as the line sees them, arrays of shape (n,).
+
+    Attributes:
+        lower: Demand, or the value that it exceeds.
+        upper: Its upper end where the run did not complete.
+        used: Runs that take part.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    used: NDArray[np.bool_]
 
 
 def fit_variant_cloud(
-    runs: Runs, outcomes: Outcomes, state: LimitState, options: FitSettings
+    runs: Runs, outcomes: Outcomes, state: LimitState, settings: FitSettings
 ) -> tuple[FragilityFit, dict[str, float]]:
     """Fit the line; a run that did not complete is censored at its peak so far."""
-    blank = FragilityFit(method="cloud", status=OK, n_runs=runs.im.size, level=options.level)
+    blank = FragilityFit(
+        method="cloud", status=FITTED, n_runs=runs.im.size, level=settings.confidence
+    )
     if np.any(outcomes.complete & (outcomes.demand <= 0.0)):
         return replace(blank, status="non_positive_demand"), {}
     known = ~outcomes.unknown
@@ -30,85 +48,69 @@ def fit_variant_cloud(
     if not np.any(exceed) or np.all(exceed):
         reason = existence.ALL_EXCEED if np.any(exceed) else existence.NO_EXCEEDANCE
         refused = replace(_line_only(blank, runs, outcomes), status=reason)
-        return judge_unknown(refused, {}, outcomes, options)
+        return judge_unknown(refused, {}, outcomes, settings)
     peak = np.nan_to_num(outcomes.demand, nan=0.0)
     defined = ~outcomes.complete & outcomes.exceed & (state.collapse == COLLAPSE_EXCEEDS)
     lower = np.where(defined, np.maximum(peak, state.threshold), peak)
-    fit = _line_fit(runs, outcomes, lower, None, lower > 0.0, state, options)
+    endless = np.full(lower.size, inf)
+    fit = _line_fit(runs, outcomes, _Cloud(lower, endless, lower > 0.0), state, settings)
     bounds = {"exclude": fit, "all_exceed": fit, "none_exceed": fit}
     if np.any(outcomes.unknown):
         c = state.threshold
-        usable = known & (lower > 0.0)
         raised = np.where(outcomes.unknown, np.maximum(lower, c), lower)
         below = np.where(outcomes.unknown, c, inf)
         floor = np.where(outcomes.unknown & (lower <= 0.0), c * 1e-6, lower)
         ends = {
-            "exclude": (lower, None, usable),
-            "all_exceed": (raised, None, raised > 0.0),
-            "none_exceed": (floor, below, floor > 0.0),
+            "exclude": _Cloud(lower, endless, known & (lower > 0.0)),
+            "all_exceed": _Cloud(raised, endless, raised > 0.0),
+            "none_exceed": _Cloud(floor, below, floor > 0.0),
         }
         bounds = {
-            name: _line_fit(runs, outcomes, *end, state, options, interval=False)
+            name: _line_fit(runs, outcomes, end, state, settings, interval=False)
             for name, end in ends.items()
         }
-    return judge_unknown(replace(fit, method="cloud"), bounds, outcomes, options)
+    return judge_unknown(replace(fit, method="cloud"), bounds, outcomes, settings)
 
 
 def _line_fit(
     runs: Runs,
     outcomes: Outcomes,
-    lower: FloatArray,
-    upper: FloatArray | None,
-    used: NDArray[np.bool_],
+    data: _Cloud,
     state: LimitState,
-    options: FitSettings,
+    settings: FitSettings,
     *,
     interval: bool = True,
 ) -> FragilityFit:
+    used = data.used
     complete = outcomes.complete[used]
-    im, edp = runs.im[used], lower[used]
+    im, edp, threshold = runs.im[used], data.lower[used], state.threshold
     if np.all(complete):
-        fit = cloud.fit_cloud(
-            im,
-            edp,
-            state.threshold,
-            level=options.level,
-            n_records=int(np.unique(runs.records[used]).size),
-        )
-        if fit.status == OK and runs.repeated and interval:
-            weights = _weights(runs, used, options)
-            again = refit_lines(np.log(im), np.log(edp), weights, np.log(state.threshold), 0.0)
-            fit = bootstrapped(fit, again.intervals(options.level), again.theta, again.beta)
+        records = int(np.unique(runs.records[used]).size)
+        fit = cloud.fit_cloud(im, edp, threshold, settings=settings, n_records=records)
+        if fit.status == FITTED and runs.repeated and interval:
+            weights = _weights(runs, used, settings)
+            again = refit_lines(np.log(im), np.log(edp), weights, np.log(threshold))
+            fit = bootstrapped(fit, again)
         return fit
-    top = None if upper is None else upper[used]
+    upper = np.where(complete, edp, data.upper[used])
     fit = tobit.fit_tobit(
-        im,
-        edp,
-        state.threshold,
-        censored=~complete,
-        upper=top,
-        level=options.level,
-        interval=interval and not runs.repeated,
+        im, edp, threshold, upper, settings=settings, interval=interval and not runs.repeated
     )
-    if fit.status == OK and runs.repeated and interval:
-        again = tobit.refit_tobit(
-            im, edp, state.threshold, ~complete, _weights(runs, used, options), upper=top
-        )
-        fit = bootstrapped(fit, again.intervals(options.level), again.theta, again.beta)
+    if fit.status == FITTED and runs.repeated and interval:
+        weights = _weights(runs, used, settings)
+        fit = bootstrapped(fit, tobit.refit_tobit(im, edp, threshold, upper, weights))
     if np.sum(complete) >= 4 and np.ptp(im[complete]) > 0.0:
         line = cloud.fit_line(np.log(im[complete]), np.log(edp[complete]))
-        flags = tuple(cloud.line_warnings(line))
-        fit = replace(
-            fit,
-            warnings=(*fit.warnings, *flags),
-            details={**cloud.line_details(line), **fit.details},
-        )
+        fit = replace(fit, warnings=(*fit.warnings, *cloud.line_warnings(line)))
+        # the tests are those of the completed runs, intercept, slope and scatter those of Tobit
+        own = fit.line or line
+        fit = replace(fit, line=replace(line, ln_a=own.ln_a, b=own.b, sigma=own.sigma))
     return fit
 
 
-def _weights(runs: Runs, used: NDArray[np.bool_], options: FitSettings) -> FloatArray:
+def _weights(runs: Runs, used: NDArray[np.bool_], settings: FitSettings) -> FloatArray:
     _, codes = np.unique(runs.records[used], return_inverse=True)
-    return record_weights(codes, options.replicates, np.random.default_rng(options.seed))
+    return record_weights(codes, settings.bootstrap, np.random.default_rng(settings.seed))
 
 
 def _line_only(blank: FragilityFit, runs: Runs, outcomes: Outcomes) -> FragilityFit:
@@ -117,8 +119,4 @@ def _line_only(blank: FragilityFit, runs: Runs, outcomes: Outcomes) -> Fragility
     if np.sum(used) < 3 or np.ptp(runs.im[used]) == 0.0:
         return blank
     line = cloud.fit_line(np.log(runs.im[used]), np.log(outcomes.demand[used]))
-    return replace(
-        blank,
-        details=cloud.line_details(line),
-        warnings=tuple(cloud.line_warnings(line)),
-    )
+    return replace(blank, line=line, warnings=tuple(cloud.line_warnings(line)))

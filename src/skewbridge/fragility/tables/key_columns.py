@@ -1,0 +1,54 @@
+"""The columns that say which run a row is: identity of the variant, its axes, its loading."""
+
+from collections.abc import Iterable
+from typing import Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from skewbridge.errors import InputError
+from skewbridge.variant.axes import axes_of
+
+BRIDGE_COLUMNS: Final = ("bridge", "abutment")
+IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
+LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
+KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
+
+
+def axis_names(table: pd.DataFrame) -> list[str]:
+    """Return the axis columns of a table, in the order of the axis table."""
+    return [axis.name for axis in axes_of(map(str, table.columns))]
+
+
+def varying_axes(table: pd.DataFrame) -> list[str]:
+    """Return the axis columns in which the rows of a table differ."""
+    return [name for name in axis_names(table) if table[name].nunique() > 1]
+
+
+def variant_columns(table: pd.DataFrame) -> list[str]:
+    """Return the columns that describe a variant: name, bridge, abutment model and axes."""
+    return [*IDENTITY_COLUMNS, *axis_names(table)]
+
+
+def variant_values(part: pd.DataFrame) -> dict[str, object]:
+    """Return the description of the one variant of a part of a table."""
+    return {name: part[name].iloc[0] for name in variant_columns(part)}
+
+
+def motion_codes(table: pd.DataFrame) -> NDArray[np.intp]:
+    """Return the number of the motion of each run, 0 .. m - 1."""
+    return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+
+
+def need_columns(
+    table: pd.DataFrame, columns: Iterable[str], what: str = "the demands table"
+) -> None:
+    """Check that a table has some columns.
+
+    Raises:
+        InputError: One is missing; names it.
+    """
+    for column in columns:
+        if column not in table.columns:
+            raise InputError(f"{what} has no column {column!r}", column=column)
