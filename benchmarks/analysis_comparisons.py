@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
@@ -55,7 +56,7 @@ class Case:
             friction_pct=self.friction_pct,
         )
         start = time.process_time()
-        result = analyse(variant, motion, 1.0, 0.0, settings, options, histories=mirror)
+        result = analyse(variant, Excitation(motion=motion), settings, options, histories=mirror)
         return result, time.process_time() - start
 
 

@@ -15,10 +15,11 @@ import openseespy.opensees as ops
 from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.energy import EnergyBalance
 from skewbridge.analysis.gravity import apply_gravity
+from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.monitor import Monitor
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.status import Watch
-from skewbridge.analysis.transient import GroundInput, configure_solver, solver_log
+from skewbridge.analysis.step_loop import configure_solver, solver_log
 from skewbridge.bridge.model import build, domain
 from skewbridge.motions.read import read_motion
 from skewbridge.variant.options import ModelOptions
@@ -71,7 +72,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     given = parser.parse_args()
     settings = AnalysisSettings(duration_s=given.duration_s)
-    ground = GroundInput(read_motion(*given.files), 1.0, 0.0, settings)
+    ground = GroundInput(Excitation(motion=read_motion(*given.files)), settings)
     best = dict.fromkeys(LOOPS, float("inf"))
     for _ in range(given.repeats):
         for loop in LOOPS:

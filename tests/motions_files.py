@@ -1,4 +1,4 @@
-"""Small motion folders for the tests of the motions room."""
+"""Small motion folders for the tests of the motions package."""
 
 from pathlib import Path
 

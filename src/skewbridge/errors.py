@@ -1,4 +1,4 @@
-"""The one exception of the package that a caller is expected to show to the user."""
+"""The exceptions of the package that a command shows to the user as one sentence."""
 
 
 class InputError(ValueError):
@@ -14,3 +14,10 @@ class InputError(ValueError):
     def __init__(self, message: str, **details: object) -> None:
         super().__init__(message)
         self.details = details
+
+
+class SolutionError(RuntimeError):
+    """A solution could not go on to its end.
+
+    The command line prints the message alone and exits with 1.
+    """

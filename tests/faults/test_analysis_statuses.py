@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from skewbridge.analysis.abutment_history import abutment_history
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.recovery import LADDER, Stepper
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
@@ -20,12 +22,10 @@ VARIANT = Variant(
 )
 
 
-def run(scale=1.0, options=None, log_path=None, **settings):
+def run(scale=1.0, incidence_deg=0.0, options=None, log_path=None, **settings):
     return analyse(
         VARIANT,
-        strong_motion(),
-        scale,
-        0.0,
+        Excitation(motion=strong_motion(), scale=scale, incidence_deg=incidence_deg),
         AnalysisSettings(**settings),
         options or ModelOptions(),
         histories=True,
@@ -142,7 +142,7 @@ def test_a_motion_with_a_value_that_is_no_number_is_refused():
 )
 def test_bad_factors_are_refused_before_anything_runs(scale, incidence_deg, words):
     with pytest.raises(InputError, match=words):
-        analyse(VARIANT, strong_motion(), scale, incidence_deg, AnalysisSettings(), ModelOptions())
+        run(scale=scale, incidence_deg=incidence_deg)
 
 
 @pytest.mark.parametrize(
@@ -171,3 +171,11 @@ def test_the_window_cuts_the_motion_and_free_vibration_follows():
     quiet = result.histories["t_s"] > 1.01
     assert np.all(result.histories["ground_ax_mps2"][quiet] == 0.0)
     assert np.any(result.histories["ground_ax_mps2"][~quiet] != 0.0)
+
+
+def test_an_abutment_alone_has_the_same_budget_of_iterations():
+    excitation = Excitation(motion=strong_motion(duration_s=2.0))
+    settings = AnalysisSettings(mean_iterations=1.0, duration_s=1.0)
+    history = abutment_history(VARIANT, excitation, settings, ModelOptions())
+    assert not history.is_complete
+    assert history.t_s[-1] < 1.0

@@ -1,6 +1,5 @@
 """Broken motion files: each gets its verdict, and none gets past the reader by accident."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from bad_motion_files import MOTION_FILES
 from motions_files import at2_text, shaken_g
-from shared import shared_path
 from skewbridge.errors import InputError
 from skewbridge.motions.check import check_paths
 from skewbridge.motions.examine import DT_LIMITS_S, PGA_LIMITS_G
@@ -18,31 +17,30 @@ from skewbridge.motions.read import read_trace
 from skewbridge.units import G_MPS2
 
 
-def _expected() -> dict[str, str]:
-    with shared_path("motions/badinput/EXPECTED.csv").open() as stream:
-        return {row["file"]: row["expected"] for row in csv.DictReader(stream)}
+@pytest.fixture(scope="module")
+def bad_folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("badinput")
+    for name, (content, _) in MOTION_FILES.items():
+        (path / name).write_bytes(content)
+    return path
 
 
 @pytest.mark.parametrize("together", ["folder", "files"])
-def test_every_bad_file_gets_its_expected_verdict(together):
-    expected = _expected()
-    folder = shared_path("motions/badinput")
-    paths = [folder] if together == "folder" else [folder / name for name in expected]
+def test_every_bad_file_gets_its_expected_verdict(bad_folder, together):
+    paths = [bad_folder] if together == "folder" else [bad_folder / name for name in MOTION_FILES]
     found = {Path(item.file).name: item.verdict for item in check_paths(paths)}
-    assert {name: found[name] for name in expected} == expected
-    assert len(expected) == 32
+    assert found == {name: verdict for name, (_, verdict) in MOTION_FILES.items()}
 
 
-def test_component_with_another_dt_is_found_in_either_order():
-    folder = shared_path("motions/badinput")
-    pair = [folder / "50_pair_len_h1.AT2", folder / "52_pair_dt_h2.AT2"]
+def test_component_with_another_dt_is_found_in_either_order(bad_folder):
+    pair = [bad_folder / "50_pair_len_h1.AT2", bad_folder / "52_pair_dt_h2.AT2"]
     for paths in (pair, pair[::-1]):
         verdicts = {Path(item.file).name[:2]: item.verdict for item in check_paths(paths)}
         assert verdicts == {"50": "ok", "52": "pair_error"}
 
 
-def test_strict_reading_refuses_what_is_only_doubtful():
-    path = shared_path("motions/badinput/20_npts_too_big.AT2")
+def test_strict_reading_refuses_what_is_only_doubtful(bad_folder):
+    path = bad_folder / "20_npts_too_big.AT2"
     assert check_paths([path], strict=True)[0].verdict == "error"
     with pytest.raises(InputError, match="500"):
         read_trace(path, strict=True)

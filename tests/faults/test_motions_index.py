@@ -1,20 +1,19 @@
 """An index that came with someone's motions is not trusted."""
 
-import csv
 import os
 
 import numpy as np
 import pytest
 
 from motions_files import at2_text, index_of, make_pairs, shaken_g
-from shared import shared_path
 from skewbridge.errors import InputError
 from skewbridge.motions.check import check_paths
+from skewbridge.motions.paper_records import SURROGATE_FACTOR, SURROGATE_FILES
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.units import G_MPS2
-from skewbridge.verification.bridge_records import waho
+from skewbridge.verification.studies.paper_motions import waho
 
 
 @pytest.fixture
@@ -135,23 +134,24 @@ def test_waho_with_the_published_peak_is_accepted(tmp_path):
 
 
 def test_a_false_waho_gives_way_to_the_surrogate_and_it_is_named_so(tmp_path, monkeypatch):
-    folder = shared_path("motions/real/fema_p695_farfield")
+    folder = tmp_path / "surrogate"
+    folder.mkdir()
+    stand_in_g = shaken_g(1), shaken_g(2)
+    for name, values in zip(SURROGATE_FILES, stand_in_g, strict=True):
+        rows = (f"{0.01 * i:.4f} {value:.8e}" for i, value in enumerate(values))
+        (folder / name).write_text("\n".join(rows))
+    false = tmp_path / "false"
+    false.mkdir()
     for azimuth in (0, 90):
         text = at2_text(shaken_g(azimuth), azimuth=azimuth)
-        (tmp_path / f"RSN811_LOMAP_WAH{azimuth:03d}.AT2").write_text(text)
+        (false / f"RSN811_LOMAP_WAH{azimuth:03d}.AT2").write_text(text)
     with pytest.raises(InputError, match="claims to be the WAHO"):
-        read_motion(*sorted(tmp_path.glob("*.AT2")))
-    assert {item.verdict for item in check_paths([tmp_path])} == {"error"}
-    monkeypatch.setenv("SKEWBRIDGE_RECORDS", f"{tmp_path}{os.pathsep}{folder}")
+        read_motion(*sorted(false.glob("*.AT2")))
+    assert {item.verdict for item in check_paths([false])} == {"error"}
+    monkeypatch.setenv("SKEWBRIDGE_RECORDS", f"{false}{os.pathsep}{folder}")
     used = waho()
     assert not used.is_paper_record
     assert "surrogate" in used.label
     assert "surrogate" in used.motion.motion_id
     pga_g = orbit_rotd50(used.motion.accel_1_mps2, used.motion.accel_2_mps2) / G_MPS2
-    assert pga_g == pytest.approx(0.93 * _manifest_pga_g(), rel=1e-3)
-
-
-def _manifest_pga_g() -> float:
-    with shared_path("motions/real/MANIFEST.csv").open() as stream:
-        rows = [row for row in csv.DictReader(stream) if "121011" in row["file"]]
-    return float(rows[0]["pga_rotd50_g"])
+    assert pga_g == pytest.approx(SURROGATE_FACTOR * orbit_rotd50(*stand_in_g), rel=1e-3)

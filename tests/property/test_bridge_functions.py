@@ -1,4 +1,4 @@
-"""Invariants of the pure functions of the bridge room."""
+"""Invariants of the pure functions of the bridge package."""
 
 import numpy as np
 import pytest

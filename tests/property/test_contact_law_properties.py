@@ -15,7 +15,7 @@ from skewbridge.contact.restitution import (
     kelvin_voigt_damping_ratio,
     kelvin_voigt_restitution,
 )
-from skewbridge.verification.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 
 POSITIONS = st.floats(-1.0, 1.0)
 STIFFNESSES = st.floats(1e3, 1e9)

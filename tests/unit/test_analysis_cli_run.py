@@ -149,9 +149,7 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     prepare_motions(parsed.motions, conditioning_t1_s=0.748, t1_s={"osb1": 0.748}, folder=folder)
     sections = plain_sections(parsed, "motions", "model", "analysis")
     task = StudySetup.from_sections(sections, folder).tasks("osb1_cf_skew30_gap051_mu050")[0]
-    result = analyse(
-        task.variant, task.motion.motion, task.motion.scale, 0.0, task.settings, task.options
-    )
+    result = analyse(task.variant, task.excitation, task.settings, task.options)
     row = identity_of(task, run_key(task)) | outcome_of(result) | {"wall_s": 0.0, "cpu_s": 0.0}
     write_demands([row], folder.demands, {})
 

@@ -11,6 +11,7 @@ MAX_GROWTH_MB = 4.0  # a thread's arena that the allocator takes late; a leak wo
 SCRIPT = """
 import psutil
 from strong_motion import strong_motion
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.variant.options import ModelOptions
@@ -20,7 +21,7 @@ motion, settings = strong_motion(), AnalysisSettings(duration_s=0.05)
 for number in range(200):
     case = Variant(bridge="osb1", abutment="contact_friction", skew_deg=15 * (number % 4),
                    gap_mm=51, friction_pct=50)
-    analyse(case, motion, 1.0, 0.0, settings, ModelOptions(), histories=True)
+    analyse(case, Excitation(motion=motion), settings, ModelOptions(), histories=True)
     if number in (19, 199):
         print(psutil.Process().memory_info().rss / 2**20)
 """

@@ -59,3 +59,9 @@ def test_a_module_imports_only_earlier_packages(path: Path) -> None:
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_a_module_can_be_read_in_one_sitting(path: Path) -> None:
     assert len(path.read_text().splitlines()) <= 300
+
+
+def test_references_know_nothing_of_the_studies_that_use_them() -> None:
+    for path in (PACKAGE / "verification" / "references").rglob("*.py"):
+        assert "verification.studies" not in path.read_text(), path
+        assert "verification.registry" not in path.read_text(), path

@@ -1,4 +1,4 @@
-"""The commands of the bridge room, from outside."""
+"""The commands of the bridge package, from outside."""
 
 import json
 from pathlib import Path

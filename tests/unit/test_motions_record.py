@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from skewbridge.errors import InputError
-from skewbridge.motions.pairing import pair_by_name
+from skewbridge.motions.index import list_motions
+from skewbridge.motions.pairing import group_by_name
 from skewbridge.motions.read import read_motion, read_trace
 from skewbridge.motions.record import GroundMotion
 from skewbridge.units import G_MPS2
@@ -106,10 +107,11 @@ def test_scaling_keeps_metadata_and_refuses_zero():
     ],
 )
 def test_components_are_paired_by_name_up_to_the_azimuth(first, second, name):
-    pairs = pair_by_name([Path(second), Path(first), Path("RSN181_H-E06-UP.AT2"), Path("X.UD2")])
-    assert pairs == {name: (Path(first), Path(second))}
+    pairs = group_by_name([Path(second), Path(first), Path("RSN181_H-E06-UP.AT2"), Path("X.UD2")])
+    assert pairs == {name: [Path(first), Path(second)]}
 
 
-def test_a_lone_component_is_named():
+def test_a_lone_component_is_named(tmp_path):
+    (tmp_path / "A090.AT2").touch()
     with pytest.raises(InputError, match=r"A090\.AT2.*2 needed"):
-        pair_by_name([Path("A090.AT2")])
+        list_motions(tmp_path)

@@ -10,7 +10,7 @@ from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import IM_COLUMNS
-from skewbridge.motions.scaling import block_factors, stripe_factors, van_der_corput
+from skewbridge.motions.scaling import block_factors, block_targets, stripe_factors
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 
 
@@ -103,10 +103,10 @@ def test_longer_suites_keep_the_factors_of_full_blocks():
     np.testing.assert_array_equal(block_factors(own_g)[:16], block_factors(own_g[:16]))
 
 
-def test_van_der_corput_is_the_bit_reversed_count():
-    assert [van_der_corput(n) for n in range(1, 8)] == [
-        0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875,
-    ]  # fmt: skip
+def test_the_offsets_of_the_blocks_are_the_bit_reversed_counts():
+    for block, offset in enumerate((0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875)):
+        share = (np.arange(8) + offset) / 8
+        np.testing.assert_array_equal(block_targets(block, 8, (0.1, 1.5)), 0.1 * 15.0**share)
 
 
 def test_stripes_flag_factors_outside_the_limits():

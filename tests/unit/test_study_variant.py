@@ -7,14 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skewbridge.errors import InputError
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.grid import GridConfig, expand_grid
-from skewbridge.variant.variant import ABUTMENT_CODES, SLUG_PATTERN, Variant, parse_slug
+from skewbridge.variant.variant import SLUG_PATTERN, Variant, parse_slug
 
 variants = st.builds(
     Variant,
     bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
-    abutment=st.sampled_from(sorted(ABUTMENT_CODES)),
+    abutment=st.sampled_from(sorted(ABUTMENTS)),
     skew_deg=st.integers(-60, 60),
     gap_mm=st.integers(0, 999),
     friction_pct=st.integers(0, 150),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.variant.options import ModelOptions
@@ -25,9 +26,7 @@ def variant(abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50
 def run(case, motion=None, options=None, **settings):
     return analyse(
         case,
-        strong_motion() if motion is None else motion,
-        1.0,
-        0.0,
+        Excitation(motion=strong_motion() if motion is None else motion),
         AnalysisSettings(**settings),
         options or ModelOptions(),
         histories=True,
@@ -109,11 +108,15 @@ def test_a_gap_that_nothing_closes_gives_no_contact_demands():
 
 def test_turning_the_motion_by_half_a_turn_equals_reversing_it():
     motion = strong_motion(duration_s=3.0)
-    turned = analyse(variant(skew_deg=0), motion, 1.0, 180.0, AnalysisSettings(), ModelOptions())
     reverse = motion.with_components(-motion.accel_1_mps2, -motion.accel_2_mps2)
-    assert analyse(
-        variant(skew_deg=0), reverse, 1.0, 0.0, AnalysisSettings(), ModelOptions()
-    ).demands == pytest.approx(turned.demands, rel=1e-12)
+    turned, reversed_ = (
+        analyse(variant(skew_deg=0), excitation, AnalysisSettings(), ModelOptions()).demands
+        for excitation in (
+            Excitation(motion=motion, incidence_deg=180.0),
+            Excitation(motion=reverse),
+        )
+    )
+    assert reversed_ == pytest.approx(turned, rel=1e-12)
 
 
 def test_the_energy_balance_closes(reference):

@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 
 from skewbridge.analysis.abutment_history import abutment_history
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from skewbridge.verification import bridge_records
-from skewbridge.verification.bridge_cycles import (
+from skewbridge.verification.registry import run_study
+from skewbridge.verification.studies import paper_motions
+from skewbridge.verification.studies.friction_pairs import stick_slip_changes
+from skewbridge.verification.studies.half_cycles import (
     half_cycles,
-    stick_slip_changes,
     together_correlation,
 )
-from skewbridge.verification.registry import load_study
 from strong_motion import strong_motion
 
 T_S = np.linspace(0.0, 4.0, 401)
@@ -54,7 +55,7 @@ def test_sticking_and_slipping_are_told_apart_while_closed():
 def test_a_missing_record_is_replaced_and_called_so(tmp_path, monkeypatch):
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(tmp_path))
     monkeypatch.chdir(tmp_path)
-    for found in (bridge_records.waho(), bridge_records.tarzana()):
+    for found in (paper_motions.waho(), paper_motions.tarzana()):
         assert not found.is_paper_record
         assert found.label.startswith("synthetic")
 
@@ -62,9 +63,9 @@ def test_a_missing_record_is_replaced_and_called_so(tmp_path, monkeypatch):
 def test_without_any_motion_the_message_says_where_to_put_one(tmp_path, monkeypatch):
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", "")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(bridge_records, "PACKAGE", tmp_path / "src" / "skewbridge")
+    monkeypatch.setattr(paper_motions, "PACKAGE", tmp_path / "src" / "skewbridge")
     with pytest.raises(InputError, match="SKEWBRIDGE_RECORDS"):
-        bridge_records.waho()
+        paper_motions.waho()
 
 
 def abutment_run(friction_pct, **settings):
@@ -76,7 +77,7 @@ def abutment_run(friction_pct, **settings):
             gap_mm=51,
             friction_pct=friction_pct,
         ),
-        strong_motion(duration_s=4.0),
+        Excitation(motion=strong_motion(duration_s=4.0)),
         AnalysisSettings(**settings),
         ModelOptions(),
     )
@@ -101,7 +102,7 @@ def test_an_abutment_alone_closes_and_slips():
 @pytest.mark.slow
 @pytest.mark.parametrize("study", ["fig10", "fig11-12", "ladder"])
 def test_the_papers_statements_hold(study):
-    result = load_study(study)()
-    failed = [check.quantity for check in result.checks if not check.is_passed]
+    found = run_study(study)
+    failed = [row.quantity for row in found.comparisons if not row.is_passed]
     assert not failed
-    assert result.figures
+    assert found.figures

@@ -2,8 +2,8 @@
 
 import pytest
 
-from skewbridge.verification.closed_form_study import belt_period, belt_ride
-from skewbridge.verification.closed_forms import belt_stick_slip
+from skewbridge.verification.references.closed_forms import belt_stick_slip
+from skewbridge.verification.studies.oscillators import belt_period, belt_ride
 
 
 def test_stick_slip_repeats_with_the_period_of_the_closed_form():

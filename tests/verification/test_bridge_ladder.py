@@ -6,21 +6,23 @@ from itertools import product
 import pytest
 
 from bridge_motions import pulse_motion
-from shared import shared_path
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.dead_load import total_weight_n
-from skewbridge.motions.read import read_motion
+from skewbridge.motions.record import GroundMotion
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENT_CODES, Variant
+from skewbridge.variant.variant import Variant
+from strong_motion import strong_motion
 
 BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
 SKEWS = (0, 20, 40, 60)
 ALL = [
     Variant(bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=51, friction_pct=50)
-    for bridge, abutment, skew in product(BRIDGES, ABUTMENT_CODES, SKEWS)
+    for bridge, abutment, skew in product(BRIDGES, ABUTMENTS, SKEWS)
 ]
 SAMPLE = [variant for number, variant in enumerate(ALL) if number % 7 == 0]
 
@@ -39,9 +41,9 @@ def check_model(variant: Variant) -> None:
         assert sum(total) <= 1.0 + 1e-6
 
 
-def check_run(variant: Variant, motion: object, duration_s: float | None) -> None:
+def check_run(variant: Variant, motion: GroundMotion, duration_s: float | None) -> None:
     settings = AnalysisSettings(duration_s=duration_s)
-    result = analyse(variant, motion, 1.0, 0.0, settings, ModelOptions())  # type: ignore[arg-type]
+    result = analyse(variant, Excitation(motion=motion), settings, ModelOptions())
     assert result.status in ("ok", "collapse"), result.messages
     assert (result.status == "collapse") == bool(result.collapse_criterion)
     assert all(math.isfinite(value) for value in result.demands.values())
@@ -60,10 +62,8 @@ def test_a_sample_of_variants_survives_strong_pulses(variant: Variant) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("variant", ALL, ids=lambda variant: variant.slug)
-def test_every_variant_survives_a_strong_record(variant: Variant) -> None:
-    folder = shared_path("motions/real/nga")
-    motion = read_motion(folder / "RSN1063_NORTHR_RRS228.AT2", folder / "RSN1063_NORTHR_RRS318.AT2")
-    check_run(variant, motion, 10.0)
+def test_every_variant_survives_a_strong_motion(variant: Variant) -> None:
+    check_run(variant, strong_motion(duration_s=10.0), 10.0)
 
 
 def test_the_shear_capacity_can_be_that_of_kowalsky_and_priestley() -> None:
@@ -71,9 +71,7 @@ def test_the_shear_capacity_can_be_that_of_kowalsky_and_priestley() -> None:
     ratios = {
         model: analyse(
             variant,
-            pulse_motion(duration_s=3.0),
-            1.0,
-            0.0,
+            Excitation(motion=pulse_motion(duration_s=3.0)),
             AnalysisSettings(),
             ModelOptions(shear_model=model),
         ).demands["column_shear_dcr"]

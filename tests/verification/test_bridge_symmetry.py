@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bridge_motions import pulse_motion
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
@@ -31,9 +32,7 @@ def run(
     )
     result = analyse(
         variant,
-        pulse_motion(duration_s=DURATION_S, mirrored=mirrored),
-        1.0,
-        0.0,
+        Excitation(motion=pulse_motion(duration_s=DURATION_S, mirrored=mirrored)),
         AnalysisSettings(),
         options or ModelOptions(),
         histories=True,

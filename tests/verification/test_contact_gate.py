@@ -1,26 +1,23 @@
 """The gate of the workflow and the comparison with other contact elements and integrators."""
 
-import json
-
 import numpy as np
 import pytest
 
-from shared import shared_path
 from skewbridge.contact import ContactSet
 from skewbridge.contact import law as contact_law
-from skewbridge.verification import gate
-from skewbridge.verification.cases import C1, C5, deck_case
-from skewbridge.verification.coupling_order import path_error
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.native_element import (
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C1, C5, deck_case
+from skewbridge.verification.references.unit_path import drive_unit, path_work_j
+from skewbridge.verification.studies import gate
+from skewbridge.verification.studies.coupling_order import path_error
+from skewbridge.verification.studies.integrator_restitution import TABLE, integrator_restitution
+from skewbridge.verification.studies.native_element import (
     IMPLEX,
     IMPLICIT,
     curved_path,
     drive_native,
     run_native_deck,
 )
-from skewbridge.verification.restitution_study import integrator_restitution
-from skewbridge.verification.unit_path import drive_unit, path_work_j
 
 
 def test_the_gate_passes():
@@ -87,12 +84,12 @@ def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling)
         assert errors[1] <= 0.012
 
 
-@pytest.mark.parametrize("step", ["0.1", "0.5", "1.0", "2.0"])
+@pytest.mark.parametrize("step", [0.1, 0.5, 1.0, 2.0])
 def test_integrators_lose_energy_at_impact_as_they_do_without_opensees(step):
-    reference = json.loads(shared_path("cases/houbolt_e.json").read_text())[step]
+    reference = TABLE[step]
     # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
-    houbolt = integrator_restitution("houbolt", float(step))
+    houbolt = integrator_restitution("houbolt", step)
     assert houbolt.mean() == pytest.approx(reference[0], abs=0.01)
-    newmark = integrator_restitution("newmark", float(step))
+    newmark = integrator_restitution("newmark", step)
     assert newmark.mean() == pytest.approx(reference[3], abs=1e-3)
     assert (newmark.min(), newmark.max()) == pytest.approx(reference[4:6], abs=0.02)

@@ -6,12 +6,15 @@ Shaw (1986), Journal of Sound and Vibration 108. Numbers of case B1 and B2 of do
 
 import pytest
 
-from skewbridge.verification.closed_form_study import (
+from skewbridge.verification.references.closed_forms import (
+    forced_amplitude,
+    free_decay_turning_points,
+)
+from skewbridge.verification.studies.oscillators import (
     forced_response,
     free_decay,
     turning_points,
 )
-from skewbridge.verification.closed_forms import forced_amplitude, free_decay_turning_points
 
 SLIP_M = 1962.0 / 4.0e4
 

@@ -1,16 +1,13 @@
-"""Every reference case that carries its data, read from the material beside the checkout.
+"""Published, classical and own cases of `tests/data/fragility_cases.json`, each with its source.
 
 Tolerances are those of the cases: 1e-6 on estimates (they were confirmed with 50 digits), 1e-4 on
 standard errors (some references differentiate numerically), 1e-5 on interval ends.
 """
 
-import json
-from functools import cache
-
 import numpy as np
 import pytest
 
-from shared import shared_path
+from reference_data import fragility_case as case
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange import risk
 from skewbridge.fragility.likelihood.links import probability
@@ -24,17 +21,12 @@ from skewbridge.fragility.tables.limit_states import convolved_curve
 from skewbridge.fragility.tables.surrogate import sobol
 
 MSA = (
-    "msa_baker2015_example",
-    "msa_8x20_full_range",
-    "msa_sparse_tail",
     "msa_wood_b1_existing",
     "msa_wood_b1_retrofit",
     "msa_wood_b2_retrofit",
     "msa_wood_b3_existing",
     "msa_wood_b4_retrofit",
     "msa_bliss_beetle_probit",
-    "msa_ncsu_bridge_column_alr5_cl0",
-    "msa_ncsu_bridge_column_alr5_cl10",
     "deg_stripe_with_n_zero",
 )
 CAPACITIES = (
@@ -42,26 +34,11 @@ CAPACITIES = (
     "ida_12_complete",
     "ida_12_censored_at_1p5",
     "ida_reliawiki_10",
-    "ida_grid_r36_ffext_0",
-    "ida_grid_r36_ff22_0",
 )
 BRACKETS = (
     "ida_interval_censored_R",
     "ida_same_records_on_stripes",
-    "ida_grid_r36_ffext_0_interval",
-    "ida_grid_r36_ff22_0_interval",
 )
-
-
-@cache
-def _cases(path):
-    cases = json.loads(path.read_text(encoding="utf-8"))["cases"]
-    return {case["id"]: case for case in cases}
-
-
-def case(name):
-    found = _cases(shared_path("cases/fragility_cases.json"))[name]
-    return found["input"], found["expected"]
 
 
 def ends(values):
@@ -129,17 +106,6 @@ def test_logit_link_reproduces_the_beetles():
     for key in ("a0", "a1", "deviance", "beta_equiv_pi_sqrt3"):
         assert fit.details[key] == pytest.approx(expected[key], rel=1e-6)
     assert fit.theta == pytest.approx(expected["theta"], rel=1e-6)
-
-
-def test_single_runs_give_the_fit_of_their_stripes():
-    given, _ = case("msa_baker2015_example")
-    _, expected = case("msa_ungrouped_equals_grouped")
-    im = np.repeat(given["im"], given["n"])
-    k = np.concatenate([np.arange(n) < k for n, k in zip(given["n"], given["k"], strict=True)])
-    fit = fit_stripes(im, np.ones(im.size), k.astype(float))
-    assert fit.theta == pytest.approx(expected["theta"], rel=1e-6)
-    assert fit.beta == pytest.approx(expected["beta"], rel=1e-6)
-    assert fit.loglik == pytest.approx(expected["loglik"], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["deg_all_zero", "deg_all_one"])
@@ -334,27 +300,6 @@ def test_parameterised_bridge_reproduces_the_case():
     logit = designs.fit_design(x, z, y, interactions=("skew:ln_im",), link="logit")
     assert logit.coefficients == pytest.approx(expected["logit"], rel=1e-6)
     assert logit.loglik == pytest.approx(expected["logit_loglik"], rel=1e-6)
-
-
-def test_published_bridge_coefficients_give_the_published_medians():
-    given, expected = case("predict_parametric_logit_bridge")
-    named = dict(given["coefficients"])
-    constant, slope = named.pop("Constant"), named.pop("Demand")
-    terms = ("1", "ln_im", *named)
-    model = designs.DesignFit(
-        status="ok",
-        terms=terms,
-        coefficients=np.array([constant, slope, *(pair[0] for pair in named.values())]),
-        se=np.empty(0),
-        se_cluster=np.empty(0),
-        covariance=np.empty((0, 0)),
-        loglik=np.nan,
-        link="logit",
-    )
-    at = {name: pair[1] for name, pair in named.items()}
-    assert model.curve_at(at)[0] == pytest.approx(expected["median"], rel=1e-9)
-    wider = model.curve_at(at | {"abt_gp_L1": 76.2})
-    assert wider[0] == pytest.approx(expected["median_variant"], rel=1e-9)
 
 
 def test_sobol_indices_of_ishigami():

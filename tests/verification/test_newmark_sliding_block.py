@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from skewbridge.verification.block import Block, run_block
-from skewbridge.verification.closed_forms import rectangular_pulse_slip, sine_pulse_first_slip
+from skewbridge.verification.references.block import Block, run_block
+from skewbridge.verification.references.closed_forms import (
+    rectangular_pulse_slip,
+    sine_pulse_first_slip,
+)
 
 G = 9.81
 # Friction, start and end of the first slip, its length, and the final slip of an independent

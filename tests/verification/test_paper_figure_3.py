@@ -1,13 +1,12 @@
 """Figure 3 of the paper: the unit in space under a square and two triangular waves."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from shared import shared_path
-from skewbridge.verification.figure_3 import EXACT_N, EXACT_WORK_J, LAW, LIMIT_N
-from skewbridge.verification.paths import figure_3
-from skewbridge.verification.unit_path import drive_unit, follow_law, path_work_j
+from reference_data import reference_table
+from skewbridge.verification.references.paths import figure_3
+from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.studies.spatial_path import EXACT_N, EXACT_WORK_J, LAW, LIMIT_N
 
 
 def steady(path):
@@ -42,11 +41,11 @@ def test_one_millisecond_is_enough_for_one_percent():
 
 
 def test_the_tabulated_history_of_radial_return_is_met():
-    reference = pd.read_csv(shared_path("cases/ref_fig3_radial_return.csv"))
+    reference = reference_table("spatial_path_forces")
     path = figure_3(1000)
     forces = drive_unit(LAW, path, substeps=2).forces_n[::10]
-    path = path[::10]
+    keep = steady(path[::10])[::5]
+    path, forces = path[::50], forces[::5]
     assert path[:, 1] == pytest.approx(reference["ux_m"].to_numpy(), abs=1e-6)
-    keep = steady(path)
-    error = (forces[:, :2] - reference[["Fx", "Fy"]].to_numpy())[keep] / LIMIT_N
+    error = (forces[:, :2] - reference[["fx_n", "fy_n"]].to_numpy())[keep] / LIMIT_N
     assert np.sqrt(np.mean(np.sum(error**2, axis=1))) <= 0.01

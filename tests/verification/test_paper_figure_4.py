@@ -1,13 +1,16 @@
 """Figure 4 of the paper: the particle between two lines, rigid and with a penalty."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from shared import shared_path
-from skewbridge.verification.checks import Checklist
-from skewbridge.verification.figure_4 import FIRST_CONTACT_S, LCP_PEAKS, compare_with_lcp
-from skewbridge.verification.particle import Particle, run_particle, run_particle_lcp
+from reference_data import reference_table
+from skewbridge.verification.references.particle import Particle, run_particle, run_particle_lcp
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.particle_between_lines import (
+    FIRST_CONTACT_S,
+    LCP_PEAKS,
+    compare_with_lcp,
+)
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +32,7 @@ def test_moreau_jean_meets_the_tabulated_peaks(restitution):
 
 
 def test_moreau_jean_follows_the_tabulated_history(rigid):
-    reference = pd.read_csv(shared_path("cases/ref_fig4_lcp_Tn1_mu0.1_e0.6.csv"))
+    reference = reference_table("particle_history")
     normal = rigid.q @ np.array(Particle().normal)
     found = np.interp(reference["t_s"], rigid.t_s, normal)
     error = np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2))
@@ -42,8 +45,8 @@ def test_free_flight_ends_at_the_exact_time(rigid):
 
 
 def test_the_penalty_particle_stays_between_the_lines_and_near_the_rigid_one(rigid):
-    checks = Checklist("fig4")
+    study = Study("fig4")
     particle = Particle(kn_n_per_m=1.0e9)
     history = run_particle(particle, 5e-5, 2.0, keep=lambda k: k % 10 == 0)
-    compare_with_lcp(checks, particle, history, rigid)
-    assert [check.quantity for check in checks.checks if not check.is_passed] == []
+    compare_with_lcp(study, particle, history, rigid)
+    assert [found.quantity for found in study.comparisons if not found.is_passed] == []

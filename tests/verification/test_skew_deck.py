@@ -3,16 +3,19 @@
 from math import radians, sin
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from shared import shared_path
-from skewbridge.verification.cases import C1, C2, C3, C4, C5, SCALE_M, deck_case
-from skewbridge.verification.deck import run_deck
-from skewbridge.verification.deck_impacts import locked_rotation, perimeter_beams
-from skewbridge.verification.deck_model import make_deck, pulse_of
-from skewbridge.verification.deck_opensees import run_opensees
-from skewbridge.verification.figure_5_6 import LARGEST_LINEAR_RATIO, LCP_PEAKS, PENALTY_PEAKS
+from reference_data import reference_table
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C1, C2, C3, C4, C5, SCALE_M, deck_case
+from skewbridge.verification.references.deck_model import make_deck, pulse_of
+from skewbridge.verification.references.deck_opensees import run_opensees
+from skewbridge.verification.studies.deck_impacts import locked_rotation, perimeter_beams
+from skewbridge.verification.studies.pulse_deck import (
+    LARGEST_LINEAR_RATIO,
+    LCP_PEAKS,
+    PENALTY_PEAKS,
+)
 
 
 def over_scale(history):
@@ -50,11 +53,11 @@ def test_elastic_penalty_peaks(named, solver):
 
 
 def test_elastic_history_of_c1():
-    reference = pd.read_csv(shared_path("cases/ref_C1_penalty_m1000_Kn1e7.csv"))
+    reference = reference_table("deck_histories")
     history = run_deck(deck_case(C1))
     for column, name in enumerate(("ux_m", "uy_m")):
         found = np.interp(reference["t_s"], history.t_s, history.q[:, column])
-        assert np.abs(found - reference[name].to_numpy()).max() <= 0.01 * SCALE_M
+        assert np.abs(found - reference[f"C1_penalty_{name}"].to_numpy()).max() <= 0.01 * SCALE_M
 
 
 @pytest.mark.parametrize("named", [C2, C4, C5], ids=lambda c: c.name)
@@ -97,13 +100,16 @@ def test_moreau_jean_peaks(key):
 
 @pytest.mark.parametrize("name", ["C1", "C2", "C3", "C5"])
 def test_moreau_jean_history(name):
-    reference = pd.read_csv(shared_path(f"cases/ref_{name}_lcp_e0.6.csv"))
+    reference = reference_table("deck_histories")
     named = {case.name: case for case in (C1, C2, C3, C5)}[name]
     history = run_deck(deck_case(named, solver="lcp", restitution=0.6, duration_s=1.0))
     early = reference["t_s"] <= 1.0
     for column, label in enumerate(("ux_m", "uy_m")):
         found = np.interp(reference["t_s"][early], history.t_s, history.q[:, column])
-        assert np.abs(found - reference[label][early].to_numpy()).max() <= 2e-3 * SCALE_M
+        assert (
+            np.abs(found - reference[f"{name}_lcp_{label}"][early].to_numpy()).max()
+            <= 2e-3 * SCALE_M
+        )
 
 
 def test_beams_around_the_deck_give_the_peaks_of_rigid_links():

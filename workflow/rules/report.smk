@@ -10,7 +10,6 @@ rule figures:
     log:
         FOLDER.log("figures"),
     params:
-        im=STUDY.fragility.im,
         digest=script_digest(
             "figures",
             rules.prepare_motions,

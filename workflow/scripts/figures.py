@@ -9,7 +9,6 @@ if __name__ == "__main__":
         from skewbridge.report.study_figures import draw_study
 
         draw_study(
-            tables={name: Path(path) for name, path in snakemake.input.items()},
-            im_column=snakemake.params.im,
+            {name: Path(path) for name, path in snakemake.input.items()},
             folder=Path(snakemake.output.folder),
         )

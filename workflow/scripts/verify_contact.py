@@ -8,7 +8,7 @@ from skewbridge.study.session import script_session
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.provenance.tables import provenance, write_frame
-        from skewbridge.verification.gate import verify_contact_gate
+        from skewbridge.verification.studies.gate import verify_contact_gate
 
         checks = verify_contact_gate()
         failed = checks[~checks["pass"]]

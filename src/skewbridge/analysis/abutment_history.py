@@ -1,7 +1,6 @@
 """The response of one abutment with the mass it carries: the paper's sub-structure study."""
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +8,12 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.analysis.gravity import hold_dead_load
-from skewbridge.analysis.recovery import Stepper
+from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import GroundInput, configure_solver, set_test, solver_log
+from skewbridge.analysis.step_loop import Ending, StepLoop, solver_log
 from skewbridge.bridge.model import domain
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
 from skewbridge.contact.ledger import UnitLedger
-from skewbridge.motions.record import GroundMotion
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -53,11 +51,10 @@ class AbutmentHistory:
 
 def abutment_history(
     variant: Variant,
-    motion: GroundMotion,
+    excitation: Excitation,
     settings: AnalysisSettings,
     options: ModelOptions,
     *,
-    scale: float = 1.0,
     log_path: Path | None = None,
 ) -> AbutmentHistory:
     """Analyse the right abutment of a variant under its share of the deck's mass.
@@ -67,57 +64,42 @@ def abutment_history(
 
     Args:
         variant: Bridge, abutment model, skew, gap and friction.
-        motion: Component 1 along x (positive pushes into the backfill), component 2 along y.
+        excitation: Motion along x (positive pushes into the backfill) and y.
         settings: How to integrate.
         options: How to model.
-        scale: Factor on both components.
         log_path: Where OpenSees writes its messages.
+
+    Raises:
+        InputError: An argument is outside its limits; nothing was analysed.
     """
-    ground = GroundInput(motion, scale, 0.0, settings)
+    ground = GroundInput(excitation, settings)
     with solver_log(log_path), domain():
         abutment = build_abutment(variant, settings.model_options(options))
         hold_dead_load({abutment.connector: abutment.dead_load_n}, {}, abutment.tags)
         ground.apply(abutment.tags)
-        return _march(abutment, ground, settings)
+        return _run(abutment, ground, settings)
 
 
-def _march(
+def _run(
     abutment: AbutmentModel, ground: GroundInput, settings: AnalysisSettings
 ) -> AbutmentHistory:
     contacts, connector = abutment.contacts, abutment.connector
     units = contacts.units if contacts else ()
     rows: list[list[float]] = []
 
-    def read() -> None:
+    def read() -> Ending | None:
         row = [float(ops.getTime()), *ops.nodeDisp(connector)[:2], *_resisting_force_n(abutment)]
         if contacts is not None:
             row += contacts.normals_n
             row += [float(np.hypot(*pair)) for pair in contacts.tangentials_n]
         rows.append(row)
+        if abs(row[1]) < MAX_DISP_M:
+            return None
+        return Ending(status="numerical_failure", message=f"the deck end moved {MAX_DISP_M:g} m")
 
-    def before(dt_s: float) -> None:
-        if contacts is not None:
-            contacts.prepare(dt_s)
-
-    def after(dt_s: float) -> None:
-        if contacts is not None:
-            contacts.after_step(dt_s)
-        read()
-
-    if contacts is not None:
-        contacts.start_from_rest()
+    loop = StepLoop(contacts, settings)
     read()
-    configure_solver(settings)
-    stepper = Stepper(
-        integrator=settings.integrator_command,
-        dt_s=settings.dt_s,
-        loosen=partial(set_test, settings),
-        max_iterations=settings.max_iterations,
-        before=before,
-        after=after,
-    )
-    ops.analysis("Transient", "-noWarnings")
-    is_complete = all(stepper.step() and abs(rows[-1][1]) < MAX_DISP_M for _ in range(ground.steps))
+    ending = loop.run(ground.steps, read)
     table = np.array(rows)
     return AbutmentHistory(
         t_s=table[:, 0],
@@ -127,8 +109,8 @@ def _march(
         friction_n=table[:, 5 + len(units) :],
         unit_names=tuple(unit.name for unit in units),
         ledger=tuple(contacts.ledger()) if contacts else (),
-        is_complete=is_complete,
-        failed_attempts=stepper.effort.failed_attempts,
+        is_complete=ending.status == "ok",
+        failed_attempts=loop.effort.failed_attempts,
     )
 
 
@@ -142,7 +124,7 @@ def _resisting_force_n(abutment: AbutmentModel) -> list[float]:
         for unit in (*handle.wall_units, *handle.key_units):
             total -= contacts.global_force_on_j(unit)[:2]
     else:
-        for spring in (*handle.wall_springs, *handle.key_springs, *handle.wing_springs):
+        for spring in handle.springs:
             force = ops.basicForce(spring.element)[spring.component]
             total += np.multiply(force, spring.direction)
     return total.tolist()

@@ -1,14 +1,13 @@
-"""Where the contacts of a model are in plan, as plain data for figures and replays."""
+"""Deck corners and contacts of a model in plan, as plain data for replays of its histories."""
 
 from dataclasses import dataclass
 
-import openseespy.opensees as ops
-
+from skewbridge.bridge.geometry import ContactPlace, contact_places
 from skewbridge.bridge.handles import BridgeModel, PlanVector
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlanCorner:
+class LayoutCorner:
     """A corner of the deck.
 
     Attributes:
@@ -28,47 +27,16 @@ class PlanCorner:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlanContact:
-    """A contact unit.
-
-    Attributes:
-        name: Name of the unit.
-        side: Abutment.
-        is_key: Whether it stands at a shear key rather than at the backwall.
-        plan_m: Position at rest.
-        normal: Direction of its normal force on the deck.
-        tangent: First direction of its friction force; the history has the sign of slip, the
-            force on the deck the other.
-        gap_m: Initial gap.
-        friction: Coulomb coefficient.
-    """
-
-    name: str
-    side: str
-    is_key: bool
-    plan_m: PlanVector
-    normal: PlanVector
-    tangent: PlanVector
-    gap_m: float
-    friction: float
-
-    @property
-    def column(self) -> str:
-        """Start of the names of its columns in the histories."""
-        return contact_column(self.name)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactPlan:
-    """Deck outline and contacts of one model in plan.
+class ContactLayout:
+    """Deck outline and contacts of one model.
 
     Attributes:
         corners: The four corners of the deck, in order around it.
-        contacts: All contact units.
+        contacts: All contact units; `contact_column` gives the start of their history columns.
     """
 
-    corners: tuple[PlanCorner, ...]
-    contacts: tuple[PlanContact, ...]
+    corners: tuple[LayoutCorner, ...]
+    contacts: tuple[ContactPlace, ...]
 
 
 def contact_column(name: str) -> str:
@@ -76,35 +44,15 @@ def contact_column(name: str) -> str:
     return f"contact_{name.replace(' ', '_')}"
 
 
-def contact_plan(model: BridgeModel) -> ContactPlan | None:
-    """Return the plan of a model with contacts, else None."""
+def contact_layout(model: BridgeModel) -> ContactLayout | None:
+    """Return the layout of a model with contacts, else None."""
     if model.contacts is None:
         return None
-    contacts = [
-        PlanContact(
-            name=unit.name,
-            side=abutment.side,
-            is_key=index in abutment.key_units,
-            plan_m=_plan(unit.node_j),
-            normal=(unit.normal[0], unit.normal[1]),
-            tangent=(unit.tangents[0][0], unit.tangents[0][1]),
-            gap_m=unit.gap_m,
-            friction=unit.friction,
-        )
-        for abutment in model.abutments
-        for index in (*abutment.wall_units, *abutment.key_units)
-        for unit in (model.contacts.units[index],)
-    ]
     left, right = (
         [
-            PlanCorner(side=abutment.side, kind=corner.kind, plan_m=corner.plan_m)
+            LayoutCorner(side=abutment.side, kind=corner.kind, plan_m=corner.plan_m)
             for corner in sorted(abutment.corners, key=lambda corner: corner.plan_m[1])
         ]
         for abutment in model.abutments
     )
-    return ContactPlan(corners=(*left, *reversed(right)), contacts=tuple(contacts))
-
-
-def _plan(node: int) -> PlanVector:
-    x, y, _ = ops.nodeCoord(node)
-    return float(x), float(y)
+    return ContactLayout(corners=(*left, *reversed(right)), contacts=contact_places(model))

@@ -24,8 +24,6 @@ def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
         The factors, for the energy balance.
     """
     a0, a1 = rayleigh_factors(model.bridge)
-    ops.region(
-        *(model.tags.region(), "-ele", *model.damping_elements),
-        *("-rayleigh", a0, 0.0, 0.0, a1),
-    )
+    factors = (a0, 0.0, 0.0, a1)
+    ops.region(model.tags.region(), "-ele", *model.damping_elements, "-rayleigh", *factors)
     return a0, a1

@@ -65,12 +65,12 @@ class EnergyBalance:
         self._masses = _masses(monitor.layout.nodes)
         damped = {node for element in model.damping_elements for node in ops.eleNodes(element)}
         self._damped = tuple(node for node in self._masses if node in damped)
+        self._groups = {name: groups[name] for name in ("columns", "deck", *_JOINTS)}
         self._ends = {
             element: tuple(int(node) for node in ops.eleNodes(element))
-            for name in ("columns", "deck", *_JOINTS)
-            for element in groups[name]
+            for elements in self._groups.values()
+            for element in elements
         }
-        self._groups = {name: groups[name] for name in ("columns", "deck", *_JOINTS)}
         self._joints = tuple(element for name in _JOINTS for element in groups[name])
         self._links = groups["links"]
         self._values = array("d")
@@ -156,14 +156,13 @@ class EnergyBalance:
         works = self._works
         at = len(self._masses) + len(self._damped)
         for element in self._groups["columns"]:
-            static = np.hstack([_block(values, at), _block(values, at + 1)])
-            dynamic = np.hstack([_block(values, at + 2), _block(values, at + 3)])
+            static, dynamic = _block(values, at, 2), _block(values, at + 2, 2)
             at += 4
             moved = self._moved(element, rows)
             works["columns"] += _steps(static, moved).sum()
             works["damping"] += _steps(dynamic - static, moved).sum()
         for element in self._groups["deck"]:
-            static = np.hstack([_block(values, at), _block(values, at + 1)])
+            static = _block(values, at, 2)
             at += 2
             moved = self._moved(element, rows)
             works["deck"] += _steps(static, moved).sum()
@@ -244,9 +243,9 @@ def _steps(force: Matrix, moved: Matrix) -> Matrix:
     return 0.5 * ((force[1:] + force[:-1]) * np.diff(moved, axis=0)).sum(axis=1)
 
 
-def _block(values: Matrix, at: int) -> Matrix:
-    """Return the six columns of a node or an element's end."""
-    return values[:, _DISP * at : _DISP * (at + 1)]
+def _block(values: Matrix, at: int, ends: int = 1) -> Matrix:
+    """Return the six columns of a node or an element's end, or those of both ends."""
+    return values[:, _DISP * at : _DISP * (at + ends)]
 
 
 def _masses(nodes: Iterable[int]) -> dict[int, Matrix]:

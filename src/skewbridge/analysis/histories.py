@@ -76,7 +76,7 @@ def abutment_force_n(model: BridgeModel, abutment: AbutmentHandle, trace: Trace)
             for k, tangent in enumerate(unit.tangents):
                 total += np.outer(trace.tangentials_n[:, index, k], tangent[:2])
         return total
-    for spring in (*abutment.wall_springs, *abutment.key_springs, *abutment.wing_springs):
+    for spring in abutment.springs:
         total += np.outer(trace.spring_force(spring), spring.direction)
     return total
 

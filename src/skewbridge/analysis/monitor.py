@@ -82,11 +82,7 @@ class Monitor:
 
 
 def _layout(model: BridgeModel, *, bearings: bool) -> Layout:
-    springs = _unique(
-        handle.element
-        for abutment in model.abutments
-        for handle in (*abutment.wall_springs, *abutment.key_springs, *abutment.wing_springs)
-    )
+    springs = _unique(handle.element for abutment in model.abutments for handle in abutment.springs)
     return Layout(
         nodes=tuple(node for node in _unique(_nodes(model)) if len(ops.getFixedDOFs(node)) < DISP),
         columns=tuple(column.element for column in model.columns),
@@ -128,7 +124,7 @@ def _nodes(model: BridgeModel) -> Iterable[int]:
         yield from (corner.node for corner in abutment.corners)
         yield from (bearing.deck_node for bearing in abutment.bearings)
         yield from (*abutment.wall_nodes, *abutment.key_nodes)
-        for spring in (*abutment.wall_springs, *abutment.key_springs, *abutment.wing_springs):
+        for spring in abutment.springs:
             yield from spring.nodes
         for element in abutment.other_springs:
             yield from ops.eleNodes(element)

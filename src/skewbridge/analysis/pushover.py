@@ -10,7 +10,7 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.analysis.gravity import apply_gravity, hold_dead_load
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.handles import BridgeModel, PlanVector
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
 from skewbridge.bridge.tags import TagAllocator
@@ -82,8 +82,7 @@ def push_bridge(
     Returns:
         Base shear (the sum of the forces) against the displacement of the mass centre.
     """
-    _require_range(max_disp_m, steps)
-    direction = (cos(radians(angle_deg)), sin(radians(angle_deg)))
+    direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
         model = build(variant, options)
         apply_gravity(model)
@@ -114,27 +113,24 @@ def push_abutment(
     Returns:
         Component of the holding force along the push, against its displacement.
     """
-    _require_range(max_disp_m, steps)
-    direction = (cos(radians(angle_deg)), sin(radians(angle_deg)))
+    direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
         abutment = build_abutment(variant, options)
         guide, driver = _build_guide(abutment, direction)
         hold_dead_load({abutment.connector: abutment.dead_load_n}, {}, abutment.tags)
         _move(driver, direction, abutment.tags)
         start = _along(abutment.connector, direction)
-        disp, force = [0.0], [0.0]
 
-        def record() -> None:
-            disp.append(_along(abutment.connector, direction) - start)
-            force.append(float(ops.basicForce(guide)[0]))
+        def read() -> tuple[float, float]:
+            moved = _along(abutment.connector, direction) - start
+            return moved, float(ops.basicForce(guide)[0])
 
-        done = _march(abutment.contacts, max_disp_m, steps, record, ("LoadControl",))
-        return PushCurve(disp_m=np.asarray(disp), force_n=np.asarray(force), is_complete=done)
+        return _march(abutment.contacts, max_disp_m, steps, read, ("LoadControl",))
 
 
 def _push(
     model: BridgeModel,
-    direction: tuple[float, float],
+    direction: PlanVector,
     max_disp_m: float,
     steps: int,
 ) -> PushCurve:
@@ -148,33 +144,29 @@ def _push(
         ops.load(node, share * direction[0], share * direction[1], 0.0, 0.0, 0.0, 0.0)
     control = 0 if abs(direction[0]) >= abs(direction[1]) else 1
     start = _along(model.deck_centre_node, direction)
-    disp, force = [0.0], [0.0]
 
-    def record() -> None:
-        disp.append(_along(model.deck_centre_node, direction) - start)
-        force.append(float(ops.getTime()))  # unit loads: the load factor is the base shear
+    def read() -> tuple[float, float]:
+        # unit loads: the load factor is the base shear
+        return _along(model.deck_centre_node, direction) - start, float(ops.getTime())
 
     integrator = ("DisplacementControl", model.deck_centre_node, control + 1)
-    target = max_disp_m * direction[control]
-    done = _march(model.contacts, target, steps, record, integrator)
-    return PushCurve(disp_m=np.asarray(disp), force_n=np.asarray(force), is_complete=done)
+    return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
 
 
-def _build_guide(abutment: AbutmentModel, direction: tuple[float, float]) -> tuple[int, int]:
+def _build_guide(abutment: AbutmentModel, direction: PlanVector) -> tuple[int, int]:
     """Tie the connector to a driver, still fixed; return the tie (axis 1 along the push) and it."""
     tags, connector = abutment.tags, abutment.connector
     driver, element, stiff = tags.node(), tags.element(), tags.material()
     ops.node(driver, *ops.nodeCoord(connector))
     ops.fix(driver, 1, 1, 1, 1, 1, 1)
     ops.uniaxialMaterial("Elastic", stiff, GUIDE_N_PER_M)
-    ops.element(
-        *("zeroLength", element, connector, driver, "-mat", stiff, stiff, "-dir", 1, 2),
-        *("-orient", *direction, 0.0, -direction[1], direction[0], 0.0),
-    )
+    axes = (*direction, 0.0, -direction[1], direction[0], 0.0)
+    springs = ("-mat", stiff, stiff, "-dir", 1, 2, "-orient", *axes)
+    ops.element("zeroLength", element, connector, driver, *springs)
     return element, driver
 
 
-def _move(driver: int, direction: tuple[float, float], tags: TagAllocator) -> None:
+def _move(driver: int, direction: PlanVector, tags: TagAllocator) -> None:
     """Let a fixed node move one metre per unit of time along a direction."""
     series, pattern = tags.series(), tags.pattern()
     ops.timeSeries("Linear", series)
@@ -188,10 +180,10 @@ def _march(
     contacts: ContactSet | None,
     target: float,
     steps: int,
-    record: Callable[[], None],
+    read: Callable[[], tuple[float, float]],
     integrator: tuple[str | int, ...],
-) -> bool:
-    """Advance to a target in steps, halving those that fail; return whether it was reached."""
+) -> PushCurve:
+    """Advance to a target in steps, halving those that fail; read displacement and force."""
     ops.logFile(devnull, "-noEcho")  # steps that fail are tried again: their messages mislead
     ops.constraints("Transformation")
     ops.numberer("RCM")
@@ -200,22 +192,22 @@ def _march(
     ops.algorithm(*ALGORITHMS[0])
     ops.integrator(*integrator, target / steps)
     ops.analysis("Static", "-noWarnings")
+    rows = [(0.0, 0.0)]
     left, halvings = 1.0, 0
-    while left > LAST_PART:
+    while left > LAST_PART and halvings <= MAX_HALVINGS:
         part = min(0.5**halvings / steps, left)
         if contacts is not None:
             contacts.prepare(part)
         if not _converges(integrator, target * part):
             halvings += 1
-            if halvings > MAX_HALVINGS:
-                return False
             continue
         left -= part
         halvings = max(halvings - 1, 0)
         if contacts is not None:
             contacts.after_step(part)
-        record()
-    return True
+        rows.append(read())
+    disp_m, force_n = np.array(rows).T
+    return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=left <= LAST_PART)
 
 
 def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
@@ -227,12 +219,14 @@ def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
     return False
 
 
-def _along(node: int, direction: tuple[float, float]) -> float:
+def _along(node: int, direction: PlanVector) -> float:
     return float(ops.nodeDisp(node, 1) * direction[0] + ops.nodeDisp(node, 2) * direction[1])
 
 
-def _require_range(max_disp_m: float, steps: int) -> None:
+def _direction(angle_deg: float, max_disp_m: float, steps: int) -> PlanVector:
+    """Return the unit vector of a push after a check of its range."""
     if not 0.0 < max_disp_m <= MAX_DISPLACEMENT_M:
         raise InputError(f"max_disp_m must be within 0..{MAX_DISPLACEMENT_M:g}, got {max_disp_m:g}")
     if not 2 <= steps <= MAX_STEPS:
         raise InputError(f"steps must be within 2..{MAX_STEPS}, got {steps}")
+    return cos(radians(angle_deg)), sin(radians(angle_deg))

@@ -1,18 +1,13 @@
-"""What an analysis returns: plain data, whatever became of it."""
+"""What an analysis returns: plain data, however it ended."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.contact_layout import ContactPlan
-
-type Status = Literal["ok", "collapse", "numerical_failure", "timeout", "crash"]
-
-RAN: Final = ("ok", "collapse")
-"""Statuses of an analysis that did what it should."""
+from skewbridge.analysis.contact_layout import ContactLayout
+from skewbridge.statuses import Status
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +18,7 @@ class AnalysisResult:
         status: How it ended.
         collapse_criterion: Demand whose limit was passed, or empty.
         time_reached_s: Time of the last converged step.
-        duration_s: Time that was asked for.
+        duration_s: Time that the analysis was to reach.
         recovery_rung: Highest rung of the recovery ladder in use, 0 none.
         substeps: Sub-steps taken beyond the regular steps.
         failed_attempts: Attempts at a step that did not converge.
@@ -31,7 +26,7 @@ class AnalysisResult:
         demands: The demand columns of the table, in their units.
         energy_kj: Energy balance by term; empty when it was not kept.
         histories: Columns of the history table, each of shape (steps + 1,), or None.
-        plan: Where the contacts are, when there are histories and contacts.
+        contact_layout: Where the contacts are, when there are histories and contacts.
         messages: What a reader of the row should know.
     """
 
@@ -46,5 +41,5 @@ class AnalysisResult:
     demands: dict[str, float]
     energy_kj: Mapping[str, float]
     histories: dict[str, NDArray[np.float64]] | None
-    plan: ContactPlan | None
+    contact_layout: ContactLayout | None
     messages: tuple[str, ...]

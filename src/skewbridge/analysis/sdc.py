@@ -41,11 +41,6 @@ class BentCapacity:
     capacity_m: float
     height_m: float
 
-    @property
-    def ductility_capacity(self) -> float:
-        """Displacement capacity over yield displacement."""
-        return self.capacity_m / self.yield_disp_m
-
     def p_delta_ratio(self, disp_m: float) -> float:
         """Return dead load times demand over plastic moment."""
         return self.axial_n * disp_m / self.plastic_moment_nm

@@ -1,4 +1,4 @@
-"""When an analysis stops: physical limits first, then the bounds of a solution that has left."""
+"""When an analysis stops: the limits of collapse, and those beyond which it has diverged."""
 
 from collections.abc import Sequence
 from math import hypot
@@ -56,7 +56,7 @@ class Watch:
     def diverged(self, row: Sequence[float]) -> str:
         """Return why the state cannot be a solution, or an empty text.
 
-        To be asked before `collapsed`: a solution that has left is no proof of collapse.
+        Call it before `collapsed`: a solution that has diverged is no proof of collapse.
         """
         drift, disp_m = self._drift(row), self._disp_m(row)
         step_drift, step_disp_m = drift - self._last_drift, disp_m - self._last_disp_m

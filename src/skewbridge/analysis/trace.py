@@ -1,6 +1,7 @@
 """What was read in an analysis: rows of plain numbers and the meaning of their columns."""
 
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Final
 
 import numpy as np
@@ -41,70 +42,60 @@ class Layout:
     @property
     def width(self) -> int:
         """Numbers in a row."""
-        return self._contact_start + 4 * self.units
+        return self._start("end")
 
-    @property
-    def _column_start(self) -> int:
-        return 3 + DISP * len(self.nodes)
-
-    @property
-    def _section_start(self) -> int:
-        return self._column_start + END_FORCES * len(self.columns)
-
-    @property
-    def _spring_start(self) -> int:
-        return self._section_start + SECTION * len(self.sections)
-
-    @property
-    def _bearing_start(self) -> int:
-        return self._spring_start + sum(count for _, count in self.springs)
-
-    @property
-    def _contact_start(self) -> int:
-        return self._bearing_start + 2 * len(self.bearings)
+    def _start(self, part: str) -> int:
+        """Return where a part of the row starts."""
+        sizes = {
+            "nodes": 3,  # after time and two accelerations
+            "columns": DISP * len(self.nodes),
+            "sections": END_FORCES * len(self.columns),
+            "springs": SECTION * len(self.sections),
+            "bearings": sum(count for _, count in self.springs),
+            "openings": 2 * len(self.bearings),
+            "normals": self.units,
+            "tangentials": self.units,
+            "end": 2 * self.units,
+        }
+        return dict(zip(sizes, accumulate(sizes.values()), strict=True))[part]
 
     def node(self, tag: int) -> int:
         """Return where the displacements of a node start."""
-        return 3 + DISP * self.nodes.index(tag)
+        return self._start("nodes") + DISP * self.nodes.index(tag)
 
     def column(self, element: int) -> int:
         """Return where the end forces of a column start."""
-        return self._column_start + END_FORCES * self.columns.index(element)
+        return self._start("columns") + END_FORCES * self.columns.index(element)
 
     def section(self, element: int, point: int) -> int:
         """Return where the deformations of a hinge section start."""
-        return self._section_start + SECTION * self.sections.index((element, point))
+        return self._start("sections") + SECTION * self.sections.index((element, point))
 
     def spring(self, handle: SpringHandle) -> int:
         """Return where the force of a spring stands."""
-        start = self._spring_start
-        for element, count in self.springs:
-            if element == handle.element:
-                return start + handle.component
-            start += count
-        raise KeyError(handle.element)
+        elements = [element for element, _ in self.springs]
+        before = self.springs[: elements.index(handle.element)]
+        return self._start("springs") + sum(count for _, count in before) + handle.component
 
     def bearing(self, element: int) -> int:
         """Return where the shear forces of a pad start.
 
         Raises:
-            KeyError: The pads were not read.
+            ValueError: The pads were not read.
         """
-        if element not in self.bearings:
-            raise KeyError(element)
-        return self._bearing_start + 2 * self.bearings.index(element)
+        return self._start("bearings") + 2 * self.bearings.index(element)
 
     def openings(self) -> slice:
         """Return where the openings of the contact units stand."""
-        return slice(self._contact_start, self._contact_start + self.units)
+        return slice(self._start("openings"), self._start("normals"))
 
     def normals(self) -> slice:
         """Return where the normal forces of the contact units stand."""
-        return slice(self._contact_start + self.units, self._contact_start + 2 * self.units)
+        return slice(self._start("normals"), self._start("tangentials"))
 
     def tangentials(self) -> slice:
         """Return where the friction forces of the contact units stand, two per unit."""
-        return slice(self._contact_start + 2 * self.units, self.width)
+        return slice(self._start("tangentials"), self._start("end"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ from skewbridge.bridge.column import (
     column_handle,
     shear_modulus_pa,
 )
-from skewbridge.bridge.dead_load import column_axial_n, column_weight_n
+from skewbridge.bridge.dead_load import column_weight_n
 from skewbridge.bridge.deck import Deck, add_weight, bent_positions_m
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.tags import TagAllocator
@@ -49,7 +49,6 @@ def build_bents(
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bent_positions_m(bridge), strict=True)):
         joints = _build_cap(bridge, bent, spine, number, x, level, tags)
-        dead_axial_n = column_axial_n(bridge, number)
         for joint, y in joints:
             nodes = _build_column_nodes(bent, joint, (x, y), tags)
             foundations.extend(_support(bridge, nodes[0], options, tags))
@@ -60,13 +59,11 @@ def build_bents(
                 ops.element("forceBeamColumn", element, *nodes, upright, integration)
             columns.append(
                 column_handle(
-                    bridge.column,
-                    bent,
+                    bridge,
+                    number,
                     element=element,
                     nodes=nodes,
                     hinge_sections=hinges,
-                    dead_axial_n=dead_axial_n,
-                    is_pinned=is_pinned,
                     shear_model=options.shear_model,
                 )
             )
@@ -110,14 +107,12 @@ def _build_cap(
         node = tags.node()
         ops.node(node, x, y, deck.centroid_above_soffit_m)
         joints.append((node, y))
+    inertias = (torsion, upright, depth * width**3 / 12)
+    section = (width * depth, modulus, shear_modulus_pa(modulus), *inertias)
     chain = sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
     for (i, _), (j, _) in pairwise(chain):
         spine.elements.append(tags.element())
-        ops.element(
-            *("elasticBeamColumn", spine.elements[-1], i, j, width * depth, modulus),
-            *(shear_modulus_pa(modulus), torsion, upright),
-            *(depth * width**3 / 12, transformation),
-        )
+        ops.element("elasticBeamColumn", spine.elements[-1], i, j, *section, transformation)
     return joints
 
 
@@ -154,8 +149,6 @@ def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllo
 
 
 def _foundation_stiffness(data: FoundationData) -> tuple[float, ...]:
-    values = (
-        *(data.kx_mn_per_m, data.ky_mn_per_m, data.kz_mn_per_m),
-        *(data.krx_mnm_per_rad, data.kry_mnm_per_rad, data.krz_mnm_per_rad),
-    )
-    return tuple(1e6 * value for value in values)
+    shifts = data.kx_mn_per_m, data.ky_mn_per_m, data.kz_mn_per_m
+    turns = data.krx_mnm_per_rad, data.kry_mnm_per_rad, data.krz_mnm_per_rad
+    return tuple(1e6 * value for value in (*shifts, *turns))

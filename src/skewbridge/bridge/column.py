@@ -5,7 +5,8 @@ from math import pi
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.catalogue.data import BentData, ColumnData
+from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
+from skewbridge.bridge.dead_load import column_axial_n
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.materials import STEELS, Concrete, core_concrete, cover_concrete
 from skewbridge.bridge.moment_curvature import MomentCurvature, moment_curvature
@@ -20,7 +21,7 @@ HINGE_RADAU_SECTIONS = 6  # OpenSees numbers the points of HingeRadau 1 to 6
 
 @lru_cache(maxsize=32)
 def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
-    """Return the moment-curvature of a column, kept: it is asked for once per column and model."""
+    """Return the moment-curvature of a column; cached, as each column of each model needs it."""
     return moment_curvature(column, axial_n)
 
 
@@ -46,10 +47,11 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     cover_tag = _concrete_material(cover, 0.0, tags)
     bar_tag = tags.material()
     # source: transition parameters recommended in the OpenSees manual for Steel02
-    ops.uniaxialMaterial(
-        *("Steel02", bar_tag, steel.yield_pa, steel.modulus_pa, steel.hardening_ratio),
-        *(18.5, 0.925, 0.15),
+    backbone, transition = (
+        (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio),
+        (18.5, 0.925, 0.15),
     )
+    ops.uniaxialMaterial("Steel02", bar_tag, *backbone, *transition)
     rings, wedges, cover_rings = options.column_fibers
     section = tags.section()
     ops.section("Fiber", section, "-GJ", torsion_stiffness_nm2(column))
@@ -71,10 +73,8 @@ def _concrete_material(concrete: Concrete, crushed_pa: float, tags: TagAllocator
     material = tags.material()
     # ASSUME the right initial stiffness matters more than the strain at the peak
     peak_strain = 2 * concrete.peak_pa / concrete.modulus_pa
-    ops.uniaxialMaterial(
-        *("Concrete01", material, -concrete.peak_pa, -peak_strain),
-        *(-crushed_pa, -concrete.ultimate_strain),
-    )
+    points = (-concrete.peak_pa, -peak_strain, -crushed_pa, -concrete.ultimate_strain)
+    ops.uniaxialMaterial("Concrete01", material, *points)
     return material
 
 
@@ -87,14 +87,17 @@ def torsion_stiffness_nm2(column: ColumnData) -> float:
 def build_elastic_section(column: ColumnData, tags: TagAllocator) -> int:
     """Create the cracked elastic section of a column and return its tag."""
     section = tags.section()
-    modulus = column.elastic_modulus_gpa * GPA
-    inertia = column.cracked_stiffness_ratio * gross_inertia_m4(column)
-    polar = column.torsion_ratio * 2 * gross_inertia_m4(column)
-    ops.section(
-        *("Elastic", section, modulus, column.gross_area_m2, inertia, inertia),
-        *(shear_modulus_pa(modulus), polar),
-    )
+    modulus, area = column.elastic_modulus_gpa * GPA, column.gross_area_m2
+    inertia, polar = _cracked_inertias_m4(column)
+    shear = shear_modulus_pa(modulus)
+    ops.section("Elastic", section, modulus, area, inertia, inertia, shear, polar)
     return section
+
+
+def _cracked_inertias_m4(column: ColumnData) -> tuple[float, float]:
+    """Return the cracked second moment of area and torsion constant."""
+    gross = gross_inertia_m4(column)
+    return column.cracked_stiffness_ratio * gross, column.torsion_ratio * 2 * gross
 
 
 def build_integration(
@@ -125,24 +128,19 @@ def build_elastic_column(
     """Create a cracked elastic column and return its tag."""
     element = tags.element()
     modulus = column.elastic_modulus_gpa * GPA
-    inertia = column.cracked_stiffness_ratio * gross_inertia_m4(column)
-    polar = column.torsion_ratio * 2 * gross_inertia_m4(column)
-    ops.element(
-        *("elasticBeamColumn", element, *nodes, column.gross_area_m2, modulus),
-        *(shear_modulus_pa(modulus), polar, inertia, inertia, transformation),
-    )
+    inertia, polar = _cracked_inertias_m4(column)
+    section = (column.gross_area_m2, modulus, shear_modulus_pa(modulus), polar, inertia, inertia)
+    ops.element("elasticBeamColumn", element, *nodes, *section, transformation)
     return element
 
 
 def column_handle(
-    column: ColumnData,
-    bent: BentData,
+    bridge: BridgeData,
+    bent_number: int,
     *,
     element: int,
     nodes: tuple[int, int],
     hinge_sections: tuple[int, ...],
-    dead_axial_n: float,
-    is_pinned: bool,
     shear_model: ShearModel,
 ) -> ColumnHandle:
     """Return the handle of a column with its yield point and shear data.
@@ -153,8 +151,10 @@ def column_handle(
     References:
         Caltrans SDC 1.7 section 3.1.3.
     """
+    column, is_pinned = bridge.column, bridge.base == "pinned"
+    dead_axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(column, dead_axial_n)
-    height = bent.clear_height_m
+    height = bridge.bents[bent_number].clear_height_m
     # ASSUME the pinned column bends in single, the fixed one in symmetric double curvature
     span = height if is_pinned else height / 2
     yield_disp = curve.yield_curvature_per_m * span**2 / 3 * (1.0 if is_pinned else 2.0)

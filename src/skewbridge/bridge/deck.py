@@ -120,14 +120,12 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     transformation = tags.transformation()
     ops.geomTransf("Linear", transformation, 0.0, 0.0, 1.0)
     modulus = deck.elastic_modulus_gpa * GPA
+    inertias = (deck.torsion_constant_m4, deck.inertia_vertical_m4, deck.inertia_transverse_m4)
+    section = (deck.area_m2, modulus, shear_modulus_pa(modulus), *inertias)
     elements: list[int] = []
     for i, j in pairwise(nodes):
         elements.append(tags.element())
-        ops.element(
-            *("elasticBeamColumn", elements[-1], i, j, deck.area_m2, modulus),
-            *(shear_modulus_pa(modulus), deck.torsion_constant_m4),
-            *(deck.inertia_vertical_m4, deck.inertia_transverse_m4, transformation),
-        )
+        ops.element("elasticBeamColumn", elements[-1], i, j, *section, transformation)
     centre = mass_centre_m(bridge)
     spine = Deck(
         nodes=nodes,

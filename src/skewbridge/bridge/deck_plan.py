@@ -41,6 +41,11 @@ class DeckEnd:
         return (self.sign * cos(self.skew_rad), self.sign * sin(self.skew_rad))
 
     @property
+    def inward(self) -> PlanVector:
+        """Normal of the backwall, towards the deck."""
+        return (-self.normal[0], -self.normal[1])
+
+    @property
     def tangent(self) -> PlanVector:
         """The normal turned by +90 degrees: along the wall."""
         return (-self.normal[1], self.normal[0])

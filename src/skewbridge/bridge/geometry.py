@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.handles import BridgeModel, PlanVector
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -29,19 +29,23 @@ class Member:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactPlace:
-    """Where a contact stands.
+    """Where a contact unit stands.
 
     Attributes:
-        name: For labels.
-        surface: Position of the pair on the closed line, in m.
-        normal: Outward normal of the surface (towards the deck), in plan.
+        name: Name of the unit.
+        side: Abutment.
+        surface: Position of the pair on the closed line at rest, in m.
+        normal: Outward normal of the surface (direction of its force on the deck), in plan.
+        tangent: First direction of its friction force; the force on the deck has the other sign.
         gap_m: Initial gap.
         friction: Coulomb coefficient.
     """
 
     name: str
+    side: str
     surface: Point
-    normal: tuple[float, float]
+    normal: PlanVector
+    tangent: PlanVector
     gap_m: float
     friction: float
 
@@ -62,7 +66,7 @@ class ModelGeometry:
     members: tuple[Member, ...]
     contacts: tuple[ContactPlace, ...]
     fixed: tuple[Point, ...]
-    deck_outline: tuple[tuple[float, float], ...]
+    deck_outline: tuple[PlanVector, ...]
 
 
 def model_geometry(variant: Variant, options: ModelOptions | None = None) -> ModelGeometry:
@@ -76,10 +80,30 @@ def model_geometry(variant: Variant, options: ModelOptions | None = None) -> Mod
         return ModelGeometry(
             title=model.variant.slug,
             members=(*_elements(model), *_rigid_links(model)),
-            contacts=_contacts(model),
+            contacts=contact_places(model),
             fixed=tuple(_place(node) for node in ops.getFixedNodes()),
             deck_outline=_outline(model),
         )
+
+
+def contact_places(model: BridgeModel) -> tuple[ContactPlace, ...]:
+    """Return where the contacts of a built model stand, none for a model without."""
+    if model.contacts is None:
+        return ()
+    return tuple(
+        ContactPlace(
+            name=unit.name,
+            side=abutment.side,
+            surface=_place(unit.node_j),
+            normal=(unit.normal[0], unit.normal[1]),
+            tangent=(unit.tangents[0][0], unit.tangents[0][1]),
+            gap_m=unit.gap_m,
+            friction=unit.friction,
+        )
+        for abutment in model.abutments
+        for index in (*abutment.wall_units, *abutment.key_units)
+        for unit in (model.contacts.units[index],)
+    )
 
 
 def _place(node: int) -> Point:
@@ -107,22 +131,7 @@ def _rigid_links(model: BridgeModel) -> list[Member]:
     return links
 
 
-def _contacts(model: BridgeModel) -> tuple[ContactPlace, ...]:
-    if model.contacts is None:
-        return ()
-    return tuple(
-        ContactPlace(
-            name=unit.name,
-            surface=_place(unit.node_j),
-            normal=(unit.normal[0], unit.normal[1]),
-            gap_m=unit.gap_m,
-            friction=unit.friction,
-        )
-        for unit in model.contacts.units
-    )
-
-
-def _outline(model: BridgeModel) -> tuple[tuple[float, float], ...]:
+def _outline(model: BridgeModel) -> tuple[PlanVector, ...]:
     left, right = model.abutments
     # each end lists its corners along its tangent: together they go once around
     ends = [corner.plan_m for corner in right.corners] + [corner.plan_m for corner in left.corners]

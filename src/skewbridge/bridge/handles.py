@@ -144,13 +144,18 @@ class AbutmentHandle:
     wing_springs: tuple[SpringHandle, ...]
     other_springs: tuple[int, ...]
 
+    @property
+    def springs(self) -> tuple[SpringHandle, ...]:
+        """Springs of walls, keys and wing walls."""
+        return (*self.wall_springs, *self.key_springs, *self.wing_springs)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BridgeModel:
     """A built model, before gravity.
 
     Attributes:
-        variant: What was asked for (normalised).
+        variant: The variant, normalised.
         bridge: Its catalogue data.
         options: Modelling choices.
         deck_nodes: Spine nodes, left to right.
@@ -160,7 +165,6 @@ class BridgeModel:
         wall_masses_kg: Further masses: wall and key nodes, by node.
         dead_loads_n: Downward nodal load by node.
         dead_moments_nm: Fixed-end moments of the deck's line load about y, by node.
-        deck_elements: Spine and cap elements.
         columns: Columns, bent by bent.
         abutments: Left, right.
         contacts: The contact units, or None for models without contact.
@@ -181,7 +185,6 @@ class BridgeModel:
     wall_masses_kg: Mapping[int, float]
     dead_loads_n: Mapping[int, float]
     dead_moments_nm: Mapping[int, float]
-    deck_elements: tuple[int, ...]
     columns: tuple[ColumnHandle, ...]
     abutments: tuple[AbutmentHandle, AbutmentHandle]
     contacts: ContactSet | None

@@ -18,44 +18,24 @@ class Steel:
 
     Attributes:
         yield_pa: Expected yield strength.
-        ultimate_pa: Expected tensile strength.
         modulus_pa: Young's modulus.
         hardening_ratio: Post-yield over elastic stiffness.
         rupture_strain: Reduced ultimate tensile strain.
     """
 
     yield_pa: float
-    ultimate_pa: float
-    modulus_pa: float
-    hardening_ratio: float
-    rupture_strain: float
+    modulus_pa: float = 200e9
+    hardening_ratio: float = 0.01  # source: 1 % is usual
+    rupture_strain: float = 0.06  # source: Caltrans SDC 1.7 section 3.2.3
 
 
 STEELS: Final = {
-    # source: Caltrans SDC 1.7 section 3.2.3, expected A706 values; 1 % hardening is usual
-    "a706": Steel(
-        yield_pa=469e6,
-        ultimate_pa=655e6,
-        modulus_pa=200e9,
-        hardening_ratio=0.01,
-        rupture_strain=0.06,
-    ),
+    # source: Caltrans SDC 1.7 section 3.2.3, expected A706 values
+    "a706": Steel(yield_pa=469e6),
     # source: Caltrans SDC 1.7 table 3.2.1 older bars: expected 1.2 times the nominal 276 MPa
-    "grade40": Steel(
-        yield_pa=331e6,
-        ultimate_pa=496e6,
-        modulus_pa=200e9,
-        hardening_ratio=0.01,
-        rupture_strain=0.06,
-    ),
+    "grade40": Steel(yield_pa=331e6),
     # source: PyPBEE examples, bridges A-C: A706 with mean properties
-    "kaviani": Steel(
-        yield_pa=476.7e6,
-        ultimate_pa=656.4e6,
-        modulus_pa=201.3e9,
-        hardening_ratio=0.01,
-        rupture_strain=0.06,
-    ),
+    "kaviani": Steel(yield_pa=476.7e6, modulus_pa=201.3e9),
 }
 
 

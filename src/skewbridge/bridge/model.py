@@ -1,17 +1,14 @@
 """The model of a variant: the one way into the OpenSees domain."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import contextmanager
-from typing import Final
+from dataclasses import dataclass
 
 import openseespy.opensees as ops
 
+from skewbridge.bridge.abutment import BUILDERS
 from skewbridge.bridge.abutment.arrays import Arrays, Line, build_arrays
-from skewbridge.bridge.abutment.contact import build_contact
 from skewbridge.bridge.abutment.parts import SideContext, SideParts, side_handle
-from skewbridge.bridge.abutment.roller import build_roller
-from skewbridge.bridge.abutment.simplified import build_simplified
-from skewbridge.bridge.abutment.spring import build_spring
 from skewbridge.bridge.abutment.supports import pad_stations
 from skewbridge.bridge.bent import Bents, build_bents
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
@@ -24,18 +21,9 @@ from skewbridge.units import MM
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
-LADDER: Final[dict[str, Callable[[SideContext], SideParts]]] = {
-    "roller": build_roller,
-    "simplified": build_simplified,
-    "spring": build_spring,
-    "contact": build_contact,
-    "contact_friction": build_contact,
-}
-CONTACT_MODELS: Final = ("contact", "contact_friction")
-
 
 class DomainError(RuntimeError):
-    """A model was asked for in a domain that has one."""
+    """The domain holds a model already."""
 
 
 @contextmanager
@@ -47,6 +35,34 @@ def domain() -> Generator[None]:
         yield
     finally:
         ops.wipe()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blueprint:
+    """What is built into a domain, and what the parts share while they are built.
+
+    Attributes:
+        variant: Normalised.
+        bridge: Its catalogue data.
+        options: Modelling choices.
+        tags: Allocator of the domain.
+        contacts: Contact set, still empty; None for models without contact.
+    """
+
+    variant: Variant
+    bridge: BridgeData
+    options: ModelOptions
+    tags: TagAllocator
+    contacts: ContactSet | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BuiltSide:
+    """One abutment in the domain: its handle, what its model made, its arrays."""
+
+    handle: AbutmentHandle
+    parts: SideParts
+    arrays: Arrays
 
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
@@ -64,125 +80,99 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
         InputError: No such bridge, or bad data in its file.
         DomainError: The domain is not fresh.
     """
-    require_fresh_domain()
-    variant = variant.normalised()
-    bridge = load_bridge(variant.bridge)
-    tags = TagAllocator()
-    spine = build_spine(bridge, options.deck_elements_per_span, tags)
-    bents = build_bents(bridge, spine, options, tags)
-    contacts = build_contact_set(variant, options, tags)
-    sides: list[tuple[AbutmentHandle, SideParts, Arrays]] = []
-    ends: list[tuple[Side, int]] = [("left", spine.nodes[0]), ("right", spine.nodes[-1])]
-    for side, node in ends:
-        sides.append(build_side(side, node, variant, bridge, options, tags, contacts))
-    return _assemble(variant, bridge, options, tags, spine, bents, sides, contacts)
+    plan = blueprint(variant, options)
+    spine = build_spine(plan.bridge, options.deck_elements_per_span, plan.tags)
+    bents = build_bents(plan.bridge, spine, options, plan.tags)
+    left = build_side("left", spine.nodes[0], plan)
+    right = build_side("right", spine.nodes[-1], plan)
+    return _assemble(plan, spine, bents, (left, right))
 
 
-def require_fresh_domain() -> None:
-    """Refuse to build into a domain that has nodes."""
+def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
+    """Return what is to be built into the open domain.
+
+    `contact` has the contact units of `contact_friction`, never updated.
+
+    Raises:
+        InputError: No such bridge, or bad data in its file.
+        DomainError: The domain has nodes.
+    """
     if ops.getNodeTags():
         raise DomainError("build() works inside `with domain():`, once per domain")
+    variant = variant.normalised()
+    tags, contacts = TagAllocator(), None
+    if variant.traits.has_contacts:
+        is_updated = variant.traits.has_friction
+        contacts = ContactSet(tags, update=is_updated, coupling=options.coupling)
+    return Blueprint(
+        variant=variant,
+        bridge=load_bridge(variant.bridge),
+        options=options,
+        tags=tags,
+        contacts=contacts,
+    )
 
 
-def build_contact_set(
-    variant: Variant, options: ModelOptions, tags: TagAllocator
-) -> ContactSet | None:
-    """Return the empty contact set of a variant; None for models without contact.
-
-    `contact` has the elements of `contact_friction`, never updated.
-    """
-    if variant.abutment not in CONTACT_MODELS:
-        return None
-    has_friction = variant.abutment == "contact_friction"
-    return ContactSet(tags, update=has_friction, coupling=options.coupling)
-
-
-def build_side(
-    side: Side,
-    deck_node: int,
-    variant: Variant,
-    bridge: BridgeData,
-    options: ModelOptions,
-    tags: TagAllocator,
-    contacts: ContactSet | None,
-) -> tuple[AbutmentHandle, SideParts, Arrays]:
+def build_side(side: Side, deck_node: int, plan: Blueprint) -> BuiltSide:
     """Build one abutment under an end node of the spine."""
-    deck = bridge.deck
+    bridge, deck = plan.bridge, plan.bridge.deck
     end = deck_end(
-        side, bridge.length_m, variant.skew_deg, deck.width_m, deck.diaphragm_thickness_m
+        side, bridge.length_m, plan.variant.skew_deg, deck.width_m, deck.diaphragm_thickness_m
     )
-    arrays = build_arrays(
-        end, deck_node, _stations(end, bridge, variant.abutment, options), options, tags
-    )
+    arrays = build_arrays(end, deck_node, _stations(end, plan), plan.options, plan.tags)
     context = SideContext(
         end=end,
         arrays=arrays,
         data=bridge.abutment,
-        options=options,
-        tags=tags,
-        gap_m=variant.gap_mm * MM,  # ASSUME measured normal to the wall
-        friction=variant.friction,
-        contacts=contacts,
+        options=plan.options,
+        tags=plan.tags,
+        gap_m=plan.variant.gap_mm * MM,  # ASSUME measured normal to the wall
+        friction=plan.variant.friction,
+        contacts=plan.contacts,
     )
-    parts = LADDER[variant.abutment](context)
-    return side_handle(context, parts), parts, arrays
+    parts = BUILDERS[plan.variant.abutment](context)
+    return BuiltSide(handle=side_handle(context, parts), parts=parts, arrays=arrays)
 
 
-def _stations(
-    end: DeckEnd, bridge: BridgeData, abutment: str, options: ModelOptions
-) -> dict[Line, list[float]]:
+def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
     """Return where each array needs nodes."""
-    half = end.wall_length_m / 2
+    half, traits = end.wall_length_m / 2, plan.variant.traits
     corners = [-half, half]
-    has_pads = abutment in ("spring", *CONTACT_MODELS)
-    return {
-        "inner": corners,
-        "bearing": pad_stations(bridge.abutment.pads, end) if has_pads else corners,
-        "outer": end.wall_stations(options.backwall_points) if has_pads else corners,
-    }
+    walls = end.wall_stations(plan.options.backwall_points) if traits.has_wall_points else corners
+    pads = pad_stations(plan.bridge.abutment.pads, end) if traits.has_pads else corners
+    return {"inner": corners, "bearing": pads, "outer": walls}
 
 
 def _assemble(
-    variant: Variant,
-    bridge: BridgeData,
-    options: ModelOptions,
-    tags: TagAllocator,
-    spine: Deck,
-    bents: Bents,
-    sides: list[tuple[AbutmentHandle, SideParts, Arrays]],
-    contacts: ContactSet | None,
+    plan: Blueprint, spine: Deck, bents: Bents, sides: tuple[BuiltSide, BuiltSide]
 ) -> BridgeModel:
-    left, right = (handle for handle, *_ in sides)
+    left, right = (side.handle for side in sides)
     columns = tuple(column.element for column in bents.columns)
-    springs = {
-        spring.element
-        for abutment in (left, right)
-        for spring in (*abutment.wall_springs, *abutment.key_springs, *abutment.wing_springs)
-    }
-    others = {element for abutment in (left, right) for element in abutment.other_springs}
+    springs = {spring.element for side in (left, right) for spring in side.springs}
+    others = {element for side in (left, right) for element in side.other_springs}
+    units = plan.contacts.units if plan.contacts else ()
     return BridgeModel(
-        variant=variant,
-        bridge=bridge,
-        options=options,
+        variant=plan.variant,
+        bridge=plan.bridge,
+        options=plan.options,
         deck_nodes=tuple(spine.nodes),
         deck_centre_node=spine.centre_node,
         deck_mass_nodes=tuple(spine.masses_kg),
         deck_masses_kg=tuple(spine.masses_kg.values()),
-        wall_masses_kg={k: v for _, parts, _ in sides for k, v in parts.masses_kg.items()},
+        wall_masses_kg={k: v for side in sides for k, v in side.parts.masses_kg.items()},
         dead_loads_n=dict(spine.loads_n),
         dead_moments_nm=spine.moments_nm,
-        deck_elements=tuple(spine.elements),
         columns=bents.columns,
         abutments=(left, right),
-        contacts=contacts,
+        contacts=plan.contacts,
         energy_elements={
             "columns": columns,
             "deck": tuple(spine.elements),
-            "bearings": tuple(b.element for a in (left, right) for b in a.bearings),
+            "bearings": tuple(b.element for side in (left, right) for b in side.bearings),
             "backfill": tuple(sorted(springs | others)),
-            "contact": tuple(unit.element for unit in contacts.units) if contacts else (),
-            "links": (*bents.foundations, *(e for *_, arrays in sides for e in arrays.links)),
+            "contact": tuple(unit.element for unit in units),
+            "links": (*bents.foundations, *(e for side in sides for e in side.arrays.links)),
         },
         damping_elements=(*spine.elements, *columns),
-        tags=tags,
+        tags=plan.tags,
     )

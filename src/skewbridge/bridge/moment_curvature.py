@@ -8,7 +8,7 @@ from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
 from skewbridge.bridge.catalogue.data import ColumnData
-from skewbridge.bridge.materials import STEELS, Steel, core_concrete, cover_concrete
+from skewbridge.bridge.materials import STEELS, core_concrete, cover_concrete
 
 type FloatArray = NDArray[np.float64]
 
@@ -45,17 +45,6 @@ class MomentCurvature:
         return self.ultimate_curvature_per_m / self.yield_curvature_per_m
 
 
-@dataclass(frozen=True, slots=True)
-class _Strips:
-    """Strips parallel to the neutral axis: height above the centre, areas of core and cover."""
-
-    height_m: FloatArray
-    core_m2: FloatArray
-    cover_m2: FloatArray
-    bar_height_m: FloatArray
-    bar_m2: FloatArray
-
-
 def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -> MomentCurvature:
     """Return the curve of a column section under an axial force.
 
@@ -70,23 +59,22 @@ def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -
     References:
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
     """
-    strips = _strips(column)
-    steel = STEELS[column.steel]
+    section = _Section(column)
     curvature = np.geomspace(2e-5, 0.25, points) / column.diameter_m
     moment = np.empty(points)
     axis = np.empty(points)
     last = points
     for i, phi in enumerate(curvature):
-        centre = _centre_strain(strips, column, steel, phi, axial_n)
-        moment[i] = _resultants(strips, column, steel, centre, phi)[1]
+        centre = section.centre_strain(phi, axial_n)
+        moment[i] = section.resultants(centre, phi)[1]
         axis[i] = column.diameter_m / 2 + centre / phi
-        if _is_ultimate(strips, column, steel, centre, phi):
+        if section.is_ultimate(centre, phi):
             last = i + 1
             break
     curvature, moment, axis = curvature[:last], moment[:last], axis[:last]
-    tension = _bar_tension(strips, curvature, axis - column.diameter_m / 2)
-    yield_strain = steel.yield_pa / steel.modulus_pa
-    first = float(np.interp(yield_strain, tension, curvature))
+    # strain of the bar farthest from the neutral axis
+    tension = curvature * (section.highest_bar_m - (axis - column.diameter_m / 2))
+    first = float(np.interp(section.yield_strain, tension, curvature))
     first_moment = float(np.interp(first, curvature, moment))
     stiffness = first_moment / first
     full = np.concatenate(([0.0], curvature)), np.concatenate(([0.0], moment))
@@ -107,65 +95,55 @@ def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -
     )
 
 
-def _strips(column: ColumnData) -> _Strips:
-    radius, core = column.diameter_m / 2, column.hoop_circle_m / 2
-    edges = np.linspace(-radius, radius, STRIPS + 1)
-    whole = np.diff(_area_below(edges, radius))
-    inner = np.diff(_area_below(edges, core))
-    angle = 2 * np.pi * (np.arange(column.bar_count) + 0.5) / column.bar_count
-    return _Strips(
-        height_m=(edges[1:] + edges[:-1]) / 2,
-        core_m2=inner,
-        cover_m2=whole - inner,
-        bar_height_m=column.bar_circle_m / 2 * np.sin(angle),
-        bar_m2=np.full(column.bar_count, column.bar_area_mm2 * 1e-6),
-    )
+class _Section:
+    """Strips of core and cover parallel to the neutral axis, and bars; compressed side up."""
+
+    def __init__(self, column: ColumnData) -> None:
+        self._core, self._cover = core_concrete(column), cover_concrete(column)
+        self._steel = STEELS[column.steel]
+        self._radius_m, self._core_radius_m = column.diameter_m / 2, column.hoop_circle_m / 2
+        edges = np.linspace(-self._radius_m, self._radius_m, STRIPS + 1)
+        self._height_m = (edges[1:] + edges[:-1]) / 2
+        self._core_m2 = np.diff(_area_below(edges, self._core_radius_m))
+        self._cover_m2 = np.diff(_area_below(edges, self._radius_m)) - self._core_m2
+        angle = 2 * np.pi * (np.arange(column.bar_count) + 0.5) / column.bar_count
+        self._bar_height_m = column.bar_circle_m / 2 * np.sin(angle)
+        self._bar_m2 = np.full(column.bar_count, column.bar_area_mm2 * 1e-6)
+        self.highest_bar_m = float(self._bar_height_m.max())
+        self.yield_strain = self._steel.yield_pa / self._steel.modulus_pa
+
+    def resultants(self, centre: float, phi: float) -> tuple[float, float]:
+        """Return axial force and moment, compression positive."""
+        strain = centre + phi * self._height_m
+        force = self._core_m2 * self._core.stress_pa(strain)
+        force += self._cover_m2 * self._cover.stress_pa(strain)
+        bar_strain = centre + phi * self._bar_height_m
+        bar = self._bar_m2 * self._steel_stress_pa(bar_strain)
+        bar -= self._bar_m2 * self._core.stress_pa(bar_strain)  # displaced concrete
+        axial = float(force.sum() + bar.sum())
+        return axial, float((force * self._height_m).sum() + (bar * self._bar_height_m).sum())
+
+    def centre_strain(self, phi: float, axial_n: float) -> float:
+        """Return the strain at the centre that balances the axial force."""
+
+        def unbalance(centre: float) -> float:
+            return self.resultants(centre, phi)[0] - axial_n
+
+        half = phi * self._radius_m
+        # between every fiber well in tension and the face at the peak of the confined curve
+        return float(brentq(unbalance, -half - 0.02, 0.002 + half, xtol=1e-10))
+
+    def is_ultimate(self, centre: float, phi: float) -> bool:
+        """Return whether the core or a bar is at its ultimate strain."""
+        core_face = centre + phi * self._core_radius_m
+        tension = phi * self.highest_bar_m - centre
+        return core_face >= self._core.ultimate_strain or tension >= self._steel.rupture_strain
+
+    def _steel_stress_pa(self, strain: FloatArray) -> FloatArray:
+        elastic = np.clip(strain, -self.yield_strain, self.yield_strain)
+        return self._steel.modulus_pa * (elastic + self._steel.hardening_ratio * (strain - elastic))
 
 
 def _area_below(height: FloatArray, radius: float) -> FloatArray:
     y = np.clip(height, -radius, radius)
     return y * np.sqrt(radius**2 - y**2) + radius**2 * (np.arcsin(y / radius) + np.pi / 2)
-
-
-def _resultants(
-    strips: _Strips, column: ColumnData, steel: Steel, centre: float, phi: float
-) -> tuple[float, float]:
-    """Axial force and moment (compression positive, compressed side up)."""
-    strain = centre + phi * strips.height_m
-    force = strips.core_m2 * core_concrete(column).stress_pa(strain)
-    force += strips.cover_m2 * cover_concrete(column).stress_pa(strain)
-    bar_strain = centre + phi * strips.bar_height_m
-    bar = strips.bar_m2 * _bilinear(steel, bar_strain)
-    bar -= strips.bar_m2 * core_concrete(column).stress_pa(bar_strain)  # displaced concrete
-    axial = float(force.sum() + bar.sum())
-    return axial, float((force * strips.height_m).sum() + (bar * strips.bar_height_m).sum())
-
-
-def _bilinear(steel: Steel, strain: FloatArray) -> FloatArray:
-    yield_strain = steel.yield_pa / steel.modulus_pa
-    elastic = np.clip(strain, -yield_strain, yield_strain)
-    return steel.modulus_pa * (elastic + steel.hardening_ratio * (strain - elastic))
-
-
-def _centre_strain(
-    strips: _Strips, column: ColumnData, steel: Steel, phi: float, axial_n: float
-) -> float:
-    def unbalance(centre: float) -> float:
-        return _resultants(strips, column, steel, centre, phi)[0] - axial_n
-
-    half = phi * column.diameter_m / 2
-    # between every fiber well in tension and the face at the peak of the confined curve
-    return float(brentq(unbalance, -half - 0.02, 0.002 + half, xtol=1e-10))
-
-
-def _is_ultimate(
-    strips: _Strips, column: ColumnData, steel: Steel, centre: float, phi: float
-) -> bool:
-    core_face = centre + phi * column.hoop_circle_m / 2
-    tension = phi * float(strips.bar_height_m.max()) - centre
-    return core_face >= core_concrete(column).ultimate_strain or tension >= steel.rupture_strain
-
-
-def _bar_tension(strips: _Strips, curvature: FloatArray, axis_offset: FloatArray) -> FloatArray:
-    """Tension strain of the farthest bar; ``axis_offset`` is centre strain over curvature."""
-    return curvature * (float(strips.bar_height_m.max()) - axis_offset)

@@ -6,10 +6,9 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.arrays import LINK_NM_PER_RAD
 from skewbridge.bridge.abutment.parts import SideParts
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.dead_load import abutment_reactions_n
 from skewbridge.bridge.handles import AbutmentHandle
-from skewbridge.bridge.model import build_contact_set, build_side, require_fresh_domain
+from skewbridge.bridge.model import blueprint, build_side
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import G_MPS2
@@ -51,10 +50,8 @@ def build_abutment(
         turns: Whether the connector may rotate in plan (it then gets the rotational inertia of
             its mass spread over the deck's width).
     """
-    require_fresh_domain()
-    variant = variant.normalised()
-    bridge = load_bridge(variant.bridge)
-    tags = TagAllocator()
+    plan = blueprint(variant, options)
+    bridge, tags = plan.bridge, plan.tags
     load_n = abutment_reactions_n(bridge)[1]
     # ASSUME the deck's inertia at an abutment is that of the dead load it carries
     mass_kg = load_n / G_MPS2
@@ -63,15 +60,14 @@ def build_abutment(
     _hold_rotation(connector, turns, tags)
     spin = mass_kg * bridge.deck.width_m**2 / 12
     ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, spin if turns else 0.0)
-    contacts = build_contact_set(variant, options, tags)
-    handle, parts, _ = build_side("right", connector, variant, bridge, options, tags, contacts)
+    side = build_side("right", connector, plan)
     return AbutmentModel(
-        handle=handle,
+        handle=side.handle,
         connector=connector,
         mass_kg=mass_kg,
         dead_load_n=load_n,
-        contacts=contacts,
-        parts=parts,
+        contacts=plan.contacts,
+        parts=side.parts,
         tags=tags,
     )
 
@@ -87,6 +83,5 @@ def _hold_rotation(connector: int, turns: bool, tags: TagAllocator) -> None:
     ops.fix(ground, 1, 1, 1, 1, 1, 1)
     ops.uniaxialMaterial("Elastic", stiff, LINK_NM_PER_RAD)
     held = (4, 5) if turns else (4, 5, 6)
-    ops.element(
-        "zeroLength", element, ground, connector, "-mat", *[stiff] * len(held), "-dir", *held
-    )
+    springs = ("-mat", *[stiff] * len(held), "-dir", *held)
+    ops.element("zeroLength", element, ground, connector, *springs)

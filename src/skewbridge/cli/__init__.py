@@ -7,7 +7,7 @@ import typer
 
 from skewbridge.analysis.exit_message import hush_exit_message
 
-# Each module has `register(app)` and imports its room inside the commands: `--help` stays fast.
+# Each module has `register(app)` and imports its package inside the commands: `--help` stays fast.
 COMMAND_MODULES: Final = ("study", "run", "bridge", "contact", "motions", "fragility")
 
 

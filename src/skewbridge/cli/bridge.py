@@ -24,7 +24,7 @@ from skewbridge.cli.variant_options import (
 )
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
-from skewbridge.variant.variant import ABUTMENT_CODES
+from skewbridge.variant.abutments import ABUTMENTS
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
@@ -132,7 +132,7 @@ def static(
     angle = _angle(direction, angle_deg)
     options = model_options(changes)
     if choice.abutment == "all":
-        variants = {name: choice.variant(name) for name in ABUTMENT_CODES}
+        variants = {name: choice.variant(name) for name in ABUTMENTS}
         _push_ladder(variants, options, max_disp_m, out, as_json=as_json)
         return
     from skewbridge.analysis.pushover import push_abutment

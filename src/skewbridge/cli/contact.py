@@ -1,7 +1,7 @@
-"""Commands of the contact room: a unit process, the rigid skew deck, the verification studies."""
+"""Commands of the contact package: unit process, rigid skew deck, verification studies."""
 
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated
 
 import typer
 
@@ -9,6 +9,7 @@ from skewbridge.cli.output import (
     EXIT_FAILED,
     JsonOption,
     clear_errors,
+    emit,
     emit_json,
     emit_table,
     messages,
@@ -32,14 +33,9 @@ def contact(
     as_json: JsonOption = False,
 ) -> None:
     """Drive one contact unit along a path of displacements and write its forces."""
-    from skewbridge.verification.contact_case import run_contact_case
-    from skewbridge.verification.unit_path import DrivenPathError
+    from skewbridge.verification.references.contact_case import run_contact_case
 
-    try:
-        summary = run_contact_case(case, out)
-    except DrivenPathError as error:
-        _stop(str(error), as_json=as_json)
-    _emit(summary, as_json=as_json)
+    emit(run_contact_case(case, out), as_json=as_json)
 
 
 @clear_errors
@@ -49,13 +45,9 @@ def deck(
     as_json: JsonOption = False,
 ) -> None:
     """Run the rigid skew deck under a pulse or a record: OpenSees, penalty ODE or LCP."""
-    from skewbridge.verification.deck import DeckFailedError, run_deck_case
+    from skewbridge.verification.references.deck import run_deck_case
 
-    try:
-        summary = run_deck_case(case, out)
-    except DeckFailedError as error:
-        _stop(str(error), as_json=as_json)
-    _emit(summary, as_json=as_json)
+    emit(run_deck_case(case, out), as_json=as_json)
 
 
 @clear_errors
@@ -75,20 +67,3 @@ def verify(
         emit_table(shown, title="Verification")
     if not all(row["pass"] for row in rows):
         raise typer.Exit(EXIT_FAILED)
-
-
-def _emit(summary: dict[str, Any], *, as_json: bool) -> None:
-    if as_json:
-        emit_json(summary)
-        return
-    flat: dict[str, Any] = {}
-    for key, value in summary.items():
-        flat |= value if isinstance(value, dict) else {key: value}
-    emit_table([{"quantity": key, "value": value} for key, value in flat.items()])
-
-
-def _stop(message: str, *, as_json: bool) -> NoReturn:
-    if as_json:
-        emit_json({"status": "failed", "message": message})
-    messages.print(f"failed: {message}", style="red", markup=False)
-    raise typer.Exit(EXIT_FAILED)

@@ -1,11 +1,11 @@
-"""Commands of the fragility room."""
+"""Commands of the fragility package."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from skewbridge.cli.output import JsonOption, clear_errors, emit_json, emit_table, messages
+from skewbridge.cli.output import JsonOption, clear_errors, emit, messages
 from skewbridge.errors import InputError
 
 
@@ -62,18 +62,10 @@ def fit(
     except InputError as error:
         error.details.setdefault("row", None)
         raise
-    if as_json:
-        emit_json(result)
-        return
-    for warning in result["warnings"]:
-        messages.print(f"warning: {warning}", style="yellow")
-    emit_table(
-        [
-            {"quantity": name, "value": value}
-            for name, value in result.items()
-            if isinstance(value, str | int | float | list) and name != "warnings"
-        ]
-    )
+    if not as_json:
+        for warning in result["warnings"]:
+            messages.print(f"warning: {warning}", style="yellow")
+    emit(result, as_json=as_json)
 
 
 @clear_errors
@@ -91,7 +83,4 @@ def export(
     from skewbridge.fragility.exchange.export import export_curves
 
     report = export_curves(curves, form, out, method=method, hazard=hazard)
-    if as_json:
-        emit_json(report)
-    else:
-        emit_table([report])
+    emit(report, [report], as_json=as_json)

@@ -1,4 +1,4 @@
-"""Commands of the motions room."""
+"""Commands of the motions package."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -10,8 +10,7 @@ from skewbridge.cli.output import (
     EXIT_BAD_INPUT,
     JsonOption,
     clear_errors,
-    emit_json,
-    emit_table,
+    emit,
     messages,
 )
 from skewbridge.errors import InputError
@@ -62,23 +61,19 @@ def check(
             if folder.is_dir():
                 messages.print(f"wrote {write_folder_index(folder, given)}", markup=False)
     checks = check_paths(paths, given, strict=strict)
-    if as_json:
-        emit_json({"files": [asdict(item) for item in checks]})
-    else:
-        emit_table(
-            [
-                {
-                    "file": Path(item.file).name,
-                    "verdict": item.verdict,
-                    "format": item.format or "",
-                    "dt (s)": item.dt_s or "",
-                    "values": item.npts or "",
-                    "PGA (g)": item.pga_g or "",
-                    "messages": "; ".join(item.messages),
-                }
-                for item in checks
-            ]
-        )
+    rows = [
+        {
+            "file": Path(item.file).name,
+            "verdict": item.verdict,
+            "format": item.format or "",
+            "dt (s)": item.dt_s or "",
+            "values": item.npts or "",
+            "PGA (g)": item.pga_g or "",
+            "messages": "; ".join(item.messages),
+        }
+        for item in checks
+    ]
+    emit({"files": [asdict(item) for item in checks]}, rows, as_json=as_json)
     if not all(item.passes for item in checks):
         raise typer.Exit(EXIT_BAD_INPUT)
 
@@ -108,13 +103,7 @@ def im(
         raise InputError(f"motions im takes one or two files, got {len(files)}")
     for message in answer.pop("messages"):
         messages.print(message, markup=False)
-    if as_json:
-        emit_json(answer)
-    else:
-        emit_table(
-            [{"measure": key, "value": value} for key, value in answer.items()
-             if not isinstance(value, list)]
-        )  # fmt: skip
+    emit(answer, as_json=as_json)
 
 
 @clear_errors
@@ -141,10 +130,7 @@ def plot(
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"
     figure.savefig(writable_file(path), dpi=150)
-    if as_json:
-        emit_json({"file": str(path)})
-    else:
-        messages.print(f"wrote {path}", markup=False)
+    emit({"file": str(path)}, as_json=as_json)
 
 
 @clear_errors
@@ -197,10 +183,7 @@ def synthesize(
         shaking_s=shaking_s,
         free_vibration_s=free_vibration_s,
     )
-    if as_json:
-        emit_json({"count": count, "index": str(index)})
-    else:
-        messages.print(f"wrote {count} pairs and {index}", markup=False)
+    emit({"count": count, "index": str(index)}, as_json=as_json)
 
 
 @clear_errors
@@ -229,10 +212,8 @@ def default_suite(
         }
         for name in effects[0]
     ]
-    if as_json:
-        emit_json({"count": len(effects), "t1_s": period_s, "cut": rows})
-    else:
-        emit_table(rows, title=f"{len(effects)} motions, T1 = {period_s:g} s")
+    title = f"{len(effects)} motions, T1 = {period_s:g} s"
+    emit({"count": len(effects), "t1_s": period_s, "cut": rows}, rows, as_json=as_json, title=title)
 
 
 def _given(dt_s: float | None, unit: str | None) -> "Given":

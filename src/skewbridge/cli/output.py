@@ -10,10 +10,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, SolutionError
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
+LONGEST_LIST = 3  # values in one cell of a table
 
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 
@@ -23,6 +24,27 @@ messages = Console(stderr=True, highlight=False, soft_wrap=True)
 def emit_json(payload: object) -> None:
     """Write one JSON value and a newline to stdout; NaN and infinities become null."""
     sys.stdout.write(json.dumps(_finite(payload), allow_nan=False) + "\n")
+
+
+def emit(
+    payload: Mapping[str, Any],
+    rows: Sequence[Mapping[str, Any]] | None = None,
+    *,
+    as_json: bool,
+    title: str | None = None,
+) -> None:
+    """Answer a command.
+
+    Args:
+        payload: The JSON object of the answer.
+        rows: Table in its place; by default a row per number or text of the payload.
+        as_json: Whether the answer is the JSON object.
+        title: Of the table.
+    """
+    if as_json:
+        emit_json(payload)
+        return
+    emit_table(_quantities(payload) if rows is None else rows, title)
 
 
 def emit_table(rows: Sequence[Mapping[str, Any]], title: str | None = None) -> None:
@@ -36,24 +58,43 @@ def emit_table(rows: Sequence[Mapping[str, Any]], title: str | None = None) -> N
 
 
 def clear_errors[**P, R](command: Callable[P, R]) -> Callable[P, R]:
-    """Turn an `InputError` of a command into one message on stderr and exit code 2."""
+    """End a command with one message: exit code 2 for bad input, 1 for a solution that failed."""
 
     @wraps(command)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> R:
         try:
             return command(*args, **kwargs)
         except InputError as error:
-            if kwargs.get("as_json"):
-                emit_json(
-                    {"status": "error", "message": str(error)} | getattr(error, "details", {})
-                )
-            messages.print(f"error: {error}", style="red", markup=False)
-            raise typer.Exit(EXIT_BAD_INPUT) from error
+            status, code, details = "error", EXIT_BAD_INPUT, error.details
+            message = str(error)
+        except SolutionError as error:
+            status, code, details = "failed", EXIT_FAILED, {}
+            message = str(error)
+        if kwargs.get("as_json"):
+            emit_json({"status": status, "message": message} | details)
+        messages.print(f"{status}: {message}", style="red", markup=False)
+        raise typer.Exit(code)
 
     return wrapped
 
 
+def _quantities(payload: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return a row per value, those of an inner mapping by themselves, without long lists."""
+    flat: dict[str, Any] = {}
+    for name, value in payload.items():
+        flat |= value if isinstance(value, Mapping) else {name: value}
+    return [
+        {"quantity": name, "value": value}
+        for name, value in flat.items()
+        if not isinstance(value, list) or 0 < len(value) <= LONGEST_LIST
+    ]
+
+
 def _cell(value: object) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_cell, value))
+    if value is None:
+        return ""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 

@@ -149,9 +149,7 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
         job = bar.add_task(task.variant.slug, total=None)
         result = analyse(
             task.variant,
-            task.motion.motion,
-            task.motion.scale,
-            task.incidence_deg,
+            task.excitation,
             task.settings,
             task.options,
             histories=True,
@@ -183,8 +181,8 @@ def _write(
     for name, figure in run_figures(histories, title=title).items():
         figure.savefig(out / f"{name}.png", dpi=150)
         figure.savefig(out / f"{name}.svg")
-    if result.plan is not None:
+    if result.contact_layout is not None:
         from skewbridge.report.contact_replay import replay_page
 
-        page = replay_page(result.plan, histories, title=title)
+        page = replay_page(result.contact_layout, histories, title=title)
         (out / "contact_replay.html").write_text(page, encoding="utf-8")

@@ -11,7 +11,7 @@ from skewbridge.cli.output import (
     EXIT_FAILED,
     JsonOption,
     clear_errors,
-    emit_json,
+    emit,
     emit_table,
     messages,
 )
@@ -42,7 +42,7 @@ def doctor(*, as_json: JsonOption = False) -> None:
     }
     began_s = time.perf_counter()
     try:
-        from skewbridge.verification.gate import verify_contact_gate
+        from skewbridge.verification.studies.gate import verify_contact_gate
 
         began_s = time.perf_counter()
         checks = verify_contact_gate()
@@ -52,10 +52,7 @@ def doctor(*, as_json: JsonOption = False) -> None:
         failed = ["import"]
         report["self_test"] = f"OpenSees does not import ({error}): run make setup again"
     report["self_test_s"] = round(time.perf_counter() - began_s, 2)
-    if as_json:
-        emit_json(report | {"ok": not failed})
-    else:
-        emit_table([{"item": name, "value": str(value)} for name, value in report.items()])
+    emit(report | {"ok": not failed}, as_json=as_json)
     if failed:
         raise typer.Exit(EXIT_FAILED)
 
@@ -64,29 +61,24 @@ def doctor(*, as_json: JsonOption = False) -> None:
 def plan(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) -> None:
     """Show the variants and analyses of a study, their cost, and what is done already."""
     forecast, variants = _forecast(config)
-    if as_json:
-        emit_json(forecast)
-        return
-    emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
-    _show(forecast)
+    if not as_json:
+        emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
+    emit(forecast, _study_rows(forecast), as_json=as_json)
 
 
 @clear_errors
 def status(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) -> None:
     """Show what is done, failed and left, with the convergence ledger."""
     forecast, _ = _forecast(config)
-    if as_json:
-        emit_json(forecast)
-        return
-    _show(forecast)
+    emit(forecast, _study_rows(forecast), as_json=as_json)
 
 
-def _show(forecast: dict[str, Any]) -> None:
+def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
     ledger = forecast["ledger"]
     rows = {name: value for name, value in forecast.items() if name != "ledger"}
     rows |= {f"status {name}": count for name, count in ledger["status"].items()}
     rows |= {f"recovery rung {rung}": count for rung, count in ledger["rung"].items()}
-    emit_table([{"study": name, "value": value} for name, value in rows.items()])
+    return [{"study": name, "value": value} for name, value in rows.items()]
 
 
 def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:

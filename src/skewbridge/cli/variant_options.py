@@ -11,8 +11,9 @@ import yaml
 
 from skewbridge.errors import InputError
 from skewbridge.reading import checked
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, Axis
-from skewbridge.variant.variant import ABUTMENT_CODES, Variant
+from skewbridge.variant.variant import Variant
 
 if TYPE_CHECKING:
     from skewbridge.analysis.settings import AnalysisSettings
@@ -23,7 +24,7 @@ BridgeOption = Annotated[
 ]
 AbutmentOption = Annotated[
     str,
-    typer.Option("--abutment", help=f"One of {', '.join(ABUTMENT_CODES).replace('_', '-')}."),
+    typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}."),
 ]
 SetOption = Annotated[
     list[str] | None,

@@ -6,11 +6,11 @@ from typing import Final, get_args
 
 import openseespy.opensees as ops
 
+from skewbridge.contact.element import make_springs, prove_bounds_act
 from skewbridge.contact.frame import contact_frame
 from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.ledger import UnitLedger, close_account
 from skewbridge.contact.schemes import ComponentwiseUnit, ElasticUnit
-from skewbridge.contact.springs import make_springs, prove_bounds_act
 from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitState
 from skewbridge.contact.tags import Tags, TagSource
 from skewbridge.contact.unit import ContactUnit
@@ -121,7 +121,10 @@ class ContactSet:
             prove_bounds_act(self._tags, nodes, frame)
         driven = drive.parameters if drive else ()
         springs = make_springs(
-            *(self._tags, nodes, frame, law),
+            self._tags,
+            nodes,
+            frame,
+            law,
             is_elastic=self._is_elastic,
             has_dashpot="dashpot_n_s_per_m" in driven,
             is_gap_driven="gap_closing_m" in driven,

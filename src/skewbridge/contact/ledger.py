@@ -1,6 +1,6 @@
 """What a contact did over a run: closures, extremes, work, and how far the cone was left."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 
 @dataclass(slots=True)
@@ -55,18 +55,12 @@ class UnitLedger:
 
 def close_account(name: str, account: Account, normal_potential_j: float) -> UnitLedger:
     """Return the ledger of a unit from its running sums."""
-    limit = account.max_limit_n
+    sums = asdict(account)
+    limit, violation = sums.pop("max_limit_n"), sums.pop("max_violation_n")
     return UnitLedger(
         name=name,
-        closures=account.closures,
-        contact_time_s=account.contact_time_s,
-        max_penetration_m=account.max_penetration_m,
-        max_normal_n=account.max_normal_n,
-        max_friction_n=account.max_friction_n,
-        slip_path_m=account.slip_path_m,
-        slip_work_j=account.slip_work_j,
-        normal_work_j=account.normal_work_j,
         normal_potential_j=normal_potential_j,
-        cone_violation_n=account.max_violation_n,
-        cone_violation_ratio=account.max_violation_n / limit if limit > 0.0 else 0.0,
+        cone_violation_n=violation,
+        cone_violation_ratio=violation / limit if limit > 0.0 else 0.0,
+        **sums,
     )

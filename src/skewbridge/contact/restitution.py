@@ -9,7 +9,7 @@ References:
     Hunt and Crossley (1975), Journal of Applied Mechanics 42 (damping times penetration).
 """
 
-from math import atan2, exp, log, pi, sqrt
+from math import atan2, exp, log, sqrt
 
 from scipy.optimize import brentq
 
@@ -49,12 +49,6 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
             xtol=1e-14,
         )
     )
-
-
-def kelvin_voigt_damping_ratio_with_tension(restitution: float) -> float:
-    """Return the textbook damping ratio, which assumes that the contact may pull."""
-    _require_restitution(restitution)
-    return -log(restitution) / sqrt(pi**2 + log(restitution) ** 2)
 
 
 def hunt_crossley_damping(restitution: float) -> float:

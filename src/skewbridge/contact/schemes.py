@@ -5,8 +5,8 @@ from typing import Any
 
 import openseespy.opensees as ops
 
+from skewbridge.contact.element import ContactError
 from skewbridge.contact.law import radial_return, yields_by_direction
-from skewbridge.contact.springs import ContactError
 from skewbridge.contact.unit import FORCE_ROUNDING, ContactUnit
 
 

@@ -6,7 +6,7 @@ import openseespy.opensees as ops
 
 # ASSUME a user's own material tags lie below this one: OpenSees cannot be asked for them.
 FIRST_FREE_MATERIAL: Final = 900_000
-# Room for the materials of one element, so that two sources in one domain never collide.
+# Tags set aside for the materials of one element, so that two sources in one domain never collide.
 _MATERIALS_PER_ELEMENT: Final = 8
 
 

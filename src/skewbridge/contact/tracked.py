@@ -5,10 +5,10 @@ from typing import Any
 
 import openseespy.opensees as ops
 
+from skewbridge.contact.element import Springs
 from skewbridge.contact.frame import Vector
 from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.ledger import Account
-from skewbridge.contact.springs import Springs
 from skewbridge.contact.state import Drive, UnitState
 
 
@@ -28,13 +28,13 @@ class TrackedUnit:
     """
 
     __slots__ = (
-        *("name", "node_i", "node_j", "element", "normal", "tangents", "gap_m", "springs"),
-        *("kn", "kt", "friction", "cohesion", "dashpot", "drive", "account"),
-        *("closed", "opening", "normal_n", "force_1", "force_2", "slip_1", "slip_2"),
-        *("moved", "approach_speed", "_dt", "_is_space", "_is_watched", "_gap_closing"),
-        *("_opening_before", "_e1", "_e2", "_step_1", "_step_2", "_bend_1", "_bend_2"),
-        *("_stick_1", "_stick_2", "_slip_1_before", "_slip_2_before", "_b1", "_b2"),
-    )
+        "_b1", "_b2", "_bend_1", "_bend_2", "_dt", "_e1", "_e2", "_gap_closing", "_is_space",
+        "_is_watched", "_opening_before", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2",
+        "_stick_1", "_stick_2", "account", "approach_speed", "closed", "cohesion", "dashpot",
+        "drive", "element", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "moved", "name",
+        "node_i", "node_j", "normal", "normal_n", "opening", "slip_1", "slip_2", "springs",
+        "tangents",
+    )  # fmt: skip
 
     def __init__(
         self,

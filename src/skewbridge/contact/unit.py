@@ -9,8 +9,8 @@ from typing import Final
 
 import openseespy.opensees as ops
 
+from skewbridge.contact.element import ContactError
 from skewbridge.contact.law import yields_on_cone
-from skewbridge.contact.springs import ContactError
 from skewbridge.contact.tracked import TrackedUnit
 
 # Force read back against force expected, relative: the springs are evaluated in double precision,

@@ -128,3 +128,9 @@ def label_of(name: str) -> str:
     """Return the label of a column with its unit; a foreign column is named in plain words."""
     column = _BY_NAME.get(name)
     return name.replace("_", " ") if column is None else column.label_with_unit
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a column; empty for a ratio and for a foreign column."""
+    column = _BY_NAME.get(name)
+    return "" if column is None or column.unit == "-" else column.unit

@@ -138,11 +138,12 @@ def _completed(known: Given, otherwise: Given | None) -> Given:
 
 def _unit_of(entry: IndexEntry) -> str:
     """Return the unit of the files of a motion, empty if they differ."""
-    units = {
-        read_trace(path, given).unit
-        for path, given in ((entry.file_1, entry.given_1), (entry.file_2, entry.given_2))
-    }
+    units = {read_trace(path, given).unit for path, given in _components(entry)}
     return units.pop() if len(units) == 1 else ""
+
+
+def _components(entry: IndexEntry) -> tuple[tuple[Path, Given], tuple[Path, Given]]:
+    return (entry.file_1, entry.given_1), (entry.file_2, entry.given_2)
 
 
 def _files_of(folder: Path) -> list[Path]:
@@ -226,7 +227,7 @@ def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
     for entry in list_motions(folder):
         pair = [
             check
-            for path, given in ((entry.file_1, entry.given_1), (entry.file_2, entry.given_2))
+            for path, given in _components(entry)
             for check in _check_files([path], given, strict=strict)
         ]
         if all(check.passes for check in pair):

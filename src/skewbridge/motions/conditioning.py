@@ -6,6 +6,7 @@ None of this is applied to recorded motions unless asked for.
 import hashlib
 import math
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import firwin, resample_poly
 
 from skewbridge.errors import InputError
-from skewbridge.motions.intensity import arias_build_up, displacement, velocity
+from skewbridge.motions.intensity import displacement, pair_arias_build_up, velocity
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import pair_psa
 
@@ -41,14 +42,9 @@ class Conditioning:
     shaking_s: float | None = None
     free_vibration_s: float = 0.0
 
-    @property
-    def changes_motions(self) -> bool:
-        """Whether anything is done at all."""
-        return self != Conditioning()
-
     def apply(self, motion: GroundMotion) -> GroundMotion:
         """Return the conditioned motion; its digest and messages say what was done."""
-        if not self.changes_motions:
+        if self == Conditioning():
             return motion
         result = remove_mean(motion) if self.remove_mean else motion
         if self.dt_s is not None:
@@ -86,7 +82,7 @@ def cut_to_strongest(
         raise InputError(f"free_vibration_s must not be negative, got {free_vibration_s}")
     dt_s = motion.dt_s
     size = min(round(shaking_s / dt_s), motion.npts)
-    both = arias_build_up(motion.accel_1_mps2, dt_s) + arias_build_up(motion.accel_2_mps2, dt_s)
+    both = pair_arias_build_up(motion)
     first = int(np.argmax(both[size - 1 :] - both[: both.size - size + 1]))
     return _window(motion, first, size, round(free_vibration_s / dt_s))
 
@@ -104,7 +100,7 @@ def trim_quiet_ends(motion: GroundMotion, share: float = QUIET_SHARE) -> GroundM
     if not 0.0 < share <= 0.05:
         raise InputError(f"share must be within 0 to 0.05, got {share}")
     dt_s = motion.dt_s
-    both = arias_build_up(motion.accel_1_mps2, dt_s) + arias_build_up(motion.accel_2_mps2, dt_s)
+    both = pair_arias_build_up(motion)
     both = both / both[-1]
     margin = round(2.0 * TAPER_S / dt_s)
     first = max(int(np.searchsorted(both, share)) - margin, 0)
@@ -121,17 +117,12 @@ def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
     if not 0.0 <= seconds <= 600.0:
         raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
     tail = round(seconds / motion.dt_s)
-    return motion.with_components(
-        np.pad(motion.accel_1_mps2, (0, tail)), np.pad(motion.accel_2_mps2, (0, tail))
-    )
+    return motion.mapped(lambda accel: np.pad(accel, (0, tail)))
 
 
 def remove_mean(motion: GroundMotion) -> GroundMotion:
     """Return the motion with the mean of each component taken off (a constant baseline offset)."""
-    return motion.with_components(
-        motion.accel_1_mps2 - motion.accel_1_mps2.mean(),
-        motion.accel_2_mps2 - motion.accel_2_mps2.mean(),
-    )
+    return motion.mapped(lambda accel: accel - accel.mean())
 
 
 def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
@@ -151,11 +142,9 @@ def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
     # An edge at 90 % of the lower Nyquist frequency, 80 dB down beyond it
     factor = max(up, down)
     taps = firwin(2 * 40 * factor + 1, 0.9 / factor, window=("kaiser", 8.0))
-    parts = [
-        resample_poly(accel, up, down, window=taps)
-        for accel in (motion.accel_1_mps2, motion.accel_2_mps2)
-    ]
-    return motion.with_components(parts[0], parts[1], dt_s=motion.dt_s * down / up)
+    return motion.mapped(
+        lambda accel: resample_poly(accel, up, down, window=taps), dt_s=motion.dt_s * down / up
+    )
 
 
 def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, float]:
@@ -164,12 +153,7 @@ def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, f
     Returns:
         ``arias_ratio`` and ``psa_<period>_ratio`` of RotD50 at a few periods.
     """
-    arias = [
-        float(
-            arias_build_up(m.accel_1_mps2, m.dt_s)[-1] + arias_build_up(m.accel_2_mps2, m.dt_s)[-1]
-        )
-        for m in (before, after)
-    ]
+    arias = [float(pair_arias_build_up(m)[-1]) for m in (before, after)]
     psa = [
         pair_psa(m.accel_1_mps2, m.accel_2_mps2, m.dt_s, EFFECT_PERIODS_S).rotd50_mps2
         for m in (before, after)
@@ -183,11 +167,9 @@ def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, f
 
 
 def _window(motion: GroundMotion, first: int, size: int, tail: int) -> GroundMotion:
-    parts = [
-        np.pad(_at_rest(accel[first : first + size], motion.dt_s), (0, tail))
-        for accel in (motion.accel_1_mps2, motion.accel_2_mps2)
-    ]
-    return motion.with_components(parts[0], parts[1])
+    return motion.mapped(
+        lambda accel: np.pad(_at_rest(accel[first : first + size], motion.dt_s), (0, tail))
+    )
 
 
 def _at_rest(accel: Vector, dt_s: float) -> Vector:
@@ -214,8 +196,7 @@ def _end_state(accel: Vector, dt_s: float) -> Vector:
 
 
 def _small_ratio(ratio: float) -> tuple[int, int]:
-    for down in range(1, MAX_RATIO + 1):
-        up = round(ratio * down)
-        if 1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9):
-            return up, down
-    raise InputError(f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio")
+    up, down = Fraction(ratio).limit_denominator(MAX_RATIO).as_integer_ratio()
+    if not (1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9)):
+        raise InputError(f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio")
+    return up, down

@@ -1,4 +1,4 @@
-"""What a recorded component must be like before anybody computes with it."""
+"""Checks of a recorded component before it is used: impossible ones are refused."""
 
 from typing import Final
 

@@ -49,7 +49,7 @@ def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float
         rotd50_g = pair_psa(*pair, dt_s, periods_s).rotd50_mps2 / G_MPS2
         sa_t1_g = float(rotd50_g[-1])
         sa_avg_g = float(np.exp(np.log(rotd50_g[:-1]).mean()))
-    both = arias_build_up(pair[0], dt_s) + arias_build_up(pair[1], dt_s)
+    both = pair_arias_build_up(motion)
     return {
         "im_pga_rotd50_g": orbit_rotd50(*pair) / G_MPS2,
         "im_pgv_rotd50_mps": orbit_rotd50(velocity(pair[0], dt_s), velocity(pair[1], dt_s)),
@@ -96,6 +96,12 @@ def displacement(accel_mps2: Vector, dt_s: float) -> Vector:
 def arias_build_up(accel_mps2: Vector, dt_s: float) -> Vector:
     """Return pi/(2 g) times the running integral of the squared acceleration, in m/s."""
     return np.pi / (2.0 * G_MPS2) * cumulative_trapezoid(accel_mps2**2, dx=dt_s, initial=0)
+
+
+def pair_arias_build_up(motion: GroundMotion) -> Vector:
+    """Return the Arias build-ups of both components added, which no rotation changes."""
+    first, second = motion.accel_1_mps2, motion.accel_2_mps2
+    return arias_build_up(first, motion.dt_s) + arias_build_up(second, motion.dt_s)
 
 
 def cav(accel_mps2: Vector, dt_s: float) -> float:

@@ -60,22 +60,6 @@ def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
     return dict(sorted(groups.items()))
 
 
-def pair_by_name(paths: Iterable[Path]) -> dict[str, tuple[Path, Path]]:
-    """Return the two component files of each motion, keyed and sorted by the motion's name.
-
-    The component whose file name sorts first is component 1. Vertical components are left out.
-
-    Raises:
-        InputError: A file without a partner, or more than two files of one name.
-    """
-    pairs: dict[str, tuple[Path, Path]] = {}
-    for name, files in group_by_name(paths).items():
-        if len(files) != 2:
-            refuse_unpaired(name, files)
-        pairs[name] = (files[0], files[1])
-    return pairs
-
-
 def refuse_unpaired(name: str, files: list[Path]) -> NoReturn:
     """Say which files of a motion are not two.
 

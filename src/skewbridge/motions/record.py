@@ -1,5 +1,6 @@
 """A two-component ground motion, in SI, with where it came from."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -99,7 +100,7 @@ class GroundMotion:
         """
         if not (np.isfinite(factor) and factor > 0.0):
             raise InputError(f"scale must be a positive number, got {factor}")
-        return self.with_components(self.accel_1_mps2 * factor, self.accel_2_mps2 * factor)
+        return self.mapped(lambda accel: accel * factor)
 
     def along_axes(self, incidence_deg: float = 0.0) -> tuple[Vector, Vector]:
         """Return the accelerations along the bridge axes x and y in m/s2.
@@ -121,6 +122,12 @@ class GroundMotion:
             cosine * self.accel_1_mps2 - sine * self.accel_2_mps2,
             sine * self.accel_1_mps2 + cosine * self.accel_2_mps2,
         )
+
+    def mapped(
+        self, treat: Callable[[Vector], Vector], *, dt_s: float | None = None
+    ) -> "GroundMotion":
+        """Return the motion with a treatment applied to each component."""
+        return self.with_components(treat(self.accel_1_mps2), treat(self.accel_2_mps2), dt_s=dt_s)
 
     def with_components(
         self, accel_1_mps2: Vector, accel_2_mps2: Vector, *, dt_s: float | None = None

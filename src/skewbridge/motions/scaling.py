@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import qmc
 
 from skewbridge.errors import InputError
 
@@ -20,16 +21,6 @@ LEVEL_RANGE_G: Final = (0.1, 1.5)
 FACTOR_LIMITS: Final = (0.25, 4.0)
 
 
-def van_der_corput(index: int) -> float:
-    """Return element 1, 2, ... of the base-2 van der Corput sequence, in (0, 1)."""
-    value, share = 0.0, 0.5
-    while index:
-        value += share * (index & 1)
-        index >>= 1
-        share /= 2.0
-    return value
-
-
 def block_targets(block: int, size: int, level_range_g: tuple[float, float]) -> Vector:
     """Return ascending target levels in g of one block of motions, log-uniformly spread.
 
@@ -37,7 +28,8 @@ def block_targets(block: int, size: int, level_range_g: tuple[float, float]) -> 
     the van der Corput sequence, so that any number of blocks fills the range evenly.
     """
     low_g, high_g = level_range_g
-    share = (np.arange(size) + van_der_corput(block + 1)) / size
+    sequence = qmc.Halton(1, scramble=False).fast_forward(block + 1)
+    share = (np.arange(size) + float(sequence.random(1)[0, 0])) / size
     return low_g * (high_g / low_g) ** share
 
 

@@ -9,7 +9,8 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from skewbridge.analysis.contact_layout import ContactPlan, PlanContact
+from skewbridge.analysis.contact_layout import ContactLayout, contact_column
+from skewbridge.bridge.geometry import ContactPlace
 from skewbridge.units import KN
 
 type Points = NDArray[np.float64]
@@ -21,22 +22,22 @@ _NEAR_LIMIT: Final = 0.98  # share of the friction limit that counts as slipping
 _OPEN, _STICK, _SLIP = "#b8b8b8", "#0173b2", "#d55e00"
 
 
-def replay_page(plan: ContactPlan, histories: pd.DataFrame, *, title: str) -> str:
+def replay_page(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -> str:
     """Return the page: a plan with a time slider over the number of closed contacts.
 
     Args:
-        plan: Deck outline and contacts.
+        layout: Deck outline and contacts.
         histories: Table of `skewbridge.analysis.histories` of the same run.
         title: Variant and motion.
     """
-    return replay_figure(plan, histories, title=title).to_html(
+    return replay_figure(layout, histories, title=title).to_html(
         include_plotlyjs=True, full_html=True, auto_play=False
     )
 
 
-def replay_figure(plan: ContactPlan, histories: pd.DataFrame, *, title: str) -> go.Figure:
+def replay_figure(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -> go.Figure:
     """Return the animated figure of `replay_page`."""
-    scene = _Scene(plan, histories)
+    scene = _Scene(layout, histories)
     rows = _frame_rows(histories["t_s"].to_numpy(), scene.closed)
     figure = make_subplots(
         rows=2, cols=1, row_heights=[0.75, 0.25], vertical_spacing=0.14, shared_xaxes=False
@@ -74,17 +75,17 @@ def replay_figure(plan: ContactPlan, histories: pd.DataFrame, *, title: str) -> 
 class _Scene:
     """Positions, states and forces of the contacts at every row of the histories."""
 
-    def __init__(self, plan: ContactPlan, histories: pd.DataFrame) -> None:
-        self.plan = plan
+    def __init__(self, layout: ContactLayout, histories: pd.DataFrame) -> None:
+        self.layout = layout
         self.time_s: Points = histories["t_s"].to_numpy()
-        contacts = plan.contacts
-        self.corners = np.array([corner.plan_m for corner in plan.corners])
+        contacts = layout.contacts
+        self.corners = np.array([corner.plan_m for corner in layout.corners])
         moves = [
             histories[[f"{corner.column}_x_m", f"{corner.column}_y_m"]].to_numpy()
-            for corner in plan.corners
+            for corner in layout.corners
         ]
         self.moves = np.stack(moves, axis=1)
-        self.rest_points = np.array([contact.plan_m for contact in contacts])
+        self.rest_points = np.array([contact.surface[:2] for contact in contacts])
         self.normal_kn = _columns(histories, contacts, "normal_kn")
         self.friction_kn = _columns(histories, contacts, "friction_1_kn")
         self.closed = self.normal_kn > 0.0
@@ -110,8 +111,8 @@ class _Scene:
         points = self.rest_points + self.disp_scale * (self._weights @ self.moves[row])
         closed, slipping = self.closed[row], self.slipping[row]
         colours = np.where(closed, np.where(slipping, _SLIP, _STICK), _OPEN)
-        normals = np.array([contact.normal for contact in self.plan.contacts])
-        tangents = np.array([contact.tangent for contact in self.plan.contacts])
+        normals = np.array([contact.normal for contact in self.layout.contacts])
+        tangents = np.array([contact.tangent for contact in self.layout.contacts])
         force = self.normal_kn[row][:, None] * normals - self.friction_kn[row][:, None] * tangents
         tips = points + self.metres_per_kn * force * closed[:, None]
         return [
@@ -140,7 +141,10 @@ class _Scene:
                 text=[
                     f"{contact.name}<br>normal {normal:.0f} kN, friction {friction:.0f} kN"
                     for contact, normal, friction in zip(
-                        self.plan.contacts, self.normal_kn[row], self.friction_kn[row], strict=True
+                        self.layout.contacts,
+                        self.normal_kn[row],
+                        self.friction_kn[row],
+                        strict=True,
                     )
                 ],
                 hoverinfo="text",
@@ -150,24 +154,26 @@ class _Scene:
 
     def _slipping(self, histories: pd.DataFrame) -> NDArray[np.bool_]:
         """Return where a closed contact carries its friction limit."""
-        across_kn = _columns(histories, self.plan.contacts, "friction_2_kn")
+        across_kn = _columns(histories, self.layout.contacts, "friction_2_kn")
         size_kn = np.hypot(self.friction_kn, across_kn)
-        limit_kn = np.array([c.friction for c in self.plan.contacts]) * self.normal_kn
+        limit_kn = np.array([c.friction for c in self.layout.contacts]) * self.normal_kn
         return self.closed & (size_kn >= _NEAR_LIMIT * limit_kn)
 
-    def _along_edge(self, contact: PlanContact) -> Points:
+    def _along_edge(self, contact: ContactPlace) -> Points:
         """Return the weights of the corners whose mean moves as the deck does at a contact."""
-        ends = [i for i, corner in enumerate(self.plan.corners) if corner.side == contact.side]
+        ends = [i for i, corner in enumerate(self.layout.corners) if corner.side == contact.side]
         first, second = self.corners[ends]
         edge = second - first
-        share = float((np.array(contact.plan_m) - first) @ edge / (edge @ edge))
+        share = float((np.array(contact.surface[:2]) - first) @ edge / (edge @ edge))
         weights = np.zeros(len(self.corners))
         weights[ends] = 1.0 - share, share
         return weights
 
 
-def _columns(histories: pd.DataFrame, contacts: Sequence[PlanContact], end: str) -> Points:
-    return np.column_stack([histories[f"{contact.column}_{end}"] for contact in contacts])
+def _columns(histories: pd.DataFrame, contacts: Sequence[ContactPlace], end: str) -> Points:
+    return np.column_stack(
+        [histories[f"{contact_column(contact.name)}_{end}"] for contact in contacts]
+    )
 
 
 def _frame_rows(time_s: Points, closed: NDArray[np.bool_]) -> list[int]:

@@ -14,8 +14,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
+from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
-from skewbridge.report.fragility_style import STYLE, label, note
+from skewbridge.report.axis_layout import short_value, shown_axes
+from skewbridge.report.fragility_style import STYLE, note
+from skewbridge.variant.axes import Axis, axes_of
 
 _VERDICT_COLOURS: Final = {
     NEGLIGIBLE: "#cfe3f5",
@@ -25,6 +28,11 @@ _VERDICT_COLOURS: Final = {
 _RATIO_RANGE: Final = (0.5, 2.0)
 _RATIO_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FINE_TICKS: Final = tuple(round(0.05 * i, 2) for i in range(14, 28))
+_ROW_IN: Final = 0.42  # height of a demand in the figure of ratios, and the least of one ratio
+_MARK_IN: Final = 0.0525
+_WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
+_COLUMN_LETTERS: Final = 11  # the same in the small size
+_SMALL_SIZE: Final = 7.5
 _VERDICT_TEXT: Final = {
     NEGLIGIBLE: f"negligible (within ±{100 * MARGIN:g} %)",
     MATTERS: f"matters (beyond ±{100 * MARGIN:g} %)",
@@ -37,14 +45,15 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
 
     Args:
         effects: Table of `skewbridge.fragility.tables.effects.paired_effects`.
-        axis: ``friction`` (default), ``gap_mm`` or ``skew_deg``.
+        axis: Column of the axis that differs.
     """
-    table = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
-    others = [name for name in ("skew_deg", "gap_mm", "friction") if name != axis]
-    keys = ["bridge", "abutment", *others, "from_value", "to_value"]
+    table = _pairs_along(effects, axis)
+    others = _other_axes(effects, axis)
+    keys = ["bridge", "abutment", *(other.name for other in others), "from_value", "to_value"]
     columns = table[keys].drop_duplicates().sort_values(keys).reset_index(drop=True)
     rows = list(dict.fromkeys(table["demand"]))
     found = table.set_index([*keys, "demand"])
+    labels = _column_labels(columns, others)
     with mpl.rc_context(STYLE | {"axes.grid": False}):
         width = 2.6 + 0.72 * len(columns)
         figure = Figure(figsize=(max(width, 5.0), 1.9 + 0.3 * len(rows)), layout="constrained")
@@ -54,12 +63,16 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
                 _verdict_cell(axes, x, y, found.loc[(*key, demand)])
         axes.set_xlim(-0.5, len(columns) - 0.5)
         axes.set_ylim(len(rows) - 0.5, -0.5)
-        axes.set_yticks(range(len(rows)), [label(name) for name in rows])
-        axes.set_xticks(range(len(columns)), _column_labels(columns, others))
+        axes.set_yticks(range(len(rows)), [label_of(name) for name in rows])
+        axes.set_xticks(range(len(columns)), labels)
         axes.tick_params(length=0)
+        if any(len(line) > _WIDE_LABEL for label in labels for line in label.split("\n")):
+            axes.tick_params(axis="x", labelsize=_SMALL_SIZE)
         for spine in axes.spines.values():
             spine.set_visible(False)
-        title = fill(_map_title(columns, axis), 24 + 10 * len(columns))
+        change = f"{_listed(columns['from_value'])} to {_listed(columns['to_value'])}"
+        title = f"Change of demand, {_label(axis).lower()} {change}, same motions"
+        title = fill(title, 24 + 10 * len(columns))
         figure.suptitle(title, x=0.01, ha="left", fontsize=10)
         handles = [
             Patch(facecolor=_VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text)
@@ -72,74 +85,99 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
 def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
     """Draw the paired ratios of every demand with their intervals against the margin.
 
+    Colours tell apart the values of the first other axis that varies; with the first axis itself,
+    the values that it is changed to.
+
     Args:
         effects: Table of `skewbridge.fragility.tables.effects.paired_effects`.
-        axis: ``friction``, ``gap_mm`` or ``skew_deg``.
+        axis: Column of the axis that differs.
     """
-    table = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")].dropna(
-        subset=["ratio"]
-    )
+    table = _pairs_along(effects, axis).dropna(subset=["ratio"])
     if table.empty:
         return note(f"No pair of variants differs in {axis} only")
     demands = list(dict.fromkeys(table["demand"]))
-    hue = "skew_deg" if axis != "skew_deg" else "to_value"
+    hue = _hue(effects, axis)
+    order = [hue, *(other.name for other in _other_axes(effects, axis) if other.name != hue)]
     values = sorted(table[hue].unique())
     palette = dict(zip(values, sns.color_palette("viridis", len(values) + 1), strict=False))
+    per_demand = len(table) / len(demands)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.2, 1.4 + 0.42 * len(demands)), layout="constrained")
+        row_in = max(_ROW_IN, _MARK_IN * per_demand)
+        figure = Figure(figsize=(6.2, 1.4 + row_in * len(demands)), layout="constrained")
         axes = figure.subplots()
         axes.axvspan(1 - MARGIN, 1 + MARGIN, color="#cfe3f5", zorder=0)
         axes.axvline(1.0, color="#777777", linewidth=0.8)
         for y, demand in enumerate(demands):
-            part = table[table["demand"] == demand].sort_values([hue, "gap_mm"])
+            part = table[table["demand"] == demand].sort_values(order)
             offsets = np.linspace(-0.32, 0.32, len(part)) if len(part) > 1 else [0.0]
             for offset, item in zip(offsets, part.to_dict("records"), strict=True):
                 _ratio_mark(axes, item, y + offset, palette[item[hue]])
-        axes.set_xscale("log")
-        low, high = _ratio_range(table)
-        axes.set_xlim(low, high)
-        ticks = _FINE_TICKS if low > _FINE_TICKS[0] and high < _FINE_TICKS[-1] else _RATIO_TICKS
-        axes.xaxis.set_major_locator(FixedLocator(ticks))
-        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_yticks(range(len(demands)), [label(name) for name in demands])
+        _scale_ratios(axes, table)
+        axes.set_yticks(range(len(demands)), [label_of(name) for name in demands])
         axes.set_ylim(len(demands) - 0.5, -0.5)
         axes.grid(axis="y", visible=False)
         start = table["from_value"].iloc[0]
-        ends = ", ".join(f"{value:g}" for value in sorted(table["to_value"].unique()))
+        ends = _listed(table["to_value"])
         level = 100 * float(table["level"].iloc[0])
-        axes.set_xlabel(f"Demand at {label(axis).lower()} {ends} over demand at {start:g}")
+        axes.set_xlabel(f"Demand at {_label(axis).lower()} {ends} over demand at {start:g}")
         axes.set_title(
             f"Same motions, geometric mean and {level:g} % interval", loc="left", fontsize=9
         )
         handles = [Line2D([], [], marker="o", color=palette[v], label=f"{v:g}") for v in values]
-        name = label(axis if hue == "to_value" else hue)
+        name = _label(axis if hue == "to_value" else hue)
         axes.legend(handles=handles, title=name, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
+def _pairs_along(effects: pd.DataFrame, axis: str) -> pd.DataFrame:
+    return effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
+
+
+def _other_axes(effects: pd.DataFrame, axis: str) -> list[Axis]:
+    """Return the axes that tell apart the pairs along one axis."""
+    pairs = effects[effects["scope"] == "variant"]
+    return [other for other in shown_axes(pairs) if other.name != axis]
+
+
+def _label(axis: str) -> str:
+    return axes_of([axis])[0].label_with_unit
+
+
+def _hue(effects: pd.DataFrame, axis: str) -> str:
+    """Return the column whose values have the colours."""
+    if axis == shown_axes(effects)[0].name:
+        return "to_value"
+    others = [other.name for other in _other_axes(effects, axis)]
+    varying = [name for name in others if _pairs_along(effects, axis)[name].nunique() > 1]
+    return [*varying, *others][0]
+
+
+def _scale_ratios(axes: Axes, table: pd.DataFrame) -> None:
+    axes.set_xscale("log")
+    low, high = _ratio_range(table)
+    axes.set_xlim(low, high)
+    ticks = _FINE_TICKS if low > _FINE_TICKS[0] and high < _FINE_TICKS[-1] else _RATIO_TICKS
+    axes.xaxis.set_major_locator(FixedLocator(ticks))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_locator(NullLocator())
+
+
+def _listed(values: pd.Series) -> str:
+    return ", ".join(f"{value:g}" for value in sorted(values.unique()))
+
+
 def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
-    axes.add_patch(
-        Rectangle(
-            (x - 0.48, y - 0.46),
-            0.96,
-            0.92,
-            facecolor=_VERDICT_COLOURS[str(item["verdict"])],
-            edgecolor="white",
-        )
-    )
-    ratio = float(item["ratio"])
-    percent = 100.0 * (ratio - 1.0)
+    colour = _VERDICT_COLOURS[str(item["verdict"])]
+    corner = x - 0.48, y - 0.46
+    axes.add_patch(Rectangle(corner, 0.96, 0.92, facecolor=colour, edgecolor="white"))
+    percent = 100.0 * (float(item["ratio"]) - 1.0)
     text = "–"
     if np.isfinite(percent):
+        digits = 0 if abs(percent) > 9.5 else 1
         # adding zero turns a rounded -0.0 into 0.0
-        text = (
-            f"{round(percent) + 0:+.0f} %"
-            if abs(percent) > 9.5
-            else f"{round(percent, 1) + 0:+.1f} %"
-        )
+        text = f"{round(percent, digits) + 0:+.{digits}f} %"
     bold = "bold" if item["verdict"] == MATTERS else "normal"
-    axes.text(x, y, text, ha="center", va="center", fontsize=7.5, fontweight=bold)
+    axes.text(x, y, text, ha="center", va="center", fontsize=_SMALL_SIZE, fontweight=bold)
 
 
 def _ratio_range(table: pd.DataFrame) -> tuple[float, float]:
@@ -172,21 +210,14 @@ def _ratio_mark(axes: Axes, item: Mapping[Hashable, Any], y: float, colour: Any)
     )
 
 
-def _column_labels(columns: pd.DataFrame, others: Sequence[str]) -> list[str]:
+def _column_labels(columns: pd.DataFrame, others: Sequence[Axis]) -> list[str]:
     out: list[str] = []
-    form = {"skew_deg": "{:g}°", "gap_mm": "{:g} mm", "friction": "μ {:g}"}
     several = columns["to_value"].nunique() > 1
     for item in columns.to_dict("records"):
-        lines = [form[name].format(item[name]) for name in others]
+        texts = [short_value(axis, item[axis.name], others) for axis in others]
         if several:
-            lines.append(f"→ {item['to_value']:g}")
+            texts.append(f"→ {item['to_value']:g}")
         if columns["bridge"].nunique() > 1:
-            lines.append(str(item["bridge"]))
-        out.append("\n".join(lines))
+            texts.append(str(item["bridge"]))
+        out.append("\n".join(fill(text, _COLUMN_LETTERS) for text in texts))
     return out
-
-
-def _map_title(columns: pd.DataFrame, axis: str) -> str:
-    ends = ", ".join(f"{value:g}" for value in sorted(columns["to_value"].unique()))
-    starts = ", ".join(f"{value:g}" for value in sorted(columns["from_value"].unique()))
-    return f"Change of demand, {label(axis).lower()} {starts} to {ends}, same motions"

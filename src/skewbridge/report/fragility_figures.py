@@ -1,7 +1,7 @@
 """Fragility curves over their runs and clouds of demand: tables in, matplotlib figures out."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -9,85 +9,69 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from skewbridge.demands.columns import label_of, unit_of
 from skewbridge.fragility.likelihood.intervals import curve, curve_band
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS
-from skewbridge.report.fragility_style import (
-    STYLE,
-    handles_of,
-    label,
-    note,
-    plain_log_ticks,
-    styles_of,
-)
+from skewbridge.report.axis_layout import VariantLayout
+from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
+from skewbridge.statuses import COLLAPSE, OK
+
+_LEGEND_COLUMNS: Final = 4
 
 
 def fragility_curves(
-    curves: pd.DataFrame,
-    demands: pd.DataFrame,
-    component: str,
-    *,
-    method: str = "cloud",
-    states: Sequence[str] | None = None,
+    curves: pd.DataFrame, demands: pd.DataFrame, component: str, method: str = "cloud"
 ) -> Figure:
     """Draw the curves of a component with their bands, over the runs they come from.
 
-    One column of panels per skew, one row per limit state with at least one curve. Ticks at the
-    bottom are runs that do not exceed, at the top runs that do (collapse included, where the
-    limit state counts it). The band is the pointwise interval of the curve; a thin line is one
-    with a warning (saturating demand, extrapolated median). The dispersion is that from motion
-    to motion.
+    A row of panels per limit state with at least one curve, a column as `VariantLayout` has it.
+    Ticks at the bottom are runs that do not exceed, at the top runs that do (collapse included,
+    where the limit state counts it). The band is the pointwise interval of the curve; a thin line
+    is one with a warning (saturating demand, extrapolated median). The dispersion is
+    record-to-record.
 
     Args:
         curves: Table of `skewbridge.fragility.tables.curves.fit_study`.
         demands: The demands it was fitted to.
         component: Component to draw.
         method: ``cloud``, ``exceedance`` or ``ida_interval``.
-        states: Limit states; by default those with a curve.
     """
     table = curves[(curves["component"] == component) & (curves["method"] == method)]
-    drawn = table[table["status"] == "ok"]
-    names = list(dict.fromkeys(drawn["limit_state"])) if states is None else list(states)
-    skews = sorted(table["skew_deg"].unique())
-    if not names or table.empty:
+    names = list(dict.fromkeys(table.loc[table["status"] == "ok", "limit_state"]))
+    if not names:
         return note(f"No fragility curve of {component}: " + _status_text(table))
     im_column = str(table["im"].iloc[0])
     im = demands[im_column].to_numpy(dtype=np.float64)
     grid = np.geomspace(0.7 * im.min(), 1.3 * im.max(), 160)
+    layout = VariantLayout.of(table)
+    columns = layout.panels(table)
     with mpl.rc_context(STYLE):
-        figure = Figure(
-            figsize=(2.6 * len(skews) + 0.9, 2.1 * len(names) + 0.9), layout="constrained"
-        )
-        panels = figure.subplots(len(names), len(skews), squeeze=False, sharex=True, sharey=True)
-        styles = styles_of(table)
-        for row, name in enumerate(names):
-            for column, skew in enumerate(skews):
-                axes: Axes = panels[row, column]
-                part = table[(table["limit_state"] == name) & (table["skew_deg"] == skew)]
-                _curve_panel(axes, part, demands, grid, styles)
+        size = 2.6 * len(columns) + 0.9, 2.1 * len(names) + 0.9
+        figure = Figure(figsize=size, layout="constrained")
+        panels = figure.subplots(len(names), len(columns), squeeze=False, sharex=True, sharey=True)
+        for row, name in zip(panels, names, strict=True):
+            for axes, (_, own) in zip(row, columns, strict=True):
+                _curve_panel(axes, own[own["limit_state"] == name], demands, grid, layout)
                 axes.set_xscale("log")
                 axes.set_ylim(-0.06, 1.06)
-                if row == 0:
-                    axes.set_title(f"skew {skew:g}°", fontsize=9)
-                if column == 0:
-                    threshold = float(part["threshold"].iloc[0])
-                    axes.set_ylabel(f"P({name} | IM)\n{threshold:.3g} {_unit(part)}".rstrip())
-                if row == len(names) - 1:
-                    axes.set_xlabel(label(im_column))
+            state = table[table["limit_state"] == name].iloc[0]
+            unit = unit_of(str(state["demand"]))
+            row[0].set_ylabel(f"P({name} | IM)\n{state['threshold']:.3g} {unit}".rstrip())
+        for axes, (title, _) in zip(panels[0], columns, strict=True):
+            axes.set_title(title, fontsize=9)
+        for axes in panels[-1]:
+            axes.set_xlabel(label_of(im_column))
         plain_log_ticks(panels[-1, 0].xaxis)
-        figure.legend(
-            handles=handles_of(styles), loc="outside lower center", ncols=min(len(styles), 4)
-        )
+        _add_legend(figure, layout)
         title = f"{component.replace('_', ' ').capitalize()}: {method} fits"
         level = float(table["level"].iloc[0])
         figure.suptitle(f"{title}, {100 * level:g} % bands", x=0.01, ha="left", fontsize=10)
     return figure
 
 
-def demand_clouds(
-    demands: pd.DataFrame, curves: pd.DataFrame, demand: str, im_column: str
-) -> Figure:
-    """Draw demand over intensity, log-log, with the fitted lines and the thresholds.
+def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> Figure:
+    """Draw demand over the intensity of the fits, log-log, with fitted lines and thresholds.
 
     Runs that did not complete are drawn open, at their peak so far.
 
@@ -95,47 +79,36 @@ def demand_clouds(
         demands: Demands table.
         curves: Fits, for lines and thresholds of this demand.
         demand: Demand column.
-        im_column: Intensity column.
     """
-    skews = sorted(demands["skew_deg"].unique())
     fits = curves[(curves["demand"] == demand) & (curves["method"] == "cloud")]
+    thresholds = dict(zip(fits["limit_state"], fits["threshold"], strict=True))
+    im_column = str(curves["im"].iloc[0])
+    layout = VariantLayout.of(demands)
+    columns = layout.panels(demands)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(2.6 * len(skews) + 0.9, 3.3), layout="constrained")
-        panels = figure.subplots(1, len(skews), squeeze=False, sharex=True, sharey=True)[0]
-        styles = styles_of(demands)
-        for axes, skew in zip(panels, skews, strict=True):
-            for key, style in styles.items():
-                part = demands[
-                    (demands["skew_deg"] == skew)
-                    & (demands["gap_mm"] == key[0])
-                    & (demands["friction"] == key[1])
-                ]
+        figure = Figure(figsize=(2.6 * len(columns) + 0.9, 3.3), layout="constrained")
+        panels = figure.subplots(1, len(columns), squeeze=False, sharex=True, sharey=True)[0]
+        for axes, (title, own) in zip(panels, columns, strict=True):
+            for part, style in layout.lines(own):
                 _cloud_points(axes, part, demand, im_column, style)
                 line = fits[fits["variant"].isin(part["variant"])].head(1)
                 _cloud_line(axes, line, part[im_column], style)
-            for text, threshold in dict(
-                zip(fits["limit_state"], fits["threshold"], strict=True)
-            ).items():
-                axes.axhline(threshold, color="#777777", linewidth=0.7, zorder=0)
-                axes.annotate(
-                    str(text).replace("_", " "),
-                    (0.01, threshold),
-                    xycoords=("axes fraction", "data"),
-                    fontsize=7,
-                    color="#555555",
-                    va="bottom",
-                )
+            _draw_thresholds(axes, thresholds)
             axes.set_xscale("log")
             axes.set_yscale("log")
-            axes.set_title(f"skew {skew:g}°", fontsize=9)
-            axes.set_xlabel(label(im_column))
-        panels[0].set_ylabel(label(demand))
+            axes.set_title(title, fontsize=9)
+            axes.set_xlabel(label_of(im_column))
+        panels[0].set_ylabel(label_of(demand))
         plain_log_ticks(panels[0].xaxis)
         plain_log_ticks(panels[0].yaxis)
-        figure.legend(
-            handles=handles_of(styles), loc="outside lower center", ncols=min(len(styles), 4)
-        )
+        _add_legend(figure, layout)
     return figure
+
+
+def _add_legend(figure: Figure, layout: VariantLayout) -> None:
+    handles = layout.handles()
+    columns = min(len(handles), _LEGEND_COLUMNS)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns)
 
 
 def _curve_panel(
@@ -143,15 +116,15 @@ def _curve_panel(
     part: pd.DataFrame,
     demands: pd.DataFrame,
     grid: FloatArray,
-    styles: Mapping[tuple[float, float], Mapping[str, Any]],
+    layout: VariantLayout,
 ) -> None:
     missing: list[str] = []
     for item in part.to_dict("records"):
-        style = styles[(item["gap_mm"], item["friction"])]
+        style = layout.style_of(item)
         runs = demands[demands["variant"] == item["variant"]]
         above = runs[item["demand"]] > item["threshold"]
         if item["collapse_rule"] == COLLAPSE_EXCEEDS:
-            above |= runs["status"] == "collapse"
+            above |= runs["status"] == COLLAPSE
         x = runs[item["im"]]
         for hit, height, marker in ((above, 1.03, 2), (~above, -0.03, 3)):
             axes.plot(x[hit], np.full(int(hit.sum()), height), marker=marker, ls="", ms=3,
@@ -185,7 +158,7 @@ def _curve_panel(
 def _cloud_points(
     axes: Axes, part: pd.DataFrame, demand: str, im_column: str, style: Mapping[str, Any]
 ) -> None:
-    done = (part["status"] == "ok").to_numpy()
+    done = (part["status"] == OK).to_numpy()
     x, y = part[im_column].to_numpy(), part[demand].to_numpy()
     colour = style["color"]
     axes.plot(x[done], y[done], "o", ms=2.8, color=colour, alpha=0.6, markeredgewidth=0)
@@ -199,9 +172,17 @@ def _cloud_line(axes: Axes, fit: pd.DataFrame, im: pd.Series, style: Mapping[str
     axes.plot(x, np.exp(fit["ln_a"].iloc[0]) * x ** fit["b"].iloc[0], linewidth=1.2, **style)
 
 
-def _unit(part: pd.DataFrame) -> str:
-    text = label(str(part["demand"].iloc[0]))
-    return text[text.rfind("(") + 1 : -1] if text.endswith(")") else ""
+def _draw_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:
+    for name, threshold in thresholds.items():
+        axes.axhline(threshold, color="#777777", linewidth=0.7, zorder=0)
+        axes.annotate(
+            name.replace("_", " "),
+            (0.01, threshold),
+            xycoords=("axes fraction", "data"),
+            fontsize=7,
+            color="#555555",
+            va="bottom",
+        )
 
 
 def _status_text(table: pd.DataFrame) -> str:

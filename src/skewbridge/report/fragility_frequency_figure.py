@@ -36,7 +36,7 @@ def frequency_figure(histories: Mapping[str, pd.DataFrame]) -> Figure:
     columns = [c for c in COLUMNS if all(c in table for table in histories.values())]
     columns = [c for c in columns if all(np.ptp(table[c]) > 0.0 for table in histories.values())]
     if len(names) < 2 or not columns:
-        return _nothing()
+        return note("Frequency content needs two histories in which the deck moves")
     grid = np.geomspace(DEFAULT_BAND_HZ[0] * 1.2, DEFAULT_BAND_HZ[1] / 1.2, 160)
     colours = sns.color_palette("colorblind", len(names))
     with mpl.rc_context(STYLE):
@@ -71,7 +71,3 @@ def frequency_figure(histories: Mapping[str, pd.DataFrame]) -> Figure:
         panels[1][0].set_ylabel(f"over {names[0]}")
         plain_log_ticks(panels[1][0].xaxis)
     return figure
-
-
-def _nothing() -> Figure:
-    return note("Frequency content needs two histories in which the deck moves")

@@ -26,7 +26,7 @@ DEFAULT_GAP_SCALE: Final = 20.0
 _NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
 _HEAD_M: Final = 0.35
 _EYE: Final = {"x": 0.8, "y": -4.0, "z": 1.8}  # the whole bridge from its side
-_AROUND_M: Final = 2.5  # room around the abutment in its own panel
+_AROUND_M: Final = 2.5  # shown around the abutment in its own panel
 
 
 def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> Figure:
@@ -101,7 +101,9 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, across: int, up: int) -> 
         if points and group not in ("links", "contact"):
             place = np.array(points)
             axes.plot(
-                *(place[:, across], place[:, up], "o"),
+                place[:, across],
+                place[:, up],
+                "o",
                 color=COLOURS[group],
                 markersize=3.5,
                 label=group,
@@ -109,7 +111,9 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, across: int, up: int) -> 
     if geometry.fixed:
         ground = np.array(geometry.fixed)
         axes.plot(
-            *(ground[:, across], ground[:, up], "^"),
+            ground[:, across],
+            ground[:, up],
+            "^",
             color="black",
             markersize=3,
             label="ground",
@@ -136,7 +140,12 @@ def model_scene(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE
     x, y = zip(*geometry.deck_outline, strict=True)
     figure.add_trace(
         go.Mesh3d(
-            **{"x": x, "y": y, "z": [0.0] * len(x), "i": [0, 0], "j": [1, 2], "k": [2, 3]},
+            x=x,
+            y=y,
+            z=[0.0] * len(x),
+            i=[0, 0],
+            j=[1, 2],
+            k=[2, 3],
             color=COLOURS["deck"],
             opacity=0.15,
             name="soffit",

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from skewbridge.motions.intensity import arias_build_up, displacement, velocity
 from skewbridge.motions.spectrum import component_psa, pair_psa
+from skewbridge.motions.suite import SuiteMotion
 from skewbridge.units import G_MPS2
 
 type Vector = NDArray[np.float64]
 
 PERIODS_S: Final = np.geomspace(0.02, 10.0, 120)
+APPLIED_PERIODS_S: Final = np.geomspace(0.05, 5.0, 60)
 _WIDTH_IN: Final = 10.0
 
 
@@ -72,6 +74,20 @@ def _draw_record_spectra(axis: Axes, dt_s: float, components: Mapping[str, Vecto
     axis.set(xlabel="period (s)", ylabel="PSA, 5 % damping (g)", xlim=(PERIODS_S[0], PERIODS_S[-1]))
     _grid(axis, "0.9")
     axis.legend(frameon=False, loc="lower left")
+
+
+def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
+    """Return the RotD50 spectra of the motions of a study, with their scale factors."""
+    spectra_g = [
+        item.scale
+        * pair_psa(
+            item.motion.accel_1_mps2, item.motion.accel_2_mps2, item.motion.dt_s, APPLIED_PERIODS_S
+        ).rotd50_mps2
+        / G_MPS2
+        for item in suite
+    ]
+    title = "Motions as applied (scaled)"
+    return suite_spectra(np.array(spectra_g), APPLIED_PERIODS_S, title=title)
 
 
 def suite_spectra(

@@ -59,7 +59,7 @@ otherwise. Displacements are relative to the ground and counted from the state a
 same texts stand in the metadata of the parquet fields. A row whose status is not `ok` keeps the
 peaks up to the time it reached.
 
-This page is written from the code (`src/skewbridge/demands/schema.py` and the fragility room) by
+This page is written from the code (`src/skewbridge/demands/schema.py` and the fragility package) by
 `make docs`.
 """
 

@@ -63,13 +63,9 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     ):
         for axis, side in zip(row, ("left", "right"), strict=True):
             for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
-                start = f"abutment_{side}_{direction}"
-                axis.plot(
-                    *(table[f"{start}_m"] / MM, table[f"{start}_kn"] / 1e3),
-                    lw=_LINE,
-                    color=colour,
-                    label=name,
-                )
+                disp_mm = table[f"abutment_{side}_{direction}_m"] / MM
+                force_mn = table[f"abutment_{side}_{direction}_kn"] / 1e3
+                axis.plot(disp_mm, force_mn, lw=_LINE, color=colour, label=name)
             axis.set_title(f"{side} abutment, {text}", fontsize=9)
             axis.set_xlabel("Deck end displacement (mm)")
             axis.set_ylabel("Force on the deck (MN)")

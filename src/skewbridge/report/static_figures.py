@@ -1,6 +1,7 @@
 """Figures of static studies: abutment pushes of the whole ladder, column sections."""
 
 from collections.abc import Mapping
+from itertools import cycle
 from typing import Final
 
 import numpy as np
@@ -14,15 +15,17 @@ from skewbridge.bridge.shear_capacity import (
     sdc_shear_strength,
 )
 from skewbridge.units import KN, MM
+from skewbridge.variant.abutments import ABUTMENTS
 
-# Okabe and Ito's palette with one line style per model, so that lines on top of each other show
-STYLES: Final[dict[str, dict[str, object]]] = {
-    "roller": {"color": "#999999", "linestyle": "-", "linewidth": 1.5},
-    "simplified": {"color": "#0072B2", "linestyle": "-", "linewidth": 1.5},
-    "spring": {"color": "#E69F00", "linestyle": "-", "linewidth": 3.0},
-    "contact": {"color": "#009E73", "linestyle": "--", "linewidth": 2.0},
-    "contact_friction": {"color": "#D55E00", "linestyle": ":", "linewidth": 2.0},
-}
+# Okabe and Ito's palette with one line style per model, in the order of the abutment models, so
+# that lines on top of each other show
+STYLES: Final = (
+    {"color": "#999999", "linestyle": "-", "linewidth": 1.5},
+    {"color": "#0072B2", "linestyle": "-", "linewidth": 1.5},
+    {"color": "#E69F00", "linestyle": "-", "linewidth": 3.0},
+    {"color": "#009E73", "linestyle": "--", "linewidth": 2.0},
+    {"color": "#D55E00", "linestyle": ":", "linewidth": 2.0},
+)
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
@@ -39,7 +42,7 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
     panels = np.atleast_1d(figure.subplots(rows, columns, sharex=True)).ravel()
     for panel, angle in zip(panels, angles, strict=False):
         part = curves[curves["angle_deg"] == angle]
-        for abutment, style in STYLES.items():
+        for abutment, style in zip(ABUTMENTS, cycle(STYLES), strict=False):
             line = part[part["abutment"] == abutment]
             if not line.empty:
                 panel.plot(line["disp_m"] / MM, line["force_kn"] / KN, label=abutment, **style)

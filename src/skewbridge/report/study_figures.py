@@ -1,35 +1,32 @@
-"""The figures of a study: which ones there are, their captions, and their files."""
+"""The figures of a study: a new one is a function of tables and a row of a table here."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import groupby, product
+from operator import attrgetter
 from pathlib import Path
 from typing import Final
 
-import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from skewbridge.demands.columns import demands_for, label_of
+from skewbridge.fragility.tables.effects import MARGIN
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.fragility_frequency_figure import frequency_figure
-from skewbridge.report.fragility_style import label
-from skewbridge.report.motion_figures import suite_spectra
+from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
-from skewbridge.units import G_MPS2
-from skewbridge.variant.variant import ABUTMENT_CODES, parse_slug
+from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.axes import axes_of
 
 CAPTIONS: Final = "captions.json"
-CURVE_COMPONENTS: Final = ("column_drift", "deck_displacement", "unseating", "column_shear")
-CLOUD_DEMANDS: Final = ("column_drift_ratio", "column_shear_dcr", "deck_disp_m", "unseating_m")
-AXIS_WORDS: Final = {"friction": "friction", "gap_mm": "the joint gap", "skew_deg": "skew"}
-PERIODS_S: Final = np.geomspace(0.05, 5.0, 60)
 PNG_DPI: Final = 150
 
 
@@ -48,30 +45,187 @@ class Caption:
     text: str
 
 
-type Drawing = tuple[Caption, Callable[[], Figure]]
+@dataclass(frozen=True, kw_only=True)
+class StudyTables:
+    """What the figures are drawn from.
+
+    Attributes:
+        demands: Demands table.
+        curves: Fits.
+        effects: Paired effects.
+        suite: Motions as applied.
+        pair: Histories of one bridge without and with friction; None where the study has none.
+    """
+
+    demands: pd.DataFrame
+    curves: pd.DataFrame
+    effects: pd.DataFrame
+    suite: Sequence[SuiteMotion]
+    pair: FrictionPair | None
+
+    @property
+    def pair_runs(self) -> Mapping[str, pd.DataFrame]:
+        """Histories of the pair by friction."""
+        return {} if self.pair is None else self.pair.by_friction
+
+    def of_model(self, bridge: str, abutment: str) -> "StudyTables":
+        """Return the tables of one bridge with one abutment model."""
+        own = {
+            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
+            for name, table in vars(self).items()
+            if isinstance(table, pd.DataFrame)
+        }
+        return replace(self, **own)
 
 
-def draw_study(*, tables: Mapping[str, Path], im_column: str, folder: Path) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyFigure(Caption):
+    """A row of the tables of figures; braces in its texts hold words of a case.
+
+    Attributes:
+        draw: Draws one figure.
+        needs: Its arguments: attributes of `StudyTables` or words of a case.
+        cases: Words of each figure that the row stands for; rows in sequence with the same cases
+            alternate.
+    """
+
+    draw: Callable[..., Figure]
+    needs: tuple[str, ...]
+    cases: Callable[[StudyTables], Sequence[Mapping[str, str]]] = lambda _: ({},)
+
+
+def effect_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return a case per axis along which variants are paired, the last of the axis table first."""
+    table = tables.effects
+    paired = [axis for axis in axes_of(table.columns) if (table["axis"] == axis.name).any()]
+    return [
+        {"axis": axis.name, "axis_words": axis.title, "level": _level(table)}
+        for axis in reversed(paired)
+    ]
+
+
+def curve_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return a case per component of a headline demand and method that has a curve."""
+    drawn = tables.curves[tables.curves["status"] == "ok"]
+    found: list[dict[str, str]] = []
+    for demand in demands_for("headline"):
+        own = drawn[drawn["demand"] == demand]
+        for component, method in dict.fromkeys(zip(own["component"], own["method"], strict=True)):
+            words = component.replace("_", " ")
+            texts = {"component": component, "component_words": words, "method": method}
+            found.append({**texts, "level": _level(own)})
+    return found
+
+
+def cloud_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return a case per headline demand."""
+    names = demands_for("headline", tables.demands.columns)
+    return [{"demand": demand, "label": label_of(demand)} for demand in names]
+
+
+def pair_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return the one case of the histories without and with friction, where there are any."""
+    if tables.pair is None:
+        return []
+    variant = tables.pair.variants[0]
+    place = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm"
+    return [{"place": f"{place}, motion {tables.pair.motion_id}"}]
+
+
+#: Drawn for each bridge with each abutment model.
+MODEL_FIGURES: Final = (
+    StudyFigure(
+        name="verdict_{axis}",
+        title="When does {axis_words} matter?",
+        text="Geometric mean over motions of the demand ratio, each motion with itself; "
+        f"negligible: the {{level}} interval lies within {100 * MARGIN:g} % of one.",
+        draw=verdict_map,
+        needs=("effects", "axis"),
+        cases=effect_cases,
+    ),
+    StudyFigure(
+        name="ratios_{axis}",
+        title="Paired effect of {axis_words} with {level} intervals",
+        text=f"Intervals by bootstrap over motions. The shaded band is {100 * MARGIN:g} % either "
+        "way. Pairs in which a run collapsed are left out and counted in the table.",
+        draw=paired_ratios,
+        needs=("effects", "axis"),
+        cases=effect_cases,
+    ),
+    StudyFigure(
+        name="curves_{component}_{method}",
+        title="Fragility of {component_words}, {method} fit",
+        text="Bands are {level} of the fit; marks are the analyses. A limit state that no "
+        "analysis reached has no curve.",
+        draw=fragility_curves,
+        needs=("curves", "demands", "component", "method"),
+        cases=curve_cases,
+    ),
+    StudyFigure(
+        name="cloud_{demand}",
+        title="{label} against intensity",
+        text="One mark per analysis; lines are the log-log regressions.",
+        draw=demand_clouds,
+        needs=("demands", "curves", "demand"),
+        cases=cloud_cases,
+    ),
+)
+#: Drawn once.
+STUDY_FIGURES: Final = (
+    StudyFigure(
+        name="hysteresis",
+        title="Abutments without and with friction: {place}",
+        text="Force of each abutment on the deck (backwall, keys, pads) against the displacement "
+        "of its deck end.",
+        draw=hysteresis_figure,
+        needs=("pair_runs",),
+        cases=pair_cases,
+    ),
+    StudyFigure(
+        name="displacement",
+        title="Deck without and with friction: {place}",
+        text="Displacement and rotation at the mass centre, relative to the ground.",
+        draw=displacement_figure,
+        needs=("pair_runs",),
+        cases=pair_cases,
+    ),
+    StudyFigure(
+        name="frequency",
+        title="Frequency content without and with friction: {place}",
+        text="Smoothed Fourier amplitudes of the deck and their ratio.",
+        draw=frequency_figure,
+        needs=("pair_runs",),
+        cases=pair_cases,
+    ),
+    StudyFigure(
+        name="suite_spectra",
+        title="Response spectra of the motions",
+        text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
+        draw=applied_spectra,
+        needs=("suite",),
+    ),
+)
+
+
+def draw_study(paths: Mapping[str, Path], folder: Path) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
     Args:
-        tables: Paths by name: demands, curves, effects, friction_pair, suite.
-        im_column: Intensity measure of the fits.
-        folder: Where the files go.
+        paths: Files by name: demands, curves, effects, suite, friction_pair.
+        folder: Where the figures go.
     """
-    rows, curves, effects = (read_frame(tables[name]) for name in ("demands", "curves", "effects"))
-    drawings = [
-        *_table_drawings(rows, curves, effects, im_column),
-        *_friction_pair_drawings(tables["friction_pair"]),
-        *_motion_drawings(read_suite(tables["suite"])),
-    ]
+    tables = StudyTables(
+        demands=read_frame(paths["demands"]),
+        curves=read_frame(paths["curves"]),
+        effects=read_frame(paths["effects"]),
+        suite=read_suite(paths["suite"]),
+        pair=read_friction_pair(paths["friction_pair"]),
+    )
     folder.mkdir(parents=True, exist_ok=True)
     captions: list[Caption] = []
-    for caption, draw in drawings:
-        figure = draw()
+    for caption, figure in study_figures(tables):
         for ending in ("svg", "png"):
             figure.savefig(folder / f"{caption.name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
-        plt.close(figure)
         captions.append(caption)
     text = json.dumps([asdict(caption) for caption in captions], indent=1)
     write_text(folder / CAPTIONS, text)
@@ -82,152 +236,28 @@ def read_captions(folder: Path) -> list[Caption]:
     return [Caption(**item) for item in json.loads((folder / CAPTIONS).read_text("utf-8"))]
 
 
-def _table_drawings(
-    demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame, im_column: str
-) -> list[Drawing]:
-    """Return the drawings of the tables, a set for each bridge and abutment model."""
-    models = demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
-    sets: list[Drawing] = []
+def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
+    """Yield every figure of a study with its caption, those of each bridge and abutment first."""
+    models = tables.demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
-        own_demands, own_curves, own_effects = (
-            table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
-            for table in (demands, curves, effects)
-        )
-        sets += [
-            (
-                replace(
-                    caption,
-                    name=f"{bridge}_{ABUTMENT_CODES[abutment]}_{caption.name}",
-                    title=f"{bridge}, {abutment.replace('_', '-')}: {caption.title}",
-                ),
-                draw,
+        start = f"{bridge}_{ABUTMENTS[abutment].code}_"
+        title = f"{bridge}, {abutment.replace('_', '-')}: "
+        for caption, figure in _drawn(MODEL_FIGURES, tables.of_model(bridge, abutment)):
+            yield replace(caption, name=start + caption.name, title=title + caption.title), figure
+    yield from _drawn(STUDY_FIGURES, tables)
+
+
+def _drawn(figures: Sequence[StudyFigure], tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
+    for cases, group in groupby(figures, attrgetter("cases")):
+        for words, row in product(cases(tables), list(group)):
+            caption = Caption(
+                name=row.name.format_map(words),
+                title=row.title.format_map(words),
+                text=row.text.format_map(words),
             )
-            for caption, draw in (
-                *_effect_drawings(own_effects),
-                *_fit_drawings(own_demands, own_curves, im_column),
-            )
-        ]
-    return sets
+            arguments = (words.get(name, getattr(tables, name, None)) for name in row.needs)
+            yield caption, row.draw(*arguments)
 
 
-def _effect_drawings(effects: pd.DataFrame) -> list[Drawing]:
-    drawings: list[Drawing] = []
-    for axis in ("friction", "gap_mm", "skew_deg"):
-        part = effects[effects["axis"] == axis]
-        if part.empty:
-            continue
-        words = AXIS_WORDS[axis]
-        drawings.append(
-            (
-                Caption(
-                    name=f"verdict_{axis}",
-                    title=f"When does {words} matter?",
-                    text="Geometric mean over motions of the demand ratio, each motion with "
-                    "itself; negligible: the 90 % interval lies within 5 % of one.",
-                ),
-                lambda axis=axis: verdict_map(effects, axis),
-            )
-        )
-        drawings.append(
-            (
-                Caption(
-                    name=f"ratios_{axis}",
-                    title=f"Paired effect of {words} with 90 % intervals",
-                    text="Intervals by bootstrap over motions. The shaded band is 5 % either way. "
-                    "Pairs in which a run collapsed are left out and counted in the table.",
-                ),
-                lambda axis=axis: paired_ratios(effects, axis),
-            )
-        )
-    return drawings
-
-
-def _fit_drawings(demands: pd.DataFrame, curves: pd.DataFrame, im_column: str) -> list[Drawing]:
-    drawings: list[Drawing] = []
-    for component in CURVE_COMPONENTS:
-        part = curves[(curves["component"] == component) & (curves["status"] == "ok")]
-        for method in ("cloud", "exceedance"):
-            if part[part["method"] == method].empty:
-                continue
-            drawings.append(
-                (
-                    Caption(
-                        name=f"curves_{component}_{method}",
-                        title=f"Fragility of {component.replace('_', ' ')}, {method} fit",
-                        text="Bands are 95 % of the fit; marks are the analyses. A limit state "
-                        "that no analysis reached has no curve.",
-                    ),
-                    lambda component=component, method=method: fragility_curves(
-                        curves, demands, component, method=method
-                    ),
-                )
-            )
-    drawings += [
-        (
-            Caption(
-                name=f"cloud_{demand}",
-                title=f"{label(demand)} against intensity",
-                text="One mark per analysis; lines are the log-log regressions.",
-            ),
-            lambda demand=demand: demand_clouds(demands, curves, demand, im_column),
-        )
-        for demand in CLOUD_DEMANDS
-    ]
-    return drawings
-
-
-def _friction_pair_drawings(path: Path) -> list[Drawing]:
-    table = read_frame(path)
-    if table.empty:
-        return []
-    runs: dict[str, pd.DataFrame] = {}
-    where = ""
-    for (slug, motion_id), rows in table.groupby(["variant", "motion_id"]):
-        variant = parse_slug(str(slug))
-        where = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm, motion {motion_id}"
-        histories = rows.drop(columns=["variant", "motion_id"]).dropna(axis="columns", how="all")
-        runs[f"friction {variant.friction:g}"] = histories.reset_index(drop=True)
-    hysteresis = Caption(
-        name="hysteresis",
-        title=f"Abutments without and with friction: {where}",
-        text="Force of each abutment on the deck (backwall, keys, pads) against the displacement "
-        "of its deck end.",
-    )
-    displacement = Caption(
-        name="displacement",
-        title=f"Deck without and with friction: {where}",
-        text="Displacement and rotation at the mass centre, relative to the ground.",
-    )
-    frequency = Caption(
-        name="frequency",
-        title=f"Frequency content without and with friction: {where}",
-        text="Smoothed Fourier amplitudes of the deck and their ratio.",
-    )
-    return [
-        (hysteresis, lambda: hysteresis_figure(runs)),
-        (displacement, lambda: displacement_figure(runs)),
-        (frequency, lambda: frequency_figure(runs)),
-    ]
-
-
-def _motion_drawings(suite: Sequence[SuiteMotion]) -> list[Drawing]:
-    def draw() -> Figure:
-        spectra = [
-            motion.scale
-            * pair_psa(
-                motion.motion.accel_1_mps2,
-                motion.motion.accel_2_mps2,
-                motion.motion.dt_s,
-                PERIODS_S,
-            ).rotd50_mps2
-            / G_MPS2
-            for motion in suite
-        ]
-        return suite_spectra(np.array(spectra), PERIODS_S, title="Motions as applied (scaled)")
-
-    caption = Caption(
-        name="suite_spectra",
-        title="Response spectra of the motions",
-        text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
-    )
-    return [(caption, draw)]
+def _level(table: pd.DataFrame) -> str:
+    return f"{100 * float(table['level'].iloc[0]):g} %"

@@ -1,6 +1,7 @@
 """The same bridge under the same motion, without and with friction, as histories to draw."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -12,6 +13,21 @@ from skewbridge.study.setup import StudySetup
 from skewbridge.variant.variant import Variant, parse_slug
 
 TYPICAL_QUANTILE: Final = 0.75
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionPair:
+    """Two histories that differ by friction only.
+
+    Attributes:
+        variants: Without, and with most friction.
+        motion_id: Their motion.
+        by_friction: History tables by a label for legends, such as ``friction 0.5``.
+    """
+
+    variants: tuple[Variant, ...]
+    motion_id: str
+    by_friction: Mapping[str, pd.DataFrame]
 
 
 def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
@@ -61,18 +77,28 @@ def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
     runs: list[pd.DataFrame] = []
     for variant in pair:
         task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
-        result = analyse(
-            variant,
-            task.motion.motion,
-            task.motion.scale,
-            task.incidence_deg,
-            task.settings,
-            task.options,
-            histories=True,
-        )
+        result = analyse(variant, task.excitation, task.settings, task.options, histories=True)
         histories = pd.DataFrame(result.histories or {})
         runs.append(histories.assign(variant=variant.slug, motion_id=motion_id))
     write_frame(pd.concat(runs, ignore_index=True), output, provenance())
+
+
+def read_friction_pair(path: Path) -> FrictionPair | None:
+    """Return what `write_friction_pair` wrote, or None where there was no pair."""
+    table = read_frame(path)
+    if table.empty:
+        return None
+    runs = {parse_slug(str(slug)): rows for slug, rows in table.groupby("variant")}
+    return FrictionPair(
+        variants=tuple(runs),
+        motion_id=str(table["motion_id"].iloc[0]),
+        by_friction={
+            f"friction {variant.friction:g}": rows.drop(columns=["variant", "motion_id"])
+            .dropna(axis="columns", how="all")
+            .reset_index(drop=True)
+            for variant, rows in runs.items()
+        },
+    )
 
 
 def _skew_then_small_gap(group: Sequence[Variant]) -> tuple[int, int]:

@@ -10,11 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skewbridge.analysis.result import RAN, AnalysisResult
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.errors import InputError
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.statuses import RAN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -39,6 +41,13 @@ class Task:
     settings: AnalysisSettings
     options: ModelOptions
 
+    @property
+    def excitation(self) -> Excitation:
+        """What the model is shaken with."""
+        return Excitation(
+            motion=self.motion.motion, scale=self.motion.scale, incidence_deg=self.incidence_deg
+        )
+
 
 def analyse_task(task: Task, log_path: Path) -> dict[str, Any]:
     """Run one analysis in this process; whatever fails in it is data.
@@ -53,14 +62,7 @@ def analyse_task(task: Task, log_path: Path) -> dict[str, Any]:
     """
     try:
         result = analyse(
-            task.variant,
-            task.motion.motion,
-            task.motion.scale,
-            task.incidence_deg,
-            task.settings,
-            task.options,
-            histories=False,
-            log_path=log_path,
+            task.variant, task.excitation, task.settings, task.options, log_path=log_path
         )
     except InputError as error:
         return no_result("invalid_input", str(error))

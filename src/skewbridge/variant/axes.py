@@ -33,6 +33,7 @@ class Axis:
             a modelling option that takes any number.
         digits: Digits of that multiple in the name; 0 writes the value as it is.
         usual: Value of the command line where none is given.
+        symbol: Stands for the label beside a value in figures.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Axis:
     step: float | None
     digits: int = 0
     usual: float = 0.0
+    symbol: str = ""
 
     @property
     def label_with_unit(self) -> str:
@@ -137,6 +139,7 @@ AXES: Final = (
         step=0.01,
         digits=3,
         usual=0.5,  # source: Rahman & Mackie, section 4
+        symbol="μ",
     ),
 )
 

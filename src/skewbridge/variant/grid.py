@@ -18,14 +18,15 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from skewbridge.reading import Number
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, OPTION_AXES, Axis
-from skewbridge.variant.variant import ABUTMENT_CODES, BRIDGE_PATTERN, Variant
+from skewbridge.variant.variant import BRIDGE_PATTERN, Variant
 
 
 def _known_abutment(value: str) -> str:
     name = value.replace("-", "_")
-    if name not in ABUTMENT_CODES:
-        raise ValueError(f"must be one of {', '.join(ABUTMENT_CODES)}")
+    if name not in ABUTMENTS:
+        raise ValueError(f"must be one of {', '.join(ABUTMENTS)}")
     return name
 
 
@@ -61,7 +62,7 @@ def _with_axes(schema: dict[str, Any]) -> None:
 Values = Annotated[tuple[Number, ...], Field(min_length=1)]
 _OPTION_VALUES: Final = TypeAdapter(dict[str, Values])
 Abutment = Annotated[
-    str, AfterValidator(_known_abutment), Field(json_schema_extra={"enum": list(ABUTMENT_CODES)})
+    str, AfterValidator(_known_abutment), Field(json_schema_extra={"enum": list(ABUTMENTS)})
 ]
 Bridge = Annotated[str, AfterValidator(_named_bridge)]
 
@@ -126,8 +127,8 @@ def _finding(
 def expand_grid(grid: GridConfig) -> list[Variant]:
     """Return the variants of a grid, sorted, without duplicates.
 
-    Axes that an abutment model lacks are set to zero first (a roller has no gap, only
-    ``contact_friction`` has friction), so that the same bridge is never analysed twice.
+    Axes that an abutment model lacks are set to zero first (a roller has no gap), so that the
+    same bridge is never analysed twice.
     """
     axes = grid.values()
     places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]

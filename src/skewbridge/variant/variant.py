@@ -7,23 +7,17 @@ from pathlib import Path
 from typing import Final, Self
 
 from skewbridge.errors import InputError
+from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
 from skewbridge.variant.axes import AXES, OPTION_PATTERN, axis, option_in_name
 
-ABUTMENT_CODES: Final = {
-    "roller": "ro",
-    "simplified": "si",
-    "spring": "sp",
-    "contact": "co",
-    "contact_friction": "cf",
-}
-
+_NAMES: Final = {traits.code: name for name, traits in ABUTMENTS.items()}
 #: Pattern of the name of a bridge, which begins the name of its variants.
 BRIDGE_PATTERN: Final = r"[a-z][a-z0-9_]*"
 _CORE: Final = "".join(
     rf"_{axis.code}{'m?' if axis.low < 0 else ''}\d{{{axis.digits}}}" for axis in AXES
 )
 _SLUG: Final = (
-    rf"(?P<bridge>{BRIDGE_PATTERN})_(?P<code>{'|'.join(ABUTMENT_CODES.values())})"
+    rf"(?P<bridge>{BRIDGE_PATTERN})_(?P<code>{'|'.join(_NAMES)})"
     rf"(?P<core>{_CORE})(?P<options>(?:_{OPTION_PATTERN})*)"
 )
 #: Pattern of the name of a variant, without named groups.
@@ -36,7 +30,7 @@ class Variant:
 
     Attributes:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
-        abutment: One of ``roller, simplified, spring, contact, contact_friction``.
+        abutment: Abutment model, a name in `skewbridge.variant.abutments`.
         skew_deg: Skew of the abutment line from the transverse axis, whole degrees.
         gap_mm: Initial longitudinal joint gap, whole millimetres.
         friction_pct: Coulomb coefficient at the contacts, whole hundredths.
@@ -54,9 +48,9 @@ class Variant:
     options: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
-        if self.abutment not in ABUTMENT_CODES:
+        if self.abutment not in ABUTMENTS:
             raise InputError(
-                f"abutment must be one of {', '.join(ABUTMENT_CODES)}, got {self.abutment!r}"
+                f"abutment must be one of {', '.join(ABUTMENTS)}, got {self.abutment!r}"
             )
         for name, value in self.values().items():
             axis(name).checked(value)
@@ -94,6 +88,11 @@ class Variant:
         """Name of the bridge in tables and names: its file's, without folder and ending."""
         return Path(self.bridge).stem
 
+    @property
+    def traits(self) -> AbutmentTraits:
+        """Traits of the abutment model."""
+        return ABUTMENTS[self.abutment]
+
     def values(self) -> dict[str, float]:
         """Return the value on every axis that the variant has, by column."""
         core = {"skew_deg": self.skew_deg, "gap_mm": self.gap_mm, "friction": self.friction}
@@ -103,13 +102,15 @@ class Variant:
     def slug(self) -> str:
         """Name of the variant, for example ``osb1_cf_skew30_gap051_mu050``."""
         parts = [axis(name).in_name(value) for name, value in self.values().items()]
-        return "_".join([self.bridge_name, ABUTMENT_CODES[self.abutment], *parts])
+        return "_".join([self.bridge_name, self.traits.code, *parts])
 
     def normalised(self) -> "Variant":
         """Return the variant with the axes set to zero that its abutment model does not have."""
-        gap_mm = 0 if self.abutment == "roller" else self.gap_mm
-        friction_pct = self.friction_pct if self.abutment == "contact_friction" else 0
-        return replace(self, gap_mm=gap_mm, friction_pct=friction_pct)
+        return replace(
+            self,
+            gap_mm=self.gap_mm if "gap_mm" in self.traits.axes else 0,
+            friction_pct=self.friction_pct if self.traits.has_friction else 0,
+        )
 
 
 def parse_slug(slug: str) -> Variant:
@@ -123,8 +124,7 @@ def parse_slug(slug: str) -> Variant:
         raise InputError(
             f"not a variant name: {slug!r} (expected e.g. osb1_cf_skew30_gap051_mu050)"
         )
-    names = {code: name for name, code in ABUTMENT_CODES.items()}
     core = zip(AXES, match["core"].removeprefix("_").split("_"), strict=True)
     values = {axis.name: axis.from_name(part.removeprefix(axis.code)) for axis, part in core}
     values |= dict(map(option_in_name, match["options"].split("_")[1:]))
-    return Variant.at(match["bridge"], names[match["code"]], values)
+    return Variant.at(match["bridge"], _NAMES[match["code"]], values)

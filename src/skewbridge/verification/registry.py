@@ -1,7 +1,7 @@
 """The verification studies by name; `skewbridge verify` and the workflow run them from here.
 
-A study is a function without arguments that returns a `StudyResult`. To add one, add its name and
-"module:function" to `STUDIES`; the module is imported when the study runs.
+To add a study, write a module in `studies` whose function `run` takes a `Study`, compares, and puts
+its figures and tables there; then name it in `STUDIES`. It is imported when the study runs.
 """
 
 import json
@@ -14,25 +14,25 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
-from skewbridge.verification.checks import Check, Checklist, StudyResult, table_of
+from skewbridge.verification.studies.comparison import COLUMNS, Study
 
-_ROOM: Final = "skewbridge.verification"
-
+_STUDIES_PACKAGE: Final = "skewbridge.verification.studies"
+# Name of the study, as the paper numbers its figures, and its module.
 STUDIES: Final[dict[str, str]] = {
-    "gate": f"{_ROOM}.gate:gate_study",
-    "fig1": f"{_ROOM}.figure_1:run",
-    "fig3": f"{_ROOM}.figure_3:run",
-    "fig4": f"{_ROOM}.figure_4:run",
-    "fig5-6": f"{_ROOM}.figure_5_6:run",
-    "fig7-8": f"{_ROOM}.figure_7_8:run",
-    "bridges": f"{_ROOM}.bridge_hand_values:run",
-    "fig10": f"{_ROOM}.abutment_figure_10:run",
-    "fig11-12": f"{_ROOM}.bridge_figures_11_12:run",
-    "ladder": f"{_ROOM}.bridge_ladder:run",
-    "coupling": f"{_ROOM}.coupling_order:run",
-    "closed-forms": f"{_ROOM}.closed_form_study:run",
-    "restitution": f"{_ROOM}.restitution_study:run",
-    "native": f"{_ROOM}.native_element:run",
+    "gate": "gate",
+    "fig1": "sliding_and_rocking",
+    "fig3": "spatial_path",
+    "fig4": "particle_between_lines",
+    "fig5-6": "pulse_deck",
+    "fig7-8": "shake_table_deck",
+    "bridges": "bridge_hand_values",
+    "fig10": "abutment_friction",
+    "fig11-12": "bridge_friction",
+    "ladder": "abutment_models",
+    "coupling": "coupling_order",
+    "closed-forms": "oscillators",
+    "restitution": "integrator_restitution",
+    "native": "native_element",
 }
 
 
@@ -44,11 +44,11 @@ def run_studies(
     Args:
         names: Studies to run; none means all.
         out: Folder for `<study>.parquet`, `<study>[_<name>].svg`, further tables, and
-            `<study>.json` with the rows of the checks; all rows together in `studies.parquet`.
+            `<study>.json` with the rows of the comparisons; all rows in `studies.parquet`.
         tell: Called with one line per study.
 
     Returns:
-        The rows of all checks.
+        The rows of all comparisons.
 
     Raises:
         InputError: An unknown name, or the folder cannot be made.
@@ -59,44 +59,45 @@ def run_studies(
             f"unknown study {', '.join(unknown)}; the studies are {', '.join(STUDIES)}"
         )
     writable_folder(out)
-    checks: list[Check] = []
+    rows: list[dict[str, Any]] = []
     for name in names or STUDIES:
         if tell:
             tell(f"{name} ...")
-        result = _outcome(name)
-        write_study(name, result, out)
-        checks.extend(result.checks)
-    table_of(checks).to_parquet(out / "studies.parquet", index=False)
-    return [check.row() for check in checks]
+        study = _outcome(name)
+        _write(study, out)
+        rows += study.rows()
+    pd.DataFrame(rows, columns=list(COLUMNS)).to_parquet(out / "studies.parquet", index=False)
+    return rows
 
 
-def _outcome(name: str) -> StudyResult:
-    """Run a study; one that breaks off is a failed check, so that the others still run."""
+def run_study(name: str) -> Study:
+    """Run one study.
+
+    Raises:
+        RuntimeError: A solver could not finish.
+    """
+    study = Study(name)
+    import_module(f"{_STUDIES_PACKAGE}.{STUDIES[name]}").run(study)
+    return study
+
+
+def _outcome(name: str) -> Study:
+    """Run a study; one that breaks off is a failed comparison, so that the others still run."""
     try:
-        return load_study(name)()
+        return run_study(name)
     except RuntimeError as error:
-        checks = Checklist(name)
-        checks.holds(f"the study ends ({error})", truth=False, source="")
-        return StudyResult(checks=checks.checks)
+        failed = Study(name)
+        failed.holds(f"the study ends ({error})", truth=False, source="")
+        return failed
 
 
-def load_study(name: str) -> Callable[[], StudyResult]:
-    """Return the function of a study."""
-    module, function = STUDIES[name].split(":")
-    return getattr(import_module(module), function)
-
-
-def write_study(name: str, result: StudyResult, out: Path) -> None:
+def _write(study: Study, out: Path) -> None:
     """Write what a study found."""
-    table = table_of(result.checks)
-    table.to_parquet(out / f"{name}.parquet", index=False)
+    table = study.table()
+    table.to_parquet(out / f"{study.name}.parquet", index=False)
     rows: list[dict[str, Any]] = json.loads(table.to_json(orient="records") or "[]")
-    (out / f"{name}.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-    for label, figure in result.figures.items():
-        figure.savefig(out / f"{name}_{label}.svg", metadata={"Date": None})
-    for label, extra in result.tables.items():
-        _write_table(extra, out / f"{name}_{label}.parquet")
-
-
-def _write_table(table: pd.DataFrame, path: Path) -> None:
-    table.to_parquet(path, index=False)
+    (out / f"{study.name}.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    for label, figure in study.figures.items():
+        figure.savefig(out / f"{study.name}_{label}.svg", metadata={"Date": None})
+    for label, extra in study.tables.items():
+        extra.to_parquet(out / f"{study.name}_{label}.parquet", index=False)

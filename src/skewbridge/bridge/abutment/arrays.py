@@ -26,6 +26,7 @@ ARRAY_MODULUS_PA = 2.5e11
 ARRAY_AREA_M2 = 10.0
 ARRAY_INERTIA_M4 = 10.0
 SAME_PLACE_M = 1e-6
+_FAR_M = 1e6  # beyond the ends of any array
 
 
 @dataclass(slots=True, kw_only=True)
@@ -98,10 +99,8 @@ def _build_hinge(end: DeckEnd, deck_node: int, tags: TagAllocator) -> tuple[int,
     ops.uniaxialMaterial("Elastic", turn, LINK_NM_PER_RAD)
     orientation = ("-orient", *end.normal, 0.0, *end.tangent, 0.0)
     link, hold = tags.element(), tags.element()
-    ops.element(
-        *("zeroLength", link, below, centre, "-mat", push, push, push, turn, turn),
-        *("-dir", 1, 2, 3, 4, 6, *orientation),
-    )
+    springs = ("-mat", push, push, push, turn, turn, "-dir", 1, 2, 3, 4, 6)
+    ops.element("zeroLength", link, below, centre, *springs, *orientation)
     ops.element("zeroLength", hold, ground, centre, "-mat", turn, "-dir", 5, *orientation)
     return centre, [link, hold]
 
@@ -115,20 +114,11 @@ def _build_stiff_elements(arrays: Arrays, tags: TagAllocator) -> None:
     for line in lines:
         along = sorted(station for name, station in arrays.nodes if name == line)
         pairs.extend(pairwise(arrays.nodes[line, station] for station in along))
-    for place in (-float("inf"), 0.0, float("inf")):
-        ends = [_extreme(arrays, line, place) for line in lines]
-        pairs.extend(pairwise(ends))
+    for place in (-_FAR_M, 0.0, _FAR_M):
+        pairs.extend(pairwise(arrays.at(line, place) for line in lines))
+    moduli, inertias = [ARRAY_MODULUS_PA] * 2, [ARRAY_INERTIA_M4] * 3
+    section = (ARRAY_AREA_M2, *moduli, *inertias)
     for i, j in pairs:
         element = tags.element()
-        ops.element(
-            *("elasticBeamColumn", element, i, j, ARRAY_AREA_M2, ARRAY_MODULUS_PA),
-            *(ARRAY_MODULUS_PA, ARRAY_INERTIA_M4, ARRAY_INERTIA_M4, ARRAY_INERTIA_M4),
-            transformation,
-        )
+        ops.element("elasticBeamColumn", element, i, j, *section, transformation)
         arrays.links.append(element)
-
-
-def _extreme(arrays: Arrays, line: Line, place: float) -> int:
-    along = [station for name, station in arrays.nodes if name == line]
-    station = 0.0 if place == 0.0 else (max(along) if place > 0.0 else min(along))
-    return arrays.nodes[line, station]

@@ -9,31 +9,27 @@ References:
 """
 
 from skewbridge.bridge.abutment.backfill import Passive, skew_reduction, wing_wall
-from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
-from skewbridge.bridge.abutment.springs import (
-    Frame,
+from skewbridge.bridge.abutment.elements import (
     dashpot_material,
     elastic_material,
     grounded_node,
-    key_material,
     key_stiffness_n_per_m,
     passive_material,
     plane_node,
     plastic_material,
     spring_element,
     stop_material,
+    turned,
 )
+from skewbridge.bridge.abutment.parts import SideContext, SideParts
+from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
 from skewbridge.bridge.abutment.supports import build_pads
-from skewbridge.bridge.handles import SpringHandle
 from skewbridge.contact import ContactSet
 
 
 def build_contact(context: SideContext) -> SideParts:
     """Create pads, walls, keys and their contacts on one side."""
-    parts = SideParts(
-        bearings=build_pads(context.data.pads, context.end, context.arrays, context.tags)
-    )
+    parts = SideParts(bearings=build_pads(context))
     if context.contacts is None:
         raise TypeError("the contact abutment needs a ContactSet")
     _build_wall(context, context.contacts, parts)
@@ -48,25 +44,24 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
     All points get the penalty of the stiffest, so that the soil alone spreads the force.
     """
     end, options, tags = context.end, context.options, context.tags
-    frame = Frame(x=(-end.normal[0], -end.normal[1]))
     points = context.wall_parts()
     _, share, passive = max(points, key=lambda point: point[2].stiffness_n_per_m)
-    kn = normal_penalty(passive.stiffness_n_per_m, context.wall_mass_kg() * share, options)
+    kn = normal_penalty(passive.stiffness_n_per_m, context.wall_mass_kg * share, options)
     for along, share, passive in points:
-        mass_kg = context.wall_mass_kg() * share
-        wall = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
-        ground = grounded_node(end.point("outer", along), 0.0, tags)
+        mass_kg = context.wall_mass_kg * share
+        wall = plane_node(end.point("outer", along), mass_kg, tags)
+        ground = grounded_node(end.point("outer", along), tags)
         _hold_wall_point(context, (ground, wall), share, passive, parts)
         unit = contacts.add(
             wall,
             context.arrays.at("outer", along),
-            (*frame.x, 0.0),
+            (*end.inward, 0.0),
             context.gap_m,
             context.friction,
             options.cohesion_n * share,
             kn=kn,
             kt=tangent_penalty(kn, options),
-            tangent=(*frame.y, 0.0),
+            tangent=(*turned(end.inward), 0.0),
             name=f"{end.side} backwall {len(parts.wall_units) + 1}",
         )
         parts.wall_units.append(unit)
@@ -79,8 +74,7 @@ def _hold_wall_point(
 ) -> None:
     """Create the springs between ground and a wall node."""
     end, options, tags = context.end, context.options, context.tags
-    frame = Frame(x=(-end.normal[0], -end.normal[1]))
-    ratio, mass_kg = options.wall_dashpot_ratio, context.wall_mass_kg() * share
+    ratio, mass_kg = options.wall_dashpot_ratio, context.wall_mass_kg * share
     weak = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
     stiffness, wing = passive.stiffness_n_per_m, wing_wall(context.data).scaled(share)
     across = [
@@ -96,50 +90,32 @@ def _hold_wall_point(
         elastic_material(weak, tags),
         dashpot_material(ratio, wing.stiffness_n_per_m, mass_kg, tags),
     ]
-    element = spring_element(nodes, frame, across, along, tags)
-    place = sum(material is not None for material in across)
-    parts.wall_springs.append(
-        SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
-    )
-    parts.wing_springs.append(
-        SpringHandle(element=element, component=place, direction=frame.y, nodes=nodes)
-    )
+    wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
+    parts.wall_springs.append(wall_spring)
+    parts.wing_springs.append(wing_spring)
 
 
 def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sign: float) -> None:
-    """Create one exterior key; along its face it is as stiff as at first across it."""
+    """Create one exterior key and its contact with the deck's corner."""
     end, options, tags = context.end, context.options, context.tags
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)
-    frame = Frame(x=inward)
-    stiffness, mass_kg = key_stiffness_n_per_m(context.key), context.key_mass_kg()
-    node = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
-    ground = grounded_node(end.point("outer", along), 0.0, tags)
-    dashpot = options.wall_dashpot_ratio, stiffness, mass_kg
-    element = spring_element(
-        (ground, node),
-        frame,
-        [key_material(context.key, tags), dashpot_material(*dashpot, tags)],
-        # ASSUME a key resists sliding along its face elastically
-        [elastic_material(stiffness, tags), dashpot_material(*dashpot, tags)],
-        tags,
-    )
-    kn = normal_penalty(stiffness, mass_kg, options)
+    mass_kg = context.key_mass_kg
+    node = plane_node(end.point("outer", along), mass_kg, tags)
+    ground = grounded_node(end.point("outer", along), tags)
+    parts.key_springs.append(context.key_spring((ground, node), inward))
+    kn = normal_penalty(key_stiffness_n_per_m(context.key), mass_kg, options)
     unit = contacts.add(
         node,
         context.arrays.at("outer", along),
         (*inward, 0.0),
         options.transverse_gap_m,
         context.friction,
-        0.0,
         kn=kn,
         kt=tangent_penalty(kn, options),
-        tangent=(*frame.y, 0.0),
+        tangent=(*turned(inward), 0.0),
         name=f"{end.side} key {'+' if sign > 0.0 else '-'}",
     )
     parts.key_units.append(unit)
     parts.key_nodes.append(node)
     parts.masses_kg[node] = mass_kg
-    parts.key_springs.append(
-        SpringHandle(element=element, component=0, direction=inward, nodes=(ground, node))
-    )

@@ -4,6 +4,13 @@ from dataclasses import dataclass, field
 
 from skewbridge.bridge.abutment.arrays import Arrays
 from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
+from skewbridge.bridge.abutment.elements import (
+    dashpot_material,
+    elastic_material,
+    key_material,
+    key_stiffness_n_per_m,
+    spring_element,
+)
 from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
 from skewbridge.bridge.deck_plan import DeckEnd, PlanVector, tributary_shares
 from skewbridge.bridge.handles import AbutmentHandle, BearingHandle, CornerHandle, SpringHandle
@@ -35,16 +42,11 @@ class SideContext:
             return self.data.monolithic_key
         return self.data.sacrificial_key
 
-    @property
-    def stations(self) -> list[float]:
-        """Contact points along the wall."""
-        return self.end.wall_stations(self.options.backwall_points)
-
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return position, share of the wall and backfill of each wall point."""
         options, end = self.options, self.end
         whole = wall_backfill(self.data, options.backfill, end.skew_rad)
-        stations = self.stations
+        stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(
             stations, end.skew_rad, options.backfill_variation, end.acute_sign
@@ -68,14 +70,25 @@ class SideContext:
             return (-sign * along[0], -sign * along[1])
         return (0.0, -sign if along[1] > 0.0 else sign)
 
+    def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
+        """Create the spring of a key: its backbone across the face, elastic along it."""
+        stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
+        dashpot = self.options.wall_dashpot_ratio, stiffness, mass_kg
+        across = [key_material(self.key, self.tags), dashpot_material(*dashpot, self.tags)]
+        # ASSUME a key resists sliding along its face elastically, as stiff as at first across it
+        along = [elastic_material(stiffness, self.tags), dashpot_material(*dashpot, self.tags)]
+        return spring_element(nodes, inward, across, along, self.tags)[0]
+
+    @property
     def wall_mass_kg(self) -> float:
-        """Return the mass of the backwall."""
+        """Mass of the backwall."""
         data = self.data
         volume = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
         return volume * CONCRETE_KG_PER_M3
 
+    @property
     def key_mass_kg(self) -> float:
-        """Return the mass of one exterior key."""
+        """Mass of one exterior key."""
         return self.data.key_mass_t * TONNE
 
 

@@ -6,5 +6,4 @@ from skewbridge.bridge.abutment.supports import build_vertical_supports
 
 def build_roller(context: SideContext) -> SideParts:
     """Create the supports of one side."""
-    supports = build_vertical_supports(context.data.pads, context.end, context.arrays, context.tags)
-    return SideParts(bearings=supports)
+    return SideParts(bearings=build_vertical_supports(context))

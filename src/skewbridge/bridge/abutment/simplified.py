@@ -10,23 +10,20 @@ from skewbridge.bridge.abutment.backfill import (
     variation_factors,
     wing_wall,
 )
-from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.springs import (
-    Frame,
+from skewbridge.bridge.abutment.elements import (
     grounded_node,
     passive_material,
     plastic_material,
     spring_element,
 )
+from skewbridge.bridge.abutment.parts import SideContext, SideParts
 from skewbridge.bridge.abutment.supports import build_vertical_supports
-from skewbridge.bridge.handles import SpringHandle
 
 
 def build_simplified(context: SideContext) -> SideParts:
     """Create bar ends with half of the backfill and half of the transverse resistance each."""
     end, data, tags = context.end, context.data, context.tags
-    parts = SideParts(bearings=build_vertical_supports(data.pads, end, context.arrays, tags))
-    frame = Frame(x=(-end.normal[0], -end.normal[1]))
+    parts = SideParts(bearings=build_vertical_supports(context))
     straight = sdc_backfill(data.wall_width_m, data.wall_height_m)
     longitudinal = straight.scaled(0.5 * skew_reduction(end.skew_rad))
     # ASSUME the transverse springs act at once, as in the published model
@@ -37,19 +34,11 @@ def build_simplified(context: SideContext) -> SideParts:
     )
     for along, factor in zip(ends, factors, strict=True):
         deck_node = context.arrays.at("outer", along)
-        ground = grounded_node(end.point("outer", along), 0.0, tags)
+        ground = grounded_node(end.point("outer", along), tags)
         nodes = (ground, deck_node)
-        element = spring_element(
-            nodes,
-            frame,
-            [passive_material(longitudinal.scaled(factor), context.gap_m, tags)],
-            [plastic_material(transverse.stiffness_n_per_m, transverse.ultimate_n, tags)],
-            tags,
-        )
-        parts.wall_springs.append(
-            SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
-        )
-        parts.key_springs.append(
-            SpringHandle(element=element, component=1, direction=frame.y, nodes=nodes)
-        )
+        soil = passive_material(longitudinal.scaled(factor), context.gap_m, tags)
+        wing = plastic_material(transverse.stiffness_n_per_m, transverse.ultimate_n, tags)
+        wall_spring, wing_spring = spring_element(nodes, end.inward, [soil], [wing], tags)
+        parts.wall_springs.append(wall_spring)
+        parts.key_springs.append(wing_spring)
     return parts

@@ -12,32 +12,27 @@ from math import sqrt
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.backfill import skew_reduction, wing_wall
-from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.penalty import normal_penalty
-from skewbridge.bridge.abutment.springs import (
-    Frame,
+from skewbridge.bridge.abutment.elements import (
     dashpot_material,
     elastic_material,
     gap_material,
     grounded_node,
-    key_material,
     key_stiffness_n_per_m,
     passive_material,
     plane_node,
     plastic_material,
     spring_element,
 )
+from skewbridge.bridge.abutment.parts import SideContext, SideParts
+from skewbridge.bridge.abutment.penalty import normal_penalty
 from skewbridge.bridge.abutment.supports import build_pads
-from skewbridge.bridge.handles import SpringHandle
 
 SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 
 
 def build_spring(context: SideContext) -> SideParts:
     """Create the springs of one side."""
-    parts = SideParts(
-        bearings=build_pads(context.data.pads, context.end, context.arrays, context.tags)
-    )
+    parts = SideParts(bearings=build_pads(context))
     _build_backfill(context, parts)
     body, mass_kg = _build_body(context, parts)
     parts.masses_kg[body] = mass_kg
@@ -62,75 +57,50 @@ def embankment_mass_kg(context: SideContext) -> float:
 
 def _build_backfill(context: SideContext, parts: SideParts) -> None:
     end, tags = context.end, context.tags
-    frame = Frame(x=(-end.normal[0], -end.normal[1]))
     for along, _, passive in context.wall_parts():
-        ground = grounded_node(end.point("outer", along), 0.0, tags)
+        ground = grounded_node(end.point("outer", along), tags)
         nodes = (ground, context.arrays.at("outer", along))
         material = passive_material(passive, context.gap_m, tags)
-        element = spring_element(nodes, frame, [material], [], tags)
-        parts.wall_springs.append(
-            SpringHandle(element=element, component=0, direction=frame.x, nodes=nodes)
-        )
+        parts.wall_springs.append(spring_element(nodes, end.inward, [material], [], tags)[0])
 
 
 def _build_body(context: SideContext, parts: SideParts) -> tuple[int, float]:
     """Create the abutment's body: wing walls along the wall, stiff across it."""
     end, data, tags = context.end, context.data, context.tags
-    mass_kg = context.wall_mass_kg()
+    mass_kg = context.wall_mass_kg
     if context.options.embankment_mass:
         mass_kg += embankment_mass_kg(context)
-    frame = Frame(x=end.tangent)
     wing = wing_wall(data)
     ratio = context.options.wall_dashpot_ratio
     # ASSUME across the wall the body is held by its initial backfill stiffness
     across = context.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
-    body = plane_node(end.point("outer", 0.0), 0.0, mass_kg, tags)
-    ground = grounded_node(end.point("outer", 0.0), 0.0, tags)
-    element = spring_element(
-        (ground, body),
-        frame,
-        [
-            plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
-            dashpot_material(ratio, wing.stiffness_n_per_m, mass_kg, tags),
-        ],
-        [elastic_material(across, tags), dashpot_material(ratio, across, mass_kg, tags)],
-        tags,
-    )
-    parts.wing_springs.append(
-        SpringHandle(element=element, component=0, direction=frame.x, nodes=(ground, body))
-    )
+    body = plane_node(end.point("outer", 0.0), mass_kg, tags)
+    ground = grounded_node(end.point("outer", 0.0), tags)
+    along_wall = [
+        plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
+        dashpot_material(ratio, wing.stiffness_n_per_m, mass_kg, tags),
+    ]
+    across_it = [elastic_material(across, tags), dashpot_material(ratio, across, mass_kg, tags)]
+    spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
+    parts.wing_springs.append(spring)
     return body, mass_kg
 
 
 def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -> None:
     """Create one key on the body, and the gap between it and the deck's corner."""
-    end, tags, key = context.end, context.tags, context.key
+    end, tags, mass_kg = context.end, context.tags, context.key_mass_kg
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)
-    stiffness = key_stiffness_n_per_m(key)
-    mass_kg, ratio = context.key_mass_kg(), context.options.wall_dashpot_ratio
-    node = plane_node(end.point("outer", along), 0.0, mass_kg, tags)
+    node = plane_node(end.point("outer", along), mass_kg, tags)
     # the body moves as one: its node at the key's place follows the middle
-    arm = plane_node(end.point("outer", along), 0.0, 0.0, tags)
+    arm = plane_node(end.point("outer", along), 0.0, tags)
     ops.equalDOF(body, arm, 1, 2)
-    frame = Frame(x=inward)
-    holder = spring_element(
-        (arm, node),
-        frame,
-        [key_material(key, tags), dashpot_material(ratio, stiffness, mass_kg, tags)],
-        [
-            elastic_material(stiffness, tags),
-            dashpot_material(ratio, stiffness, mass_kg, tags),
-        ],
-        tags,
-    )
+    holder = context.key_spring((arm, node), inward)
     deck_node = context.arrays.at("outer", along)
-    penalty = normal_penalty(stiffness, mass_kg, context.options)
+    penalty = normal_penalty(key_stiffness_n_per_m(context.key), mass_kg, context.options)
     material = gap_material(penalty, context.options.transverse_gap_m, tags)
-    gap = spring_element((node, deck_node), frame, [material], [], tags)
-    parts.key_springs.append(
-        SpringHandle(element=gap, component=0, direction=inward, nodes=(node, deck_node))
-    )
-    parts.other_springs.append(holder)
+    gap, _ = spring_element((node, deck_node), inward, [material], [], tags)
+    parts.key_springs.append(gap)
+    parts.other_springs.append(holder.element)
     parts.key_nodes.append(node)
     parts.masses_kg[node] = mass_kg

@@ -2,11 +2,10 @@
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutment.arrays import Arrays
+from skewbridge.bridge.abutment.parts import SideContext
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.deck_plan import DeckEnd
 from skewbridge.bridge.handles import BearingHandle
-from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import KN
 
 # ASSUME bending and twisting of a pad are too soft to matter
@@ -23,42 +22,48 @@ def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
     return [(i - middle) * pads.spacing_m * stretch for i in range(pads.count)]
 
 
-def build_pads(
-    pads: PadData, end: DeckEnd, arrays: Arrays, tags: TagAllocator
-) -> tuple[BearingHandle, ...]:
+def build_pads(context: SideContext) -> tuple[BearingHandle, ...]:
     """Create the pads between fixed seat nodes and the bearing array, a pad height apart."""
+    pads, tags = context.data.pads, context.tags
     material, bend = tags.material(), tags.material()
     ops.uniaxialMaterial("Elastic", material, pads.vertical_stiffness_mn_per_m * 1e6)
     ops.uniaxialMaterial("Elastic", bend, PAD_ROTATION_NM_PER_RAD)
     handles: list[BearingHandle] = []
-    for along in pad_stations(pads, end):
-        deck_node = arrays.at("bearing", along)
+    for along in pad_stations(pads, context.end):
+        deck_node = context.arrays.at("bearing", along)
         seat = tags.node()
         x, y, z = ops.nodeCoord(deck_node)
         ops.node(seat, x, y, z - pads.height_m)
         ops.fix(seat, 1, 1, 1, 1, 1, 1)
         element = tags.element()
+        elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
+        hardening = pads.hardening_ratio, PAD_QUADRATIC_HARDENING, PAD_HARDENING_EXPONENT
+        springs = ("-P", material, "-T", bend, "-My", bend, "-Mz", bend)
         ops.element(
-            *("elastomericBearingPlasticity", element, seat, deck_node),
-            *(pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN),
-            *(pads.hardening_ratio, PAD_QUADRATIC_HARDENING, PAD_HARDENING_EXPONENT),
-            *("-P", material, "-T", bend, "-My", bend, "-Mz", bend),
-            *("-orient", *end.normal, 0.0),
+            "elastomericBearingPlasticity",
+            element,
+            seat,
+            deck_node,
+            *elastic,
+            *hardening,
+            *springs,
+            "-orient",
+            *context.end.normal,
+            0.0,
         )
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
 
 
-def build_vertical_supports(
-    pads: PadData, end: DeckEnd, arrays: Arrays, tags: TagAllocator
-) -> tuple[BearingHandle, ...]:
+def build_vertical_supports(context: SideContext) -> tuple[BearingHandle, ...]:
     """Create a vertical spring under each end of the bearing array: the pads', in two."""
+    pads, end, tags = context.data.pads, context.end, context.tags
     material = tags.material()
     half = pads.vertical_stiffness_mn_per_m * 1e6 * pads.count / 2
     ops.uniaxialMaterial("Elastic", material, half)
     handles: list[BearingHandle] = []
     for along in (-end.wall_length_m / 2, end.wall_length_m / 2):
-        deck_node = arrays.at("bearing", along)
+        deck_node = context.arrays.at("bearing", along)
         seat, element = tags.node(), tags.element()
         ops.node(seat, *ops.nodeCoord(deck_node))
         ops.fix(seat, 1, 1, 1, 1, 1, 1)

@@ -1,6 +1,6 @@
 """The one likelihood engine: concave log-likelihoods and a batched Newton method.
 
-Every model of this room is a sum of log-concave terms in linear predictors of its parameters, so
+Every model of this package is a sum of log-concave terms in linear predictors of its parameters, so
 the maximum is unique where it exists and Newton with the observed information finds it. A batch
 of R parameter vectors is treated at once: bootstrap replicates, ends of profile intervals.
 """

@@ -1,4 +1,4 @@
-"""Profile-likelihood intervals of ln theta and beta for any two-parameter kernel of this room.
+"""Profile-likelihood intervals of ln theta and beta for any two-parameter kernel of this package.
 
 References:
     Venzon and Moolgavkar (1988), Applied Statistics 37(1):87-94: the end of a profile interval as

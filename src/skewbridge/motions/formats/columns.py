@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
+from skewbridge.motions.formats.numbers import FLOAT, fortran_float, parse_numbers
 from skewbridge.motions.formats.trace import (
     HEADER_WIDTH,
     UNIT_FACTORS,
     Given,
     Trace,
+    channel_of,
     dt_of,
     unit_of,
 )
@@ -49,7 +50,9 @@ def recognises(lines: list[str], path: Path) -> bool:
     counts = {_count(row) for row in rows}
     if len(counts) > 1:
         return False
-    steps = np.diff([_number(match["time"]) for row in rows if (match := _ROW.fullmatch(row))])
+    steps = np.diff(
+        [fortran_float(match["time"]) for row in rows if (match := _ROW.fullmatch(row))]
+    )
     uneven = float(steps.max() - steps.min())
     return bool((steps > 0.0).all()) and (counts == {2} or uneven <= 0.02 * float(steps.mean()))
 
@@ -72,14 +75,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
             f"{path.name}, line {bad}: {count} columns expected", file=str(path), line=bad
         )
     table = values.reshape(-1, count)
-    if given.channel is None and count > 2:
-        raise InputError(
-            f"{path.name}: {count - 1} columns beside the time, say which (channel, from 1)",
-            file=str(path),
-        )
-    channel = given.channel or 1
-    if channel >= count:
-        raise InputError(f"{path.name}: channel {channel} of {count - 1}", file=str(path))
+    channel = channel_of(given, count - 1, path)
     step_s, warnings = _time_step(table[:, 0], rows, path)
     dt_s, clashes = dt_of(given, step_s, path)
     unit, notes = unit_of(given, _unit(header))
@@ -147,10 +143,6 @@ def _decimals(line: str) -> int:
     mantissa, _, exponent = match["time"].upper().replace("D", "E").partition("E")
     digits = len(mantissa.partition(".")[2]) - (int(exponent) if exponent else 0)
     return min(max(digits, 0), 15)
-
-
-def _number(text: str) -> float:
-    return float(text.upper().replace("D", "E"))
 
 
 def _unit(header: str) -> str | None:

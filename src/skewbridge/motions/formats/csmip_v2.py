@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
+from skewbridge.motions.formats.numbers import FLOAT, fortran_float, parse_numbers
 from skewbridge.motions.formats.trace import (
     HEADER_WIDTH,
     UNIT_FACTORS,
     Given,
     Trace,
     azimuth_deg,
+    channel_of,
     dt_of,
     unit_of,
 )
@@ -61,14 +62,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     blocks = [block for row, line in enumerate(lines) if (block := _block(row, line))]
     if not blocks:
         raise InputError(f"{path.name}: no acceleration block", file=str(path))
-    if given.channel is None and len(blocks) > 1:
-        raise InputError(
-            f"{path.name}: {len(blocks)} channels, say which (channel 1 to {len(blocks)})",
-            file=str(path),
-        )
-    channel = given.channel or 1
-    if channel > len(blocks):
-        raise InputError(f"{path.name}: channel {channel} of {len(blocks)}", file=str(path))
+    channel = channel_of(given, len(blocks), path)
     block = blocks[channel - 1]
     rows = lines[block.row + 1 : block.row + 1 + -(-block.npts // block.per_line)]
     values = parse_numbers(
@@ -103,7 +97,7 @@ def _block(row: int, line: str) -> _Block | None:
     return _Block(
         row=row,
         npts=int(match["npts"]),
-        dt_s=float(match["dt"].upper().replace("D", "E")),
+        dt_s=fortran_float(match["dt"]),
         unit="cm/s2" if _UNIT.search(match["rest"]) else None,
         per_line=max(per_line, 1),
         width=max(width, 1),

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.numbers import FLOAT, MAX_MAGNITUDE, parse_numbers
+from skewbridge.motions.formats.numbers import FLOAT, MAX_MAGNITUDE, fortran_float, parse_numbers
 from skewbridge.motions.formats.trace import HEADER_WIDTH, Given, Trace, azimuth_deg, dt_of
 from skewbridge.units import GAL
 
@@ -37,7 +37,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     scale = _search(rf"Scale Factor\s+({FLOAT})\(gal\)\s*/\s*({FLOAT})", head, path)
     frequency = _search(rf"Sampling Freq\(Hz\)\s+({FLOAT})\s*Hz", head, path)
     frequency_hz, range_gal, counts_per_range = (
-        float(text.upper().replace("D", "E")) for text in (frequency[1], scale[1], scale[2])
+        fortran_float(text) for text in (frequency[1], scale[1], scale[2])
     )
     if not (
         0.0 < frequency_hz <= MAX_MAGNITUDE
@@ -55,10 +55,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
         raise InputError(f"{path.name}: no values", file=str(path))
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     if peak := re.search(rf"Max\. Acc\. \(gal\)\s+({FLOAT})", head):
-        found_gal, said_gal = (
-            float(np.abs(accel_gal).max()),
-            float(peak[1].upper().replace("D", "E")),
-        )
+        found_gal, said_gal = float(np.abs(accel_gal).max()), fortran_float(peak[1])
         if abs(found_gal - said_gal) > _PEAK_TOLERANCE * said_gal:
             warnings.append(f"peak is {found_gal:.4g} gal, the header says {said_gal:.4g}: cut?")
     direction = _value("Dir.", head)

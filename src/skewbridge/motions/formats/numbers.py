@@ -22,6 +22,11 @@ _DECIMAL_COMMA = re.compile(r"\d,\d")
 _SEPARATORS = str.maketrans(",;", "  ")
 
 
+def fortran_float(text: str) -> float:
+    """Return one number, whose exponent may be marked by a D."""
+    return float(text.upper().replace("D", "E"))
+
+
 def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> NDArray[np.float64]:
     """Return every number of some lines, in order.
 
@@ -61,9 +66,7 @@ def _split(token: str, path: Path, line: int) -> list[float]:
         raise InputError(
             f"{path.name}, line {line}: {token[:40]!r} is not a number", file=str(path), line=line
         )
-    values = [
-        float(number.replace("D", "E").replace("d", "e")) for number in _NUMBER.findall(token)
-    ]
+    values = [fortran_float(number) for number in _NUMBER.findall(token)]
     if max(map(abs, values)) > MAX_MAGNITUDE:
         raise InputError(
             f"{path.name}, line {line}: {token[:40]!r} is too large", file=str(path), line=line

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.numbers import FLOAT, parse_numbers
+from skewbridge.motions.formats.numbers import FLOAT, fortran_float, parse_numbers
 from skewbridge.motions.formats.trace import (
     HEADER_WIDTH,
     UNIT_FACTORS,
@@ -101,8 +101,7 @@ def _sizes(lines: list[str]) -> tuple[int, int, float] | None:
     for row, line in enumerate(lines[:HEADER_LINES]):
         for pattern in _SIZES:
             if match := pattern.search(line[:HEADER_WIDTH]):
-                dt_s = float(match["dt"].upper().replace("D", "E"))
-                return row, int(match["npts"]), dt_s
+                return row, int(match["npts"]), fortran_float(match["dt"])
     return None
 
 

@@ -110,6 +110,22 @@ def dt_of(given: Given, in_file: float | None, path: Path) -> tuple[float, list[
     return in_file, []
 
 
+def channel_of(given: Given, count: int, path: Path) -> int:
+    """Return which channel of a file to read, from 1.
+
+    Raises:
+        InputError: The file has several and none is chosen, or fewer than the chosen one.
+    """
+    if given.channel is None and count > 1:
+        raise InputError(
+            f"{path.name}: {count} channels, say which (channel 1 to {count})", file=str(path)
+        )
+    channel = given.channel or 1
+    if channel > count:
+        raise InputError(f"{path.name}: channel {channel} of {count}", file=str(path))
+    return channel
+
+
 def azimuth_deg(text: str) -> float:
     """Return a compass direction written as degrees or as N, E, S, W; nan if it is neither."""
     letters = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0, "NS": 0.0, "EW": 90.0}

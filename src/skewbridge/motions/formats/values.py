@@ -13,7 +13,7 @@ NAME: Final = "values"
 
 
 def recognises(lines: list[str], path: Path) -> bool:
-    """Say yes: the last reader to be asked."""
+    """Return True: bare values have no mark of their own, so this reader stands last."""
     return True
 
 

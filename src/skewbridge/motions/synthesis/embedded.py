@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.motions.conditioning import cut_to_strongest, effect_on_measures
-from skewbridge.motions.intensity import arias_build_up, motion_measures
+from skewbridge.motions.intensity import motion_measures, pair_arias_build_up
 from skewbridge.motions.read import files_digest, read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import LEVEL_RANGE_G, block_factors
@@ -32,7 +32,7 @@ def default_motions(count: int = COUNT) -> Iterator[tuple[GroundMotion, GroundMo
     while found < count:
         whole = synthesize(SCENARIO, index=index, seed=SEED, options=SynthesisOptions())
         cut = cut_to_strongest(whole, SHAKING_S, FREE_VIBRATION_S)
-        if _arias_mps(cut) >= MIN_ARIAS_KEPT * _arias_mps(whole):
+        if pair_arias_build_up(cut)[-1] >= MIN_ARIAS_KEPT * pair_arias_build_up(whole)[-1]:
             found += 1
             yield whole, cut
         index += 1
@@ -100,10 +100,3 @@ def add_scale_factors(
         row["scale"] = float(f"{factor:.6g}")
         row["scale_t1_s"] = t1_s
         row["scale_low_g"], row["scale_high_g"] = level_range_g
-
-
-def _arias_mps(motion: GroundMotion) -> float:
-    return float(
-        arias_build_up(motion.accel_1_mps2, motion.dt_s)[-1]
-        + arias_build_up(motion.accel_2_mps2, motion.dt_s)[-1]
-    )

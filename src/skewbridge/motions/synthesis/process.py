@@ -47,15 +47,11 @@ class Modulation:
 
     def time_of_share(self, share: float) -> float:
         """Return the time by which a share of the integral of q^2 is reached."""
-        return _time_of_share(share, self.power, self.decay_per_s, self.peak_s)
-
-
-def _time_of_share(share: float, power: float, decay: float, peak_s: float) -> float:
-    rising = peak_s / (2.0 * power + 1.0)
-    energy = share * (rising + 0.5 / decay)
-    if energy <= rising:
-        return peak_s * (energy / rising) ** (1.0 / (2.0 * power + 1.0))
-    return peak_s - np.log1p(-2.0 * decay * (energy - rising)) / (2.0 * decay)
+        decay, rising = self.decay_per_s, self.peak_s / (2.0 * self.power + 1.0)
+        energy = share * (rising + 0.5 / decay)
+        if energy <= rising:
+            return self.peak_s * (energy / rising) ** (1.0 / (2.0 * self.power + 1.0))
+        return self.peak_s - np.log1p(-2.0 * decay * (energy - rising)) / (2.0 * decay)
 
 
 def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: float) -> Modulation:
@@ -65,8 +61,8 @@ def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: fl
 
     def misfit(logs: Vector) -> Vector:
         power, decay, peak_s = (float(value) for value in np.exp(logs))
-        reached_s = [_time_of_share(share, power, decay, peak_s) for share in shares]
-        return np.array(reached_s) - wanted_s
+        shape = Modulation(power=power, decay_per_s=decay, peak_s=peak_s, amplitude_g=1.0)
+        return np.array([shape.time_of_share(share) for share in shares]) - wanted_s
 
     best = None
     for power, decay in _STARTS:

@@ -3,7 +3,6 @@
 import base64
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,9 +12,13 @@ import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.demands.columns import label_of
+from skewbridge.fragility.tables.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.study_figures import Caption, read_captions
+from skewbridge.statuses import STATUSES
+from skewbridge.variant.axes import axes_of
 
 CURVE_COLUMNS: Final = (
     "variant",
@@ -36,14 +39,7 @@ CURVE_COLUMNS: Final = (
     "theta_bound",
     "warnings",
 )
-EFFECT_COLUMNS: Final = (
-    "bridge",
-    "axis",
-    "from_value",
-    "to_value",
-    "skew_deg",
-    "gap_mm",
-    "friction",
+EFFECT_RESULTS: Final = (
     "demand",
     "ratio",
     "ci_low",
@@ -52,20 +48,7 @@ EFFECT_COLUMNS: Final = (
     "n_left_out",
     "verdict",
 )
-STATUS_ORDER: Final = ("ok", "collapse", "numerical_failure", "timeout", "crash", "invalid_input")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Picture:
-    """A figure in the page.
-
-    Attributes:
-        caption: Title and text.
-        data: The SVG as base64.
-    """
-
-    caption: Caption
-    data: str
+VERDICTS: Final = (NEGLIGIBLE, MATTERS, UNDECIDED)
 
 
 def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], output: Path) -> None:
@@ -80,7 +63,9 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
     demands = read_frame(tables["demands"])
     curves = read_frame(tables["curves"])
     effects = read_frame(tables["effects"])
+    effects = effects[effects["scope"] == "variant"]
     medians = read_frame(tables["medians"])
+    figures = tables["figures"]
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
@@ -91,15 +76,17 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
         statuses=_statuses(demands),
         summary=_summary(demands),
         headline=_headline(effects),
+        margin=MARGIN,
+        verdicts=VERDICTS,
         checks=checks,
-        pictures=_pictures(tables["figures"]),
-        curves=_records(curves[[*CURVE_COLUMNS]]),
-        effects=_records(effects.loc[effects["scope"] == "variant", [*EFFECT_COLUMNS]]),
-        factors=_records(read_frame(tables["factors"])),
-        medians=_records(medians[[*EFFECT_COLUMNS]]),
-        system=_records(read_frame(tables["system"])),
-        gate=_records(read_frame(tables["gate"])),
-        sensitivity=_records(read_frame(tables["sensitivity"])),
+        captions=[(caption, _embedded(caption, figures)) for caption in read_captions(figures)],
+        curves=curves[[*CURVE_COLUMNS]].to_dict("records"),
+        effects=effects[_effect_columns(effects)].to_dict("records"),
+        factors=read_frame(tables["factors"]).to_dict("records"),
+        medians=medians[_effect_columns(medians)].to_dict("records"),
+        system=read_frame(tables["system"]).to_dict("records"),
+        gate=read_frame(tables["gate"]).to_dict("records"),
+        sensitivity=read_frame(tables["sensitivity"]).to_dict("records"),
         no_exceedance=_no_exceedance(curves),
         config=yaml.safe_dump(dict(config), sort_keys=False),
         provenance=_provenance(tables["demands"]),
@@ -121,27 +108,28 @@ def _summary(demands: pd.DataFrame) -> dict[str, Any]:
 
 def _statuses(demands: pd.DataFrame) -> list[tuple[str, int]]:
     counts = demands["status"].value_counts()
-    return [(status, int(counts.get(status, 0))) for status in STATUS_ORDER]
+    return [(status, int(counts.get(status, 0))) for status in STATUSES]
+
+
+def _effect_columns(table: pd.DataFrame) -> list[str]:
+    axes = [axis.name for axis in axes_of(table.columns)]
+    return ["bridge", "axis", "from_value", "to_value", *axes, *EFFECT_RESULTS]
 
 
 def _headline(effects: pd.DataFrame) -> list[dict[str, Any]]:
-    friction = effects[(effects["axis"] == "friction") & (effects["scope"] == "variant")]
-    rows = []
-    for (bridge, demand), group in friction.groupby(["bridge", "demand"], sort=False):
-        verdicts = group["verdict"].value_counts()
-        rows.append(
-            {
-                "bridge": bridge,
-                "demand": demand,
-                "low": group["ratio"].min(),
-                "high": group["ratio"].max(),
-                **{
-                    name: int(verdicts.get(name, 0))
-                    for name in ("negligible", "matters", "undecided")
-                },
-            }
-        )
-    return rows
+    """Return the range of the effect of friction on every demand, and how often each verdict."""
+    friction = effects[effects["axis"] == "friction"]
+    return [
+        {
+            "bridge": bridge,
+            "demand": label_of(str(demand)),
+            "low": group["ratio"].min(),
+            "high": group["ratio"].max(),
+            "level": group["level"].iloc[0],
+            "verdicts": [int((group["verdict"] == verdict).sum()) for verdict in VERDICTS],
+        }
+        for (bridge, demand), group in friction.groupby(["bridge", "demand"], sort=False)
+    ]
 
 
 def _no_exceedance(curves: pd.DataFrame) -> list[str]:
@@ -160,14 +148,9 @@ def _bridge_row(name: str) -> dict[str, Any]:
     }
 
 
-def _pictures(folder: Path) -> list[Picture]:
-    return [
-        Picture(
-            caption=caption,
-            data=base64.b64encode((folder / f"{caption.name}.svg").read_bytes()).decode(),
-        )
-        for caption in read_captions(folder)
-    ]
+def _embedded(caption: Caption, folder: Path) -> str:
+    """Return a figure as base64."""
+    return base64.b64encode((folder / f"{caption.name}.svg").read_bytes()).decode()
 
 
 def _provenance(path: Path) -> dict[str, str]:
@@ -177,10 +160,6 @@ def _provenance(path: Path) -> dict[str, str]:
         for key, value in sorted(metadata.items())
         if key not in {b"pandas", b"ARROW:schema"}
     }
-
-
-def _records(frame: pd.DataFrame) -> Sequence[Mapping[str, Any]]:
-    return [dict(zip(frame.columns, row, strict=True)) for row in frame.itertuples(index=False)]
 
 
 def _number(value: object, digits: int = 3) -> str:

@@ -1,0 +1,84 @@
+"""The excitation of an analysis: a motion, its factor and its direction along the bridge axes."""
+
+from dataclasses import dataclass
+from math import ceil, isfinite
+from typing import Final
+
+import numpy as np
+import openseespy.opensees as ops
+from numpy.typing import NDArray
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge.tags import TagAllocator
+from skewbridge.errors import InputError
+from skewbridge.motions.record import GroundMotion
+
+MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # a hundred g: a wrong unit, not a motion
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Excitation:
+    """How a model is shaken.
+
+    Attributes:
+        motion: Two-component ground motion; component 1 points along x at incidence 0.
+        scale: Factor on both components.
+        incidence_deg: Counter-clockwise angle from x to component 1.
+
+    Raises:
+        InputError: The scale is not positive, or a value is no number.
+    """
+
+    motion: GroundMotion
+    scale: float = 1.0
+    incidence_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.scale) and self.scale > 0.0):
+            raise InputError(f"scale must be a positive number, got {self.scale}")
+        if not isfinite(self.incidence_deg):
+            raise InputError(f"incidence_deg must be a number, got {self.incidence_deg}")
+
+
+class GroundInput:
+    """The ground acceleration of one analysis along the bridge axes.
+
+    Between its values the record is interpolated linearly.
+
+    Args:
+        excitation: Motion, factor and angle.
+        settings: Window, step and free vibration.
+
+    Raises:
+        InputError: The acceleration is so large that its unit must be wrong.
+    """
+
+    def __init__(self, excitation: Excitation, settings: AnalysisSettings) -> None:
+        motion = excitation.motion
+        accel = excitation.scale * np.column_stack(motion.along_axes(excitation.incidence_deg))
+        largest = float(np.abs(accel).max())
+        if not largest <= MAX_SCALED_ACCEL_MPS2:
+            raise InputError(
+                f"motion {motion.motion_id}: peak acceleration must be at most "
+                f"{MAX_SCALED_ACCEL_MPS2:g} m/s2, got {largest:g}"
+            )
+        shaken_s = min(settings.duration_s or motion.duration_s, motion.duration_s)
+        self.dt_s = motion.dt_s
+        self.accel_mps2 = accel[: ceil(shaken_s / motion.dt_s - 1e-9) + 1]
+        self.steps = ceil((shaken_s + settings.free_vibration_s) / settings.dt_s - 1e-9)
+        self.duration_s = self.steps * settings.dt_s
+        self._times_s = np.arange(len(self.accel_mps2)) * motion.dt_s
+
+    def apply(self, tags: TagAllocator) -> None:
+        """Load the domain: uniform excitation along x and y."""
+        # ASSUME abutments and bent move alike: no wave passage, no vertical component
+        for direction, values in enumerate(self.accel_mps2.T, start=1):
+            series = tags.series()
+            ops.timeSeries("Path", series, "-dt", self.dt_s, "-values", *values.tolist())
+            ops.pattern("UniformExcitation", tags.pattern(), direction, "-accel", series)
+
+    def at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the ground acceleration at given times, shape (n, 2)."""
+        return np.column_stack(
+            [np.interp(times_s, self._times_s, values, right=0.0) for values in self.accel_mps2.T]
+        )

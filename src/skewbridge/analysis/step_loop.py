@@ -1,0 +1,132 @@
+"""The step loop of all response histories: solver, steps, contact updates, and how they end."""
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from os import devnull
+from pathlib import Path
+from typing import Final
+
+import openseespy.opensees as ops
+
+from skewbridge.analysis.recovery import Effort, Stepper
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.contact import ContactError, ContactSet
+from skewbridge.statuses import Status
+
+type Progress = Callable[[float, float], None]
+_STEPS_PER_REPORT: Final = 50
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ending:
+    """How a history ended.
+
+    Attributes:
+        status: As in the demands table.
+        collapse_criterion: Demand whose limit was passed, or empty.
+        message: Why it ended early, in words, or empty.
+    """
+
+    status: Status = "ok"
+    collapse_criterion: str = ""
+    message: str = ""
+
+
+class StepLoop:
+    """Advances the model in the open domain by equal steps.
+
+    A history starts here: the contacts take over the state under gravity as a state of rest.
+
+    Args:
+        contacts: Contacts of the model, updated after each converged (sub-)step; None without.
+        settings: Step, integrator and iteration budget.
+    """
+
+    def __init__(self, contacts: ContactSet | None, settings: AnalysisSettings) -> None:
+        self.effort = Effort()
+        self._contacts, self._settings = contacts, settings
+        self._ending: Ending | None = None
+        if contacts is not None:
+            contacts.start_from_rest()
+
+    def run(
+        self, steps: int, read: Callable[[], Ending | None], progress: Progress | None = None
+    ) -> Ending:
+        """Take the steps until they are done or something ends them.
+
+        Args:
+            steps: Number of regular steps.
+            read: Called after each converged (sub-)step, once the contacts are up to date; reads
+                the model and says whether the history ends there.
+            progress: Called now and then with the time reached and the duration.
+        """
+        settings = self._settings
+        configure_solver(settings)
+        stepper = Stepper(
+            integrator=settings.integrator_command,
+            dt_s=settings.dt_s,
+            loosen=partial(_set_test, settings),
+            max_iterations=settings.max_iterations,
+            before=self._before,
+            after=partial(self._after, read),
+        )
+        self.effort = stepper.effort
+        ops.analysis("Transient", "-noWarnings")
+        budget = settings.mean_iterations * steps
+        try:
+            for number in range(1, steps + 1):
+                converged = stepper.step()
+                if self._ending is not None:
+                    return self._ending
+                if not converged:
+                    return _failure("no attempt at a step converged")
+                if self.effort.iterations > budget:
+                    return Ending(status="timeout", message=f"more than {budget:.0f} iterations")
+                if progress is not None and number % _STEPS_PER_REPORT == 0:
+                    progress(number * settings.dt_s, steps * settings.dt_s)
+        except ContactError as error:
+            return _failure(str(error))
+        return Ending()
+
+    def _before(self, dt_s: float) -> None:
+        if self._contacts is not None:
+            self._contacts.prepare(dt_s)
+
+    def _after(self, read: Callable[[], Ending | None], dt_s: float) -> None:
+        if self._ending is not None:  # in an earlier part of this step
+            return
+        if self._contacts is not None:
+            self._contacts.after_step(dt_s)
+        self._ending = read()
+
+
+def _failure(message: str) -> Ending:
+    return Ending(status="numerical_failure", message=message)
+
+
+@contextmanager
+def solver_log(path: Path | None) -> Generator[None]:
+    """Send what OpenSees prints to a file, and to nowhere afterwards."""
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    ops.logFile(devnull if path is None else str(path), "-noEcho")
+    try:
+        yield
+    finally:
+        ops.logFile(devnull, "-noEcho")
+
+
+def configure_solver(settings: AnalysisSettings) -> None:
+    """Set what stays the same for all attempts; friction keeps the tangent symmetric."""
+    ops.wipeAnalysis()
+    ops.constraints("Transformation")
+    ops.numberer("RCM")
+    ops.system("ProfileSPD")
+    _set_test(settings, 1.0)
+
+
+def _set_test(settings: AnalysisSettings, loosening: float) -> None:
+    """Set the convergence test with its tolerance times a factor."""
+    ops.test("EnergyIncr", loosening * settings.tolerance_j, settings.max_iterations)

@@ -1,0 +1,144 @@
+"""Springs of wall, wing wall and key: materials, and zeroLength elements in the skewed frame."""
+
+from collections.abc import Sequence
+from math import sqrt
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.abutment.backfill import Passive
+from skewbridge.bridge.catalogue.data import KeyData
+from skewbridge.bridge.deck_plan import PlanVector
+from skewbridge.bridge.handles import SpringHandle
+from skewbridge.bridge.tags import TagAllocator
+from skewbridge.units import KN, MM
+
+# The hyperbolic material wants a gap: far below any displacement that matters.
+NO_GAP_M = 1.0e-6
+_NEVER_M = 1.0e3  # an elastic gap spring would yield at this deformation
+# source: defaults of the OpenSees manual for an unpinched Hysteretic spring without damage
+NO_PINCHING = (1.0, 1.0)
+NO_DAMAGE = (0.0, 0.0)
+
+
+def turned(direction: PlanVector) -> PlanVector:
+    """Return a plan direction turned by +90 degrees."""
+    return (-direction[1], direction[0])
+
+
+def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
+    """Create a spring that resists closing (negative deformation) beyond a gap."""
+    # ASSUME the soil keeps its indentation: on unloading a gap opens behind the wall
+    material = tags.material()
+    gap = max(gap_m, NO_GAP_M)
+    stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
+    if passive.failure_ratio == 0.0:
+        ops.uniaxialMaterial("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage")
+    else:
+        hyperbola = (stiffness, stiffness, passive.failure_ratio, -ultimate, -gap)
+        ops.uniaxialMaterial("HyperbolicGapMaterial", material, *hyperbola)
+    return material
+
+
+def plastic_material(stiffness_n_per_m: float, strength_n: float, tags: TagAllocator) -> int:
+    """Create an elastic-perfectly-plastic spring."""
+    material = tags.material()
+    ops.uniaxialMaterial("ElasticPP", material, stiffness_n_per_m, strength_n / stiffness_n_per_m)
+    return material
+
+
+def elastic_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
+    """Create an elastic spring."""
+    material = tags.material()
+    ops.uniaxialMaterial("Elastic", material, stiffness_n_per_m)
+    return material
+
+
+def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
+    """Create a stiff spring that acts when a gap closes (negative deformation)."""
+    return _one_sided(stiffness_n_per_m, -1.0, max(gap_m, NO_GAP_M), tags)
+
+
+def stop_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
+    """Create an elastic spring that acts in tension (positive deformation) only."""
+    return _one_sided(stiffness_n_per_m, 1.0, NO_GAP_M, tags)
+
+
+def _one_sided(stiffness_n_per_m: float, sign: float, gap_m: float, tags: TagAllocator) -> int:
+    material, never_n = tags.material(), sign * _NEVER_M * stiffness_n_per_m
+    gap = (stiffness_n_per_m, never_n, sign * gap_m, 0.0, "noDamage")
+    ops.uniaxialMaterial("ElasticPPGap", material, *gap)
+    return material
+
+
+def key_material(key: KeyData, tags: TagAllocator) -> int:
+    """Create the backbone of a shear key, the same in both directions."""
+    material = tags.material()
+    points = [
+        value
+        for force, disp in zip(key.force_kn, key.displacement_mm, strict=True)
+        for value in (force * KN, disp * MM)
+    ]
+    mirrored = [-value for value in points]
+    ops.uniaxialMaterial("Hysteretic", material, *points, *mirrored, *NO_PINCHING, *NO_DAMAGE)
+    return material
+
+
+def key_stiffness_n_per_m(key: KeyData) -> float:
+    """Return the initial stiffness of a key."""
+    return key.force_kn[0] * KN / (key.displacement_mm[0] * MM)
+
+
+def dashpot_material(
+    ratio: float, stiffness_n_per_m: float, mass_kg: float, tags: TagAllocator
+) -> int | None:
+    """Create a dashpot of a ratio of critical on a mass held by a spring; None without."""
+    if ratio == 0.0:
+        return None
+    material = tags.material()
+    coefficient = 2 * ratio * sqrt(stiffness_n_per_m * mass_kg)
+    ops.uniaxialMaterial("Viscous", material, coefficient, 1.0)
+    return material
+
+
+def spring_element(
+    nodes: tuple[int, int],
+    direction: PlanVector,
+    along_x: Sequence[int | None],
+    along_y: Sequence[int | None],
+    tags: TagAllocator,
+) -> tuple[SpringHandle, SpringHandle]:
+    """Create a zeroLength element with materials along a plan direction and across it.
+
+    Returns:
+        The first spring along the direction, and the first across it.
+    """
+    kept_x = [material for material in along_x if material is not None]
+    kept_y = [material for material in along_y if material is not None]
+    materials, local = [*kept_x, *kept_y], [1] * len(kept_x) + [2] * len(kept_y)
+    across = turned(direction)
+    axes = (*direction, 0.0, *across, 0.0)
+    element = tags.element()
+    springs = ("-mat", *materials, "-dir", *local, "-doRayleigh", 0, "-orient", *axes)
+    ops.element("zeroLength", element, *nodes, *springs)
+    return (
+        SpringHandle(element=element, component=0, direction=direction, nodes=nodes),
+        SpringHandle(element=element, component=len(kept_x), direction=across, nodes=nodes),
+    )
+
+
+def grounded_node(plan_m: PlanVector, tags: TagAllocator) -> int:
+    """Create a fixed node at the pads' top."""
+    node = tags.node()
+    ops.node(node, *plan_m, 0.0)
+    ops.fix(node, 1, 1, 1, 1, 1, 1)
+    return node
+
+
+def plane_node(plan_m: PlanVector, mass_kg: float, tags: TagAllocator) -> int:
+    """Create a node at the pads' top that moves in plan only."""
+    node = tags.node()
+    ops.node(node, *plan_m, 0.0)
+    ops.fix(node, 0, 0, 1, 1, 1, 1)
+    if mass_kg > 0.0:
+        ops.mass(node, mass_kg, mass_kg, 0.0, 0.0, 0.0, 0.0)
+    return node

@@ -1,0 +1,117 @@
+"""How the variants of a study are told apart in its figures, for any axes of the grid."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from textwrap import fill
+from typing import Any, Final, Self
+
+import pandas as pd
+import seaborn as sns
+from matplotlib.lines import Line2D
+
+from skewbridge.variant.axes import Axis, axes_of
+
+DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
+_LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constant ones included
+_PANEL_LETTERS: Final = 34  # that stand above one panel
+
+type Values = tuple[float, ...]
+
+
+def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
+    """Return the axes that a figure of a table names, in the order of the axis table.
+
+    These are the axes that vary in it, and as many constant ones as make three.
+    """
+    present = axes_of(table.columns)
+    constant = [axis for axis in present if table[axis.name].nunique() < 2]
+    kept = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
+    left_out = {axis.name for axis in constant[kept:]}
+    return tuple(axis for axis in present if axis.name not in left_out)
+
+
+def value_text(axis: Axis, value: float) -> str:
+    """Return a value of an axis with its unit, such as ``30°`` or ``51 mm``."""
+    unit = {"-": "", "deg": "°"}.get(axis.unit, f" {axis.unit}")
+    return f"{value:g}{unit}"
+
+
+def named_value(axis: Axis, value: float) -> str:
+    """Return a value of an axis with its name, such as ``gap 51 mm``."""
+    return f"{axis.symbol or axis.label.lower()} {value_text(axis, value)}"
+
+
+def short_value(axis: Axis, value: float, others: Sequence[Axis]) -> str:
+    """Return a value of an axis, with its name where the unit does not tell it from the others."""
+    clash = any(other.unit == axis.unit for other in others if other != axis)
+    return named_value(axis, value) if axis.unit == "-" or clash else value_text(axis, value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariantLayout:
+    """Panels and line styles of the variants in a table.
+
+    The first axis shown has a panel per value, the second a dash pattern, the third a colour. Every
+    further axis multiplies the panels: nothing is averaged over.
+
+    Attributes:
+        panel_axes: Axes whose values have panels.
+        line_axes: Axes whose values have dashes and colours.
+        styles: Line styles by the values of the line axes.
+    """
+
+    panel_axes: tuple[Axis, ...]
+    line_axes: tuple[Axis, ...]
+    styles: Mapping[Values, Mapping[str, Any]]
+
+    @classmethod
+    def of(cls, table: pd.DataFrame) -> Self:
+        """Return the layout of a table with a column per axis."""
+        shown = shown_axes(table)
+        lines = shown[1:_LEAST_SHOWN]
+        values = [sorted(table[axis.name].unique()) for axis in lines]
+        colours = sns.color_palette("colorblind", max(len(values[-1]), 2) if values else 2)
+        styles: dict[Values, Mapping[str, Any]] = {}
+        for key in product(*(enumerate(own) for own in values)):
+            colour = colours[key[-1][0]] if key else colours[0]
+            dashes = DASHES[key[0][0] % len(DASHES)] if len(key) > 1 else DASHES[0]
+            styles[tuple(value for _, value in key)] = {"color": colour, "linestyle": dashes}
+        panels = (*shown[:1], *shown[_LEAST_SHOWN:])
+        return cls(panel_axes=panels, line_axes=lines, styles=styles)
+
+    def panels(self, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+        """Return title and rows of every panel."""
+        return [
+            (fill(_joined(self.panel_axes, values), _PANEL_LETTERS), part)
+            for values, part in _groups(table, self.panel_axes)
+        ]
+
+    def lines(self, table: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, Mapping[str, Any]]]:
+        """Yield the rows of every line style with the style."""
+        for values, part in _groups(table, self.line_axes):
+            yield part, self.styles[values]
+
+    def style_of(self, row: Mapping[Any, Any]) -> Mapping[str, Any]:
+        """Return the line style of a variant.
+
+        Args:
+            row: Values by column, the axes among them.
+        """
+        return self.styles[tuple(row[axis.name] for axis in self.line_axes)]
+
+    def handles(self) -> list[Line2D]:
+        """Return the entries of the legend."""
+        return [
+            Line2D([], [], label=_joined(self.line_axes, values), **style)
+            for values, style in self.styles.items()
+        ]
+
+
+def _groups(table: pd.DataFrame, axes: Sequence[Axis]) -> list[tuple[Any, pd.DataFrame]]:
+    return list(table.groupby([axis.name for axis in axes])) if axes else [((), table)]
+
+
+def _joined(axes: Sequence[Axis], values: Sequence[Any]) -> str:
+    pairs = zip(axes, values, strict=True)
+    return ", ".join(named_value(axis, value) for axis, value in pairs)

@@ -1,0 +1,59 @@
+"""The abutment models as data: one row of traits for each.
+
+A new model is a row here, a builder in a module of `skewbridge.bridge.abutment`, and its line in
+the registry there.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbutmentTraits:
+    """What the rest of the package needs to know of an abutment model.
+
+    Attributes:
+        code: Two letters in the names of variants.
+        axes: Axes that the model has beyond skew, by their names in `skewbridge.variant.axes`;
+            the others count as zero.
+        has_pads: Whether elastomeric pads carry the deck end, rather than plain vertical supports.
+        has_wall_points: Whether soil or contacts stand at points all along the backwall, rather
+            than at the deck corners only.
+        has_contacts: Whether deck, backwall and keys meet in contact units.
+    """
+
+    code: str
+    axes: frozenset[str] = frozenset()
+    has_pads: bool = False
+    has_wall_points: bool = False
+    has_contacts: bool = False
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether the contacts carry friction."""
+        return "friction" in self.axes
+
+
+#: From the simplest to the most complete.
+ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
+    "roller": AbutmentTraits(code="ro"),
+    "simplified": AbutmentTraits(code="si", axes=frozenset({"gap_mm"})),
+    "spring": AbutmentTraits(
+        code="sp", axes=frozenset({"gap_mm"}), has_pads=True, has_wall_points=True
+    ),
+    "contact": AbutmentTraits(
+        code="co",
+        axes=frozenset({"gap_mm"}),
+        has_pads=True,
+        has_wall_points=True,
+        has_contacts=True,
+    ),
+    "contact_friction": AbutmentTraits(
+        code="cf",
+        axes=frozenset({"gap_mm", "friction"}),
+        has_pads=True,
+        has_wall_points=True,
+        has_contacts=True,
+    ),
+}

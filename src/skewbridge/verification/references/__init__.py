@@ -1,0 +1,1 @@
+"""Solvers, closed forms and cases that the studies compare with."""

@@ -1,0 +1,115 @@
+"""What the small OpenSees models share: the domain, loads in time, the solver, the step loop."""
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+import openseespy.opensees as ops
+from numpy.typing import NDArray
+
+from skewbridge.contact import ContactSet, make_step
+from skewbridge.errors import SolutionError
+
+type Array = NDArray[np.float64]
+type History = Callable[[Array], Array]
+"""A quantity as a function of an array of times."""
+
+
+@contextmanager
+def clean_domain() -> Generator[None]:
+    """Own the OpenSees domain of the process: wiped on entry and exit."""
+    ops.wipe()
+    try:
+        yield
+    finally:
+        ops.wipe()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solver:
+    """How the equations of a small model are solved; the trapezoidal rule unless told otherwise.
+
+    Attributes:
+        constraints: OpenSees constraint handler.
+        numberer: OpenSees numberer.
+        system: OpenSees system of equations.
+        tolerance_m: Largest norm of the last displacement increment.
+        algorithm: OpenSees algorithm.
+        integrator: Arguments of the OpenSees command.
+        analysis: `Transient` or `Static`.
+        iterations: Largest number of iterations.
+    """
+
+    constraints: str = "Transformation"
+    numberer: str = "Plain"
+    system: str = "FullGeneral"
+    tolerance_m: float = 1e-12
+    algorithm: str = "NewtonLineSearch"
+    integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25)
+    analysis: str = "Transient"
+    iterations: int = 50
+
+    def prepare(self) -> None:
+        """Define the analysis of the model in the open domain."""
+        ops.constraints(self.constraints)
+        ops.numberer(self.numberer)
+        ops.system(self.system)
+        ops.test("NormDispIncr", self.tolerance_m, self.iterations)
+        ops.algorithm(self.algorithm)
+        ops.integrator(*self.integrator)
+        ops.analysis(self.analysis)
+
+
+def path_series(tag: int, dt_s: float, values: Array) -> None:
+    """Define values at even times as a time series; the last one is held."""
+    ops.timeSeries("Path", tag, "-dt", dt_s, "-values", *values.tolist(), float(values[-1]))
+
+
+def load_node(
+    node: int, tag: int, dt_s: float, values: Array, direction: tuple[float, ...]
+) -> None:
+    """Load a node along a direction by a force that varies in time."""
+    path_series(tag, dt_s, values)
+    ops.pattern("Plain", tag, tag)
+    ops.load(node, *direction)
+
+
+def hold_load(node: int, tag: int, load: tuple[float, ...]) -> None:
+    """Load a node by a constant load."""
+    ops.timeSeries("Constant", tag)
+    ops.pattern("Plain", tag, tag)
+    ops.load(node, *load)
+
+
+def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
+    """Shake all supports along x and y; the mass has its acceleration from the start.
+
+    Args:
+        mass_node: The node with the mass.
+        dt_s: Step.
+        accel_mps2: Acceleration, shape (2, n).
+    """
+    for dof, component in enumerate(accel_mps2, start=1):
+        path_series(dof, dt_s, component)
+        ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
+        ops.setNodeAccel(mass_node, dof, -float(component[0]), "-commit")
+
+
+def even_times(duration_s: float, dt_s: float) -> Array:
+    """Return the times of even steps from zero."""
+    return np.arange(round(duration_s / dt_s) + 1, dtype=np.float64) * dt_s
+
+
+def march(
+    contacts: ContactSet, times_s: Array, dt_s: float, parts_on_change: int = 1
+) -> Generator[int]:
+    """Make the steps to the given times; yield the number of each after it has been taken over.
+
+    Raises:
+        SolutionError: A step does not converge.
+    """
+    for k in range(1, len(times_s)):
+        if not make_step(contacts, dt_s, parts_on_change=parts_on_change):
+            raise SolutionError(f"OpenSees stopped at {times_s[k]:.6g} s of {times_s[-1]:.6g} s")
+        yield k

@@ -1,0 +1,178 @@
+"""The catalogue's models against hand values and independent models: weights, periods, strengths.
+
+References, by the name used in the rows: *hand* by engineering rules; *independent* a fiber model
+of the same data by others of the project, with its section state named; *PyPBEE* the public
+models of Kaviani's bridges.
+"""
+
+from functools import cache
+from typing import Final
+
+import openseespy.opensees as ops
+
+from skewbridge.analysis.gravity import apply_gravity
+from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
+from skewbridge.analysis.pushover import push_abutment, push_bridge
+from skewbridge.analysis.sdc import bent_capacities
+from skewbridge.bridge.abutment.arrays import LINK_N_PER_M
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.column import section_response, shear_section
+from skewbridge.bridge.dead_load import column_axial_n, total_weight_n
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.shear_capacity import sdc_shear_strength
+from skewbridge.units import KN
+from skewbridge.variant.options import ModelOptions
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.friction_pairs import paper_variant
+
+STATES: Final = {
+    "cracked elastic": ModelOptions(elastic_columns=True),
+    "hinge": ModelOptions(),
+    "fiber": ModelOptions(column_integration="lobatto5"),
+}
+# bridge, abutment, section state, direction, period in s, source
+PERIODS: Final = (
+    ("osb1", "roller", "cracked elastic", "x", 0.937, "independent"),
+    ("osb1", "roller", "cracked elastic", "y", 0.778, "independent"),
+    ("osb1", "roller", "hinge", "x", 0.893, "independent"),
+    ("osb1", "roller", "hinge", "y", 0.745, "independent"),
+    ("osb1", "roller", "fiber", "x", 0.839, "independent"),
+    ("osb1", "roller", "fiber", "y", 0.679, "independent"),
+    ("osb1", "contact", "fiber", "x", 0.788, "independent, pads only"),
+    ("osb1", "contact", "fiber", "y", 0.622, "independent, pads only"),
+    ("osb1", "contact", "fiber", "rz", 1.024, "independent, pads only; 1.029 by hand"),
+    ("osb1", "roller", "hinge", "z", 0.388, "independent"),
+    ("osb1_fixed", "roller", "cracked elastic", "x", 0.368, "independent, coupled with 0.638"),
+    ("osb1_fixed", "roller", "cracked elastic", "y", 0.467, "independent"),
+    ("osb2s", "roller", "cracked elastic", "x", 2.50, "independent"),
+    ("osb2s", "roller", "cracked elastic", "y", 2.45, "independent"),
+    ("osb2s", "roller", "hinge", "x", 2.25, "independent"),
+    ("osb2s", "roller", "hinge", "y", 2.25, "independent"),
+    ("osb2s", "roller", "fiber", "x", 1.76, "independent"),
+    ("osb2s", "roller", "fiber", "y", 1.94, "independent"),
+    ("osb2s", "contact", "fiber", "x", 1.50, "independent, pads only"),
+    ("osb2s", "contact", "fiber", "y", 1.61, "independent, pads only"),
+    ("osb2s", "contact", "fiber", "rz", 1.38, "independent, pads only"),
+    ("bridge_a", "contact", "fiber", "x", 0.610, "PyPBEE as it is (keys act across only)"),
+    ("bridge_b", "roller", "fiber", "x", 1.04, "PyPBEE, pinned base"),
+    ("bridge_b", "roller", "fiber", "y", 1.04, "PyPBEE, pinned base"),
+    ("bridge_b", "contact", "fiber", "x", 0.856, "PyPBEE, pads only"),
+    ("bridge_b", "contact", "fiber", "y", 0.841, "PyPBEE, pads only"),
+)
+WEIGHTS_KN: Final = {"osb1": 19_054.0, "osb2s": 37_208.0}
+AXIAL_KN: Final = {"osb1": 5_997.0, "osb2s": 7_513.0, "bridge_a": 8_878.0, "bridge_b": 8_769.0}
+# bridge, direction in degrees, displacement in m where the push ends, strength in kN
+PUSHES: Final = (
+    ("osb1", "hinge", 0.0, 0.20, 5_786.0),
+    ("osb1", "hinge", 90.0, 0.20, 5_730.0),
+    ("osb1", "fiber", 0.0, 0.14, 6_031.0),
+    ("osb1", "fiber", 90.0, 0.14, 5_882.0),
+    ("osb1_fixed", "hinge", 0.0, 0.12, 12_150.0),
+    ("osb2s", "hinge", 0.0, 0.60, 4_345.0),
+    ("osb2s", "hinge", 90.0, 0.60, 4_322.0),
+)
+PASSIVE_KN: Final = {
+    "osb1": {0: 6_662.0, 30: 3_420.0, 60: 1_756.0},
+    "osb2s": {0: 10_024.0, 30: 5_147.0, 60: 2_642.0},
+}
+
+
+def run(study: Study) -> None:
+    """Compare every figure that the catalogue's sources give."""
+    _dead_load(study)
+    for bridge, abutment, state, direction, period_s, source in PERIODS:
+        found = _modes(bridge, abutment, state).period_s(direction)
+        name = f"{bridge} period {direction}, {abutment}, {state} (s)"
+        study.relative(name, found, period_s, 0.05, source)
+    source = "PyPBEE as it is: keys without a gap, of a stiffness not given, hold the ends"
+    held_s = _held_period_s("bridge_a", STATES["fiber"])
+    study.relative("bridge_a period y, ends held, fiber (s)", held_s, 0.374, 0.05, source)
+    for bridge, state, angle, end_m, strength_kn in PUSHES:
+        variant = paper_variant(bridge=bridge, abutment="roller")
+        curve = push_bridge(variant, STATES[state], angle_deg=angle, max_disp_m=end_m, steps=60)
+        name = f"{bridge} pushover at {angle:g} degrees, {state} (kN)"
+        study.relative(name, curve.peak_n / KN, strength_kn, 0.05, "independent")
+    _capacities(study)
+    _backbones(study)
+
+
+def _dead_load(study: Study) -> None:
+    for bridge, weight_kn in WEIGHTS_KN.items():
+        found = _modes(bridge, "contact", "hinge").weight_kn
+        study.relative(f"{bridge} weight (kN)", found, weight_kn, 0.01, "hand")
+    for bridge in ("bridge_a", "bridge_b", "bridge_c"):
+        data, result = load_bridge(bridge), _modes(bridge, "contact", "hinge")
+        by_hand = total_weight_n(data) / KN
+        study.relative(f"{bridge} weight (kN)", result.weight_kn, by_hand, 0.01, "hand")
+    for bridge, axial_kn in AXIAL_KN.items():
+        found = _modes(bridge, "roller", "hinge").column_axial_kn[0]
+        study.relative(f"{bridge} base axial force (kN)", found, axial_kn, 0.01, "independent")
+    data = load_bridge("bridge_c")
+    axial = _modes("bridge_c", "roller", "hinge").column_axial_kn
+    for number in (0, 1):
+        mean = sum(axial[3 * number : 3 * number + 3]) / 3
+        by_hand = column_axial_n(data, number) / KN
+        name = f"bridge_c mean base axial force, bent {number + 1} (kN)"
+        study.relative(name, mean, by_hand, 0.01, "hand, three moments")
+
+
+def _capacities(study: Study) -> None:
+    for bridge, plastic_mnm, capacity_m in (("osb1", 17.01, 0.211), ("osb2s", 17.82, 0.908)):
+        data = load_bridge(bridge)
+        bent = bent_capacities(data)[0]
+        name = f"{bridge} plastic moment (MNm)"
+        study.relative(name, bent.plastic_moment_nm / 1e6, plastic_mnm, 0.02, "independent")
+        name = f"{bridge} displacement capacity (m)"
+        study.relative(name, bent.capacity_m, capacity_m, 0.05, "hand, SDC 1.7")
+        axial_n = AXIAL_KN[bridge] * KN
+        curve = section_response(data.column, axial_n)
+        shear = shear_section(data.column, data.bents[0].clear_height_m, curve)
+        strength_kn = {"osb1": 4_965.0, "osb2s": 5_548.0}[bridge]
+        found = float(sdc_shear_strength(shear, axial_n, 5.0)) / KN
+        name = f"{bridge} shear strength at ductility 5 (kN)"
+        study.relative(name, found, strength_kn, 0.005, "hand, SDC 1.7")
+
+
+def _backbones(study: Study) -> None:
+    """Push one abutment normal to its wall, past the gap and the bilinear backfill's yield."""
+    end_m = 0.09
+    for bridge, forces in PASSIVE_KN.items():
+        pads = load_bridge(bridge).abutment.pads
+        elastic = (1 - pads.hardening_ratio) * pads.shear_stiffness_kn_per_m * end_m
+        plastic = min(elastic, pads.yield_force_kn)
+        pads_kn = pads.count * (
+            plastic + pads.hardening_ratio * pads.shear_stiffness_kn_per_m * end_m
+        )
+        for skew_deg, force_kn in forces.items():
+            curve = push_abutment(
+                paper_variant(bridge=bridge, skew_deg=skew_deg),
+                ModelOptions(backfill="sdc"),
+                angle_deg=float(skew_deg),
+                max_disp_m=end_m,
+                steps=180,
+            )
+            found = curve.force_n[-1] / KN - pads_kn
+            name = f"{bridge} passive force at skew {skew_deg} degrees (kN)"
+            study.relative(name, found, force_kn, 0.005, "hand, SDC 2.0")
+
+
+@cache
+def _modes(bridge: str, abutment: str, state: str) -> ModalResult:
+    return modal_properties(paper_variant(bridge=bridge, abutment=abutment), STATES[state])
+
+
+def _held_period_s(bridge: str, options: ModelOptions) -> float:
+    """Return the transverse period with both deck ends held across."""
+    with domain():
+        model = build(paper_variant(bridge=bridge, abutment="contact"), options)
+        stiff = model.tags.material()
+        ops.uniaxialMaterial("Elastic", stiff, LINK_N_PER_M)
+        for abutment in model.abutments:
+            ground, element = model.tags.node(), model.tags.element()
+            ops.node(ground, *ops.nodeCoord(abutment.centre_node))
+            ops.fix(ground, 1, 1, 1, 1, 1, 1)
+            nodes = (ground, abutment.centre_node)
+            ops.element("zeroLength", element, *nodes, "-mat", stiff, "-dir", 2)
+        apply_gravity(model)
+        modes = modes_of(model, 12)
+    return max(modes, key=lambda mode: mode.mass_y).period_s

@@ -1,0 +1,113 @@
+"""What a study finds: values beside their references, figures and tables."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from math import isfinite
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+COLUMNS = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A quantity beside its reference.
+
+    Attributes:
+        quantity: What is compared, with its unit.
+        value: Computed here.
+        reference: What it is compared with.
+        tolerance: Largest allowed absolute difference; None: reported, not asserted.
+        source: Where the reference is from.
+    """
+
+    quantity: str
+    value: float
+    reference: float
+    tolerance: float | None
+    source: str
+
+    @property
+    def is_passed(self) -> bool:
+        """Whether the difference is within the tolerance; what is only reported passes."""
+        if self.tolerance is None:
+            return True
+        return isfinite(self.value) and abs(self.value - self.reference) <= self.tolerance
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """Collects what a study finds.
+
+    Attributes:
+        name: Name of the study.
+        comparisons: What has been compared so far.
+        figures: Figures by name.
+        tables: Further tables by name.
+    """
+
+    name: str
+    comparisons: list[Comparison] = field(default_factory=list[Comparison])
+    figures: dict[str, Figure] = field(default_factory=dict[str, Figure])
+    tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
+
+    def relative(
+        self, quantity: str, value: float, reference: float, tolerance: float, source: str
+    ) -> None:
+        """Compare with a tolerance relative to the reference."""
+        self._add(quantity, value, reference, tolerance * abs(reference), source)
+
+    def relative_each(
+        self,
+        quantity: str,
+        values: Mapping[str, float],
+        references: Mapping[str, tuple[float, float]],
+        source: str,
+    ) -> None:
+        """Compare several values, each with its reference and relative tolerance.
+
+        Args:
+            quantity: What the names of the values follow, such as "case C1: peak".
+            values: By name; more than are compared.
+            references: Reference and relative tolerance by name.
+            source: Where the references are from.
+        """
+        for name, (reference, tolerance) in references.items():
+            self.relative(f"{quantity} {name}", values[name], reference, tolerance, source)
+
+    def absolute(
+        self, quantity: str, value: float, reference: float, tolerance: float, source: str
+    ) -> None:
+        """Compare with an absolute tolerance."""
+        self._add(quantity, value, reference, tolerance, source)
+
+    def at_most(self, quantity: str, value: float, limit: float, source: str) -> None:
+        """Compare a quantity that is not negative with zero."""
+        self._add(quantity, value, 0.0, limit, source)
+
+    def holds(self, quantity: str, *, truth: bool, source: str) -> None:
+        """Add a statement that is true (1) or false (0)."""
+        self._add(quantity, float(truth), 1.0, 0.0, source)
+
+    def report(self, quantity: str, value: float, reference: float, source: str) -> None:
+        """Report two numbers side by side without judging."""
+        self._add(quantity, value, reference, None, source)
+
+    def _add(
+        self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
+    ) -> None:
+        found = Comparison(quantity, float(value), float(reference), tolerance, source)
+        self.comparisons.append(found)
+
+    def rows(self) -> list[dict[str, str | float | bool | None]]:
+        """Return one row per comparison, with the columns of the `verify` command."""
+        cells = [
+            {"study": self.name, "pass": found.is_passed, **asdict(found)}
+            for found in self.comparisons
+        ]
+        return [{column: row[column] for column in COLUMNS} for row in cells]
+
+    def table(self) -> pd.DataFrame:
+        """Return the rows as a table."""
+        return pd.DataFrame(self.rows(), columns=list(COLUMNS))

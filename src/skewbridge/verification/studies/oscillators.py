@@ -1,0 +1,181 @@
+"""Oscillators with friction, impacts and a belt against their closed forms, in OpenSees units."""
+
+from math import pi
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from skewbridge.contact.drives import (
+    approach_stiffness_drive,
+    hunt_crossley_drive,
+    kelvin_voigt_drive,
+    power_law_drive,
+    stribeck_drive,
+)
+from skewbridge.contact.restitution import hunt_crossley_damping, kelvin_voigt_damping_ratio
+from skewbridge.verification.references.block import Block, BlockHistory, falling_block, run_block
+from skewbridge.verification.references.closed_forms import (
+    belt_stick_slip,
+    falling_mass_impact,
+    forced_amplitude,
+    free_decay_turning_points,
+    power_law_penetration,
+)
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import dots, label, legend, line, panels
+
+type Array = NDArray[np.float64]
+
+_G: Final = 9.81
+_MASS_KG: Final = 1000.0
+_SPRING_N_PER_M: Final = 4.0e4
+_FRICTION_N: Final = 1962.0
+_OMEGA: Final = (_SPRING_N_PER_M / _MASS_KG) ** 0.5
+_STEPS_PER_CYCLE: Final = 2000
+# Frequency ratio and friction over force amplitude; away from r = 1/2, 1/4 ... where it fails.
+FORCED: Final = ((0.7, 0.3), (1.2, 0.4), (1.5, 0.3), (2.0, 0.2))
+
+
+def run(study: Study) -> None:
+    """Run the study."""
+    decay = free_decay()
+    points = free_decay_turning_points(0.5, _FRICTION_N / _SPRING_N_PER_M)
+    for k, (found, exact) in enumerate(
+        zip(turning_points(decay)[: len(points) - 1], points[1:], strict=False), start=1
+    ):
+        study.absolute(f"free decay: turning point {k} (m)", found, exact, 0.5e-3, "B1")
+    for ratio, friction_ratio in FORCED:
+        found, exact = forced_response(ratio, friction_ratio)
+        text = f"forced, r = {ratio}, F/P = {friction_ratio}: amplitude (m)"
+        study.relative(text, found, exact, 5e-3, "B2")
+    _check_impacts(study)
+    belt = belt_ride()
+    exact_s = belt_stick_slip(
+        _MASS_KG, _SPRING_N_PER_M, 0.4 * _MASS_KG * _G, 0.3 * _MASS_KG * _G, 0.1
+    ).period_s
+    text, source = "belt: period of stick-slip (s)", "B8, friction falling at once"
+    study.relative(text, belt_period(belt), exact_s, 0.02, source)
+    study.figures["histories"] = _figure(decay, belt, points)
+
+
+def spring_block(**changes: Any) -> Block:
+    """Return the oscillator of B1 and B2: 1000 kg, 40 kN/m, 1962 N of friction."""
+    fields: dict[str, Any] = {
+        "mass_kg": _MASS_KG,
+        "kn_n_per_m": 1e9,
+        # The reversal of friction takes the time in which the mass moves twice its elastic slip,
+        # which near a turning point grows with the root of that slip.
+        "kt_n_per_m": 1e10,
+        "friction": 0.2,
+        "normal_load_n": _FRICTION_N / 0.2,
+        "spring_n_per_m": _SPRING_N_PER_M,
+    }
+    return Block(**(fields | changes))
+
+
+def free_decay() -> BlockHistory:
+    """Return the decay from 0.5 m."""
+    return run_block(spring_block(x0_m=0.5), 5e-4, 3.0)
+
+
+def turning_points(history: BlockHistory) -> list[float]:
+    """Return the displacements at which the velocity changes sign."""
+    v = history.velocity_mps[:, 0]
+    turns = np.flatnonzero(v[1:] * v[:-1] < 0.0)
+    return [float(x) for x in history.position_m[turns, 0]]
+
+
+def forced_response(ratio: float, friction_ratio: float, cycles: int = 30) -> tuple[float, float]:
+    """Return the amplitude of the last cycles under P cos(W t) and the closed form."""
+    force = _FRICTION_N / friction_ratio
+    w = ratio * _OMEGA
+    period = 2.0 * pi / w
+    # Friction reverses between steps: the error is of first order, and near resonance it grows.
+    dt = period / _STEPS_PER_CYCLE
+    history = run_block(
+        spring_block(), dt, cycles * period, force_n=lambda t: force * np.cos(w * t)
+    )
+    last = history.position_m[-3 * _STEPS_PER_CYCLE :, 0]
+    amplitude = 0.5 * float(last.max() - last.min())
+    return amplitude, force / _SPRING_N_PER_M * forced_amplitude(ratio, friction_ratio)
+
+
+def bounce(drive: Any, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> BlockHistory:
+    """Return one impact of the mass on a contact with a drive, without gravity."""
+    block = Block(
+        mass_kg=_MASS_KG,
+        kn_n_per_m=1e7,
+        kt_n_per_m=1e7,
+        bounces=True,
+        v0_mps=(0.0, -speed_mps),
+        gap_m=0.00321,
+        drive=drive,
+    )
+    return run_block(block, dt_s, 0.1 / speed_mps)
+
+
+def _check_impacts(study: Study) -> None:
+    fall = run_block(falling_block(), 1e-4, 0.05)
+    exact = falling_mass_impact(_MASS_KG, 1e7, 1.0, _G)
+    depth = float(-fall.position_m[:, 1].min())
+    study.relative("ball on penalty: depth (m)", depth, exact.penetration_m, 5e-3, "B5")
+    contact = fall.ledger.contact_time_s
+    study.relative("ball on penalty: time of contact (s)", contact, exact.contact_s, 0.01, "B5")
+    for e in (0.45, 0.6, 0.71, 0.9):
+        dashpot = 2.0 * kelvin_voigt_damping_ratio(e) * (1e7 * _MASS_KG) ** 0.5
+        drives = {"Kelvin-Voigt": kelvin_voigt_drive(kn_n_per_m=1e7, dashpot_n_s_per_m=dashpot)}
+        for name, stiffness, p in (
+            ("Hunt-Crossley", 1e7, 1.0),
+            ("Hunt-Crossley, p = 3/2", 3e8, 1.5),
+        ):
+            drives[name] = hunt_crossley_drive(
+                stiffness_n_per_m_p=stiffness, exponent=p, damping=hunt_crossley_damping(e)
+            )
+        for name, drive in drives.items():
+            rebound = float(bounce(drive).velocity_mps[-1, 1])
+            study.absolute(f"{name}: restitution {e}", rebound, e, 0.01, "B4")
+    hertz = bounce(power_law_drive(stiffness_n_per_m_p=1e9, exponent=1.5), dt_s=1e-4)
+    depth = hertz.ledger.max_penetration_m
+    exact_depth = power_law_penetration(_MASS_KG, 1e9, 1.5, 1.0)
+    study.relative("Hertz: depth (m)", depth, exact_depth, 5e-3, "energy")
+    for speed in (0.5, 2.0):
+        drive = approach_stiffness_drive(kn_n_per_m=1e7, reference_speed_mps=1.0, exponent=0.4)
+        depth = bounce(drive, speed_mps=speed, dt_s=2e-4).ledger.max_penetration_m
+        exact_depth = speed * (_MASS_KG / (1e7 * speed**0.4)) ** 0.5
+        text = f"stiffness by approach at {speed} m/s: depth (m)"
+        study.relative(text, depth, exact_depth, 5e-3, "energy")
+
+
+def belt_ride(duration_s: float = 6.0) -> BlockHistory:
+    """Return a mass pulled over a surface by a spring whose end moves at 0.1 m/s (B8)."""
+    drive = stribeck_drive(static=0.4, kinetic=0.3, stribeck_speed_mps=2e-4)
+    block = spring_block(friction=0.4, normal_load_n=_MASS_KG * _G, drive=drive)
+    return run_block(block, 2e-4, duration_s, anchor_m=lambda t: 0.1 * t)
+
+
+def belt_period(history: BlockHistory) -> float:
+    """Return the mean time between the starts of long slips."""
+    slip = history.position_m[:, 0] - history.friction_n / 1e10
+    speed = np.diff(slip) / np.diff(history.t_s)
+    fast = speed > 0.05
+    starts = np.flatnonzero(fast[1:] & ~fast[:-1]) + 1
+    times = history.t_s[starts]
+    return float(np.mean(np.diff(times)))
+
+
+def _figure(decay: BlockHistory, belt: BlockHistory, points: list[float]) -> Figure:
+    figure, axes = panels(1, 2, height_in=2.8)
+    left, right = axes[0]
+    line(left, decay.t_s, decay.position_m[:, 0], style.BLUE, "OpenSees", lw=1.1)
+    half = pi / _OMEGA
+    dots(left, [k * half for k in range(len(points))], points, style.BLACK, "closed form")
+    label(left, "time (s)", "x (m)", "free decay with friction")
+    legend(left)
+    line(right, belt.t_s, 0.1 * belt.t_s, style.GREY, "end of the spring")
+    line(right, belt.t_s, belt.position_m[:, 0], style.ORANGE, "mass", lw=1.1)
+    label(right, "time (s)", "x (m)", "stick-slip")
+    legend(right)
+    return figure

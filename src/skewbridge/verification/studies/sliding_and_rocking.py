@@ -1,0 +1,184 @@
+"""Figure 1 of the paper: the two-dimensional unit, and the rigid block that slides, tips or rocks.
+
+Loops of one unit with the contact closed from the start (gap 0) and behind a gap, under a constant
+and a varying normal force, against radial return; then blocks against closed forms.
+"""
+
+from math import pi
+from typing import Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from skewbridge.contact import ContactLaw
+from skewbridge.verification.references.block import run_block, sliding_block
+from skewbridge.verification.references.closed_forms import (
+    RockingBlock,
+    rectangular_pulse_slip,
+    sine_pulse_first_slip,
+    straight_loop_work_j,
+)
+from skewbridge.verification.references.rocking import UprightBlock, UprightHistory, run_upright
+from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.figure_style import dots, label, legend, line, panel, panels
+
+type Matrix = NDArray[np.float64]
+
+_G: Final = 9.81
+_KN: Final = 1.0e5
+_KT: Final = 1.0e5
+_FRICTION: Final = 0.3
+_DEPTH_M: Final = 0.1
+_STROKE_M: Final = 0.5
+_ROWS: Final = 1200
+_LIMIT_N: Final = _FRICTION * _KN * _DEPTH_M
+
+
+def run(study: Study) -> None:
+    """Run the study."""
+    loops = {gap: _loops(gap, study) for gap in (0.0, 0.02)}
+    _sliding_blocks(study)
+    study.figures["unit"] = _unit_figure(loops)
+    study.figures["rocking"] = _rocking_figure(_upright_blocks(study))
+
+
+def _path(gap_m: float, variation: float) -> Matrix:
+    """Return two cycles along the surface while the depth varies once per half cycle."""
+    t = np.linspace(0.0, 2.0, _ROWS + 1)
+    depth = _DEPTH_M * (1.0 + variation * np.sin(2.0 * pi * t))
+    slip = _STROKE_M * np.sin(2.0 * pi * t)
+    return np.column_stack([t, slip, np.zeros_like(t), -gap_m - depth])
+
+
+def _approach(gap_m: float) -> Matrix:
+    """Return a path that closes and opens the pair twice, without slip."""
+    t = np.linspace(0.0, 2.0, _ROWS + 1)
+    z = -0.5 * (_DEPTH_M + gap_m) * (1.0 - np.cos(2.0 * pi * t)) + 0.02 * np.sin(pi * t) ** 2
+    return np.column_stack([t, np.zeros_like(t), np.zeros_like(t), z])
+
+
+def _loops(gap_m: float, study: Study) -> dict[str, tuple[Matrix, Matrix]]:
+    law = ContactLaw(kn_n_per_m=_KN, kt_n_per_m=_KT, friction=_FRICTION, gap_m=gap_m)
+    result: dict[str, tuple[Matrix, Matrix]] = {}
+    for name, path in (
+        ("normal", _approach(gap_m)),
+        ("constant", _path(gap_m, 0.0)),
+        ("varying", _path(gap_m, 0.6)),
+    ):
+        forces = drive_unit(law, path).forces_n
+        exact = follow_law(law, path, substeps=50).forces_n
+        error = float(np.sqrt(np.mean(np.sum((forces - exact) ** 2, axis=1)))) / _LIMIT_N
+        quantity = f"{name} loop, gap {1000 * gap_m:g} mm: RMS error over the limit"
+        study.at_most(quantity, error, 0.01, "radial return on a fine grid")
+        result[name] = (path, forces)
+    path, forces = result["constant"]
+    half = slice(len(path) // 2, None)
+    work_j = path_work_j(path[half], forces[half])
+    exact_j = straight_loop_work_j(_STROKE_M, _LIMIT_N / _KT, _LIMIT_N)
+    study.relative(f"work per cycle, gap {1000 * gap_m:g} mm (J)", work_j, exact_j, 5e-3, "B7")
+    return result
+
+
+def _sliding_blocks(study: Study) -> None:
+    def sine_mps2(t: Matrix) -> Matrix:
+        return np.where(t <= 0.5, 0.5 * _G * np.sin(4.0 * pi * t), 0.0)
+
+    def rectangle_mps2(t: Matrix) -> Matrix:
+        return 0.25 * _G * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
+
+    for mu in (0.1, 0.2, 0.3, 0.4):
+        slid = run_block(sliding_block(mu), 2e-4, 0.6, base_mps2=sine_mps2)
+        slip_m, exact = slid.position_m[:, 0].min(), sine_pulse_first_slip(0.5 * _G, 0.5, mu * _G)
+        name = f"sliding block, sine pulse, friction {mu}: slip (m)"
+        study.relative(name, slip_m, exact.slip_m, 5e-3, "B3")
+    for mu in (0.1, 0.2, 0.3):
+        slid = run_block(sliding_block(mu), 2e-4, 1.3, base_mps2=rectangle_mps2)
+        exact_m = rectangular_pulse_slip(0.5 * _G, 0.2, mu * _G)
+        name = f"sliding block, rectangular pulse, friction {mu}: slip (m)"
+        study.relative(name, -slid.position_m[-1, 0], exact_m, 5e-3, "B3")
+
+
+def _upright_blocks(study: Study) -> UprightHistory:
+    histories: list[UprightHistory] = []
+    for b, h in ((0.25, 1.0), (0.5, 1.5)):
+        exact = RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=_G)
+        angle = 0.5 * exact.slenderness_rad
+        released = run_upright(_upright(exact, friction=1.0, angle_rad=angle), 5e-4, 0.8)
+        histories.append(released)
+        name, found_s = f"block {b} x {h} m", _first_zero(released)
+        quarter_s = exact.quarter_period_s(angle)
+        text = f"{name}: quarter period of rocking (s)"
+        study.relative(text, found_s, quarter_s, 5e-3, "B9, Housner")
+        _tip_or_slide(study, name, exact)
+    return histories[0]
+
+
+def _upright(exact: RockingBlock, *, friction: float, angle_rad: float = 0.0) -> UprightBlock:
+    return UprightBlock(
+        half_width_m=exact.half_width_m,
+        half_height_m=exact.half_height_m,
+        mass_kg=1000.0,
+        friction=friction,
+        penalty_n_per_m=1e9,
+        gravity_mps2=_G,
+        angle_rad=angle_rad,
+    )
+
+
+def _tip_or_slide(study: Study, name: str, exact: RockingBlock) -> None:
+    """Push a block by an acceleration that grows from 1 s on."""
+    rate = 1.2
+    for friction in (1.0, 0.2):
+        block = _upright(exact, friction=friction)
+        pushed = run_upright(block, 1e-3, 4.0, lambda t: rate * np.maximum(0.0, t - 1.0))
+        lifted = (pushed.t_s > 1.0) & (pushed.openings_m.max(axis=1) > 0.0)
+        if friction == 1.0:
+            start = rate * (float(pushed.t_s[np.flatnonzero(lifted)[0]]) - 1.0)
+            source = "B9, g b / h"
+            study.relative(f"{name}: uplift at (m/s2)", start, exact.uplift_mps2, 0.02, source)
+        else:
+            slid = float(np.abs(np.diff(pushed.feet_m[:, 0])).max()) > 1e-3
+            text = f"{name}, friction 0.2 < b / h: slides and does not lift"
+            study.holds(text, truth=slid and not bool(lifted.any()), source="B9")
+
+
+def _first_zero(history: UprightHistory) -> float:
+    k = int(np.flatnonzero(history.angle_rad <= 0.0)[0])
+    before, after = history.angle_rad[k - 1], history.angle_rad[k]
+    share = before / (before - after)
+    return float(history.t_s[k - 1] + share * (history.t_s[k] - history.t_s[k - 1]))
+
+
+def _unit_figure(loops: dict[float, dict[str, tuple[Matrix, Matrix]]]) -> Figure:
+    figure, axes = panels(1, 3, height_in=2.9)
+    for (gap, data), colour, dashes in zip(
+        loops.items(), (style.BLUE, style.ORANGE), ("-", "--"), strict=True
+    ):
+        path, forces = data["normal"]
+        name = f"gap {1000 * gap:g} mm"
+        line(axes[0, 0], 1000 * path[:, 3], forces[:, 2] / 1000, colour, name, lw=1.2, ls=dashes)
+        for axis, key in ((axes[0, 1], "constant"), (axes[0, 2], "varying")):
+            path, forces = data[key]
+            line(axis, 1000 * path[:, 1], forces[:, 0] / 1000, colour, lw=1.2, ls=dashes)
+    label(axes[0, 0], "normal displacement (mm)", "compression (kN)", "normal")
+    label(axes[0, 1], "slip (mm)", "friction (kN)", "constant compression")
+    label(axes[0, 2], "slip (mm)", "friction (kN)", "varying compression")
+    legend(axes[0, 0])
+    return figure
+
+
+def _rocking_figure(history: UprightHistory) -> Figure:
+    exact = RockingBlock(half_width_m=0.25, half_height_m=1.0, gravity_mps2=_G)
+    figure, axis = panel(height_in=2.6)
+    line(axis, history.t_s, history.angle_rad / exact.slenderness_rad, style.BLUE, "OpenSees")
+    quarter = exact.quarter_period_s(0.5 * exact.slenderness_rad)
+    name = "upright after Housner's quarter"
+    axis.axvline(quarter, color=style.ORANGE, ls="--", lw=1, label=name)
+    axis.axhline(0.0, color=style.GREY, lw=0.6)
+    dots(axis, [0.0], [0.5], style.BLACK)
+    label(axis, "time (s)", "angle / slenderness (-)", "block 0.25 x 1 m released from rest")
+    legend(axis)
+    return figure

@@ -1,0 +1,26 @@
+"""The small reference files in `tests/data`, each with its source beside it."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import pandas as pd
+
+DATA = Path(__file__).parent / "data"
+
+
+@cache
+def reference_table(name):
+    """Return a table of `tests/data`."""
+    return pd.read_csv(DATA / f"{name}.csv", comment="#")
+
+
+@cache
+def _fragility_cases():
+    return json.loads((DATA / "fragility_cases.json").read_text(encoding="utf-8"))
+
+
+def fragility_case(name):
+    """Return the input and the expected values of a published or own case."""
+    found = _fragility_cases()[name]
+    return found["input"], found["expected"]

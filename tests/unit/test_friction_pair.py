@@ -1,0 +1,77 @@
+"""The histories without and with friction are made once, by their own rule, and only read after."""
+
+import ast
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import skewbridge
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.suite import SuiteMotion
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.friction_pair import write_friction_pair
+from skewbridge.study.setup import StudySetup
+from skewbridge.variant.options import ModelOptions
+from strong_motion import strong_motion
+
+SLUGS = [
+    f"osb1_cf_skew{skew:02d}_gap{gap:03d}_mu{mu:03d}"
+    for skew, gap in ((0, 13), (30, 13), (30, 51))
+    for mu in (0, 20, 50)
+]
+
+
+def demands(slugs):
+    return pd.DataFrame(
+        {"variant": slugs, "motion_id": "strong", "status": "ok", "deck_disp_m": 0.1}
+    )
+
+
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory):
+    motion = strong_motion(duration_s=1.0)
+    measures = motion_measures(motion, 0.7)
+    return StudySetup(
+        folder=StudyFolder(tmp_path_factory.mktemp("study")),
+        suite=(SuiteMotion(motion=motion, scale=1.0, measures=measures),),
+        measures={("osb1", "strong"): measures},
+        incidence_deg=(0.0,),
+        settings=AnalysisSettings(),
+        options=ModelOptions(),
+    )
+
+
+def written(setup, slugs, folder):
+    demands(slugs).to_parquet(folder / "demands.parquet")
+    write_friction_pair(setup, folder / "demands.parquet", folder / "pair.parquet")
+    return pd.read_parquet(folder / "pair.parquet")
+
+
+def test_the_pair_written_is_that_of_the_analyses(setup, tmp_path):
+    pair = written(setup, SLUGS, tmp_path)
+    assert list(pair["variant"].unique()) == [SLUGS[3], SLUGS[5]]
+    assert set(pair["motion_id"]) == {"strong"}
+    task = setup.tasks(SLUGS[5])[0]
+    again = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
+    own = pair[pair["variant"] == SLUGS[5]].drop(columns=["variant", "motion_id"])
+    expected = pd.DataFrame(again.histories)
+    pd.testing.assert_frame_equal(own.reset_index(drop=True), expected, check_exact=True)
+
+
+def test_a_study_of_one_friction_has_no_pair(setup, tmp_path):
+    assert written(setup, SLUGS[::3], tmp_path).empty
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(skewbridge.__file__).parent / "report").glob("*.py")), ids=lambda p: p.name
+)
+def test_the_report_runs_no_analysis(path):
+    running = {"transient", "abutment_history", "pushover", "modal", "step_loop"}
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            parts = node.module.split(".")
+            assert not ("analysis" in parts and running & set(parts)), node.module
+            assert node.module != "skewbridge.study.batch"

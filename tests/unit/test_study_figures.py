@@ -1,0 +1,191 @@
+"""The figures of a study follow its tables: any axes, the headline demands, one row per figure."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fragility_tables import IM, synthetic_demands
+from skewbridge.demands.columns import demands_for
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.effects import paired_effects
+from skewbridge.fragility.tables.limit_states import limit_states_of
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.suite import SuiteMotion
+from skewbridge.report.axis_layout import VariantLayout, shown_axes
+from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
+from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
+from skewbridge.report.study_figures import MODEL_FIGURES, StudyFigure, StudyTables, study_figures
+from skewbridge.variant import axes as axis_table
+
+FOURTH = "transverse_gap_mm"
+STATES = limit_states_of(
+    [
+        {
+            "component": "column_drift",
+            "demand": "column_drift_ratio",
+            "unit": "ratio",
+            "dispersion": 0.3,
+            "citation": "made up",
+            "states": {"slight": 0.01, "moderate": 0.02},
+        },
+        {
+            "component": "bearing",
+            "demand": "bearing_disp_m",
+            "unit": "m",
+            "dispersion": 0.3,
+            "citation": "made up",
+            "states": {"slight": 0.1},
+        },
+    ]
+)
+
+
+@pytest.fixture
+def fourth_axis(monkeypatch):
+    """Return another gap beside the joint gap, in the table of axes."""
+    if not axis_table.axes_of([FOURTH]):
+        gap = axis_table.axes_of(["gap_mm"])[0]
+        other = replace(
+            gap, name=FOURTH, label="Transverse gap", title="the transverse gap", code="tgap"
+        )
+        monkeypatch.setattr(axis_table, "AXES", (*axis_table.AXES, other))
+    return axis_table.axes_of([FOURTH])[0]
+
+
+def tables_of(demands, curves, effects):
+    wave = np.sin(np.arange(400) * 0.1)
+    motion = GroundMotion(motion_id="m00", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
+    suite = [SuiteMotion(motion=motion, scale=1.5, measures={})]
+    return StudyTables(demands=demands, curves=curves, effects=effects, suite=suite, pair=None)
+
+
+@pytest.fixture(scope="module")
+def study():
+    demands = synthetic_demands(skews=(0, 30))
+    return tables_of(demands, fit_study(demands, STATES, IM), paired_effects(demands))
+
+
+@pytest.fixture(scope="module")
+def wide_study():
+    """The same with a transverse gap of 25 and 50 mm."""
+    parts = []
+    for gap_mm, seed in ((25, 1), (50, 2)):
+        demands = synthetic_demands(skews=(0, 30), seed=seed, friction_effect=-0.004 * gap_mm)
+        demands["variant"] += f"_tgap{gap_mm:03d}"
+        curves = fit_study(demands, STATES, IM)
+        parts.append([t.assign(**{FOURTH: gap_mm}) for t in (demands, curves)])
+        effects = paired_effects(demands)
+        parts[-1].append(effects.assign(**{FOURTH: gap_mm}))
+    demands, curves, effects = (
+        pd.concat(own, ignore_index=True) for own in zip(*parts, strict=True)
+    )
+    along = effects[(effects["axis"] == "friction") & (effects[FOURTH] == 25)]
+    along = along.assign(axis=FOURTH, from_value=25, to_value=50, **{FOURTH: float("nan")})
+    both = [along.assign(friction=value) for value in (0.0, 0.5)]
+    return tables_of(demands, curves, pd.concat([effects, *both], ignore_index=True))
+
+
+def titles(figure):
+    return [axes.get_title() for axes in figure.axes]
+
+
+def legend(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_three_axes_have_panels_dashes_and_colours(study):
+    figure = demand_clouds(study.demands, study.curves, "column_drift_ratio")
+    assert titles(figure) == ["skew 0°", "skew 30°"]
+    assert legend(figure)[:2] == ["gap 25 mm, μ 0", "gap 25 mm, μ 0.5"]
+    styles = VariantLayout.of(study.demands).styles
+    assert styles[25, 0.0]["color"] == styles[51, 0.0]["color"] != styles[25, 0.5]["color"]
+    assert styles[25, 0.0]["linestyle"] == styles[25, 0.5]["linestyle"]
+
+
+def test_a_constant_axis_gives_way_to_one_that_varies(fourth_axis, wide_study):
+    table = wide_study.demands
+    assert [axis.name for axis in shown_axes(table)] == ["skew_deg", "gap_mm", "friction", FOURTH]
+    assert [axis.name for axis in shown_axes(table[table["gap_mm"] == 25])] == [
+        "skew_deg",
+        "friction",
+        FOURTH,
+    ]
+    assert len(shown_axes(table[table[FOURTH] == 25])) == 3
+
+
+@pytest.mark.parametrize("kind", ["clouds", "curves"])
+def test_a_fourth_axis_multiplies_the_panels(fourth_axis, wide_study, kind):
+    if kind == "clouds":
+        figure = demand_clouds(wide_study.demands, wide_study.curves, "column_drift_ratio")
+    else:
+        figure = fragility_curves(wide_study.curves, wide_study.demands, "column_drift")
+        drawn = wide_study.curves
+        drawn = drawn[(drawn["component"] == "column_drift") & (drawn["method"] == "cloud")]
+        assert sum(len(axes.collections) for axes in figure.axes) == (drawn["status"] == "ok").sum()
+    assert titles(figure)[:4] == [
+        "skew 0°, transverse gap 25 mm",
+        "skew 0°, transverse gap 50 mm",
+        "skew 30°, transverse gap 25 mm",
+        "skew 30°, transverse gap 50 mm",
+    ]
+    assert len(legend(figure)) == 4
+
+
+@pytest.mark.parametrize("axis", ["skew_deg", "gap_mm", "friction", FOURTH])
+def test_every_pair_of_a_study_with_four_axes_is_drawn(fourth_axis, wide_study, axis):
+    effects = wide_study.effects
+    rows = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
+    assert len(verdict_map(effects, axis).axes[0].patches) == len(rows)
+    figure = paired_ratios(effects, axis)
+    dots = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    assert len(dots) == len(rows)
+
+
+def test_values_with_the_same_unit_are_named_in_the_verdict_map(fourth_axis, wide_study):
+    labels = verdict_map(wide_study.effects).axes[0].get_xticklabels()
+    assert labels[0].get_text().split("\n") == ["0°", "gap 25 mm", "transverse", "gap 25 mm"]
+
+
+def test_the_labels_of_the_verdict_map_do_not_touch(fourth_axis, wide_study):
+    figure = verdict_map(wide_study.effects)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].get_xticklabels()]
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+
+
+def test_figures_name_an_axis_with_its_unit(fourth_axis, wide_study):
+    title = verdict_map(wide_study.effects, FOURTH).get_suptitle()
+    assert title == "Change of demand, transverse gap (mm) 25 to 50, same motions"
+
+
+def test_a_new_axis_has_its_figures_and_words_without_another_row(fourth_axis, wide_study):
+    captions = {caption.name: caption for caption, _ in study_figures(wide_study)}
+    assert captions[f"osb1_cf_verdict_{FOURTH}"].title == (
+        f"osb1, contact-friction: When does {fourth_axis.title} matter?"
+    )
+    assert f"osb1_cf_ratios_{FOURTH}" in captions
+
+
+def test_curves_and_clouds_are_those_of_the_headline_demands(study):
+    names = [caption.name for caption, _ in study_figures(study)]
+    assert "osb1_cf_curves_column_drift_cloud" in names
+    assert not any("bearing" in name for name in names)
+    clouds = [name.removeprefix("osb1_cf_cloud_") for name in names if "_cloud_" in name]
+    assert clouds == list(demands_for("headline", study.demands.columns))
+
+
+def test_a_new_figure_is_a_function_and_a_row(study, monkeypatch):
+    row = StudyFigure(
+        name="only_{demand}",
+        title="{label} alone",
+        text="",
+        draw=lambda demands, demand: demand_clouds(demands, study.curves, demand),
+        needs=("demands", "demand"),
+        cases=lambda _: [{"demand": "unseating_m", "label": "Unseating"}],
+    )
+    monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", (*MODEL_FIGURES, row))
+    captions = {caption.name: caption for caption, _ in study_figures(study)}
+    assert captions["osb1_cf_only_unseating_m"].title == "osb1, contact-friction: Unseating alone"

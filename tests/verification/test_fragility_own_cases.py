@@ -1,0 +1,211 @@
+"""Made-up data of the kinds met in studies; the expected values come from statsmodels and scipy.
+
+Errors of estimates are those of the observed information. Tolerances: 1e-6 on estimates, 1e-4 on
+standard errors (differentiated numerically), 1e-5 on the ends of intervals.
+"""
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+from scipy import optimize, stats
+from statsmodels.tools.numdiff import approx_hess
+
+from skewbridge.fragility.methods.axis_probit import DesignFit
+from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
+from skewbridge.fragility.methods.stripes import fit_stripes
+
+
+def _many_bins():
+    """Many bins with few runs at the upper end, as of analyses binned by intensity."""
+    rng = np.random.default_rng(11)
+    im = np.arange(1.0, 80.0, 2.0)
+    n = np.maximum(1, rng.poisson(150.0 * np.exp(-im / 11.0)))
+    return im, n, rng.binomial(n, stats.norm.cdf(np.log(im / 27.0) / 0.6))
+
+
+STRIPES = {
+    "low stripes only": (
+        [0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0],
+        [40] * 8,
+        [0, 0, 1, 3, 8, 11, 13, 18],
+    ),
+    "full range": (
+        [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8],
+        [20] * 8,
+        [0, 1, 2, 7, 9, 15, 16, 19],
+    ),
+    "sparse tail": ([1.0, 1.5, 2.0], [60, 48, 45], [0, 2, 2]),
+    "many bins": _many_bins(),
+}
+
+
+class ProbitOracle:
+    """Log-likelihood of stripes in (ln theta, beta), and its profiles."""
+
+    def __init__(self, im, n, k):
+        self.x, self.n, self.k = np.log(im), np.asarray(n), np.asarray(k)
+        self.model = sm.GLM(
+            np.column_stack([self.k, self.n - self.k]),
+            sm.add_constant(self.x),
+            family=sm.families.Binomial(link=sm.families.links.Probit()),
+        )
+        self.fit = self.model.fit(tol=1e-15, maxiter=300)
+        a0, a1 = self.fit.params
+        self.best = np.array([-a0 / a1, 1.0 / a1])
+
+    def kernel(self, a0, a1):
+        eta = a0 + a1 * self.x
+        return float(
+            np.sum(self.k * stats.norm.logcdf(eta) + (self.n - self.k) * stats.norm.logsf(eta))
+        )
+
+    def covariance(self):
+        a0, a1 = self.fit.params
+        cov = np.linalg.inv(-self.model.hessian(self.fit.params, observed=True))
+        jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -1.0 / a1**2]])
+        return jacobian @ cov @ jacobian.T
+
+    def ends(self, profile, best, outer):
+        """Return where a profile falls by half the 95 % quantile; infinite where it never does."""
+        limit = self.kernel(*self.fit.params) - 0.5 * stats.chi2.ppf(0.95, 1)
+        found = []
+        for end in outer:
+            inside = profile(end) > limit
+            found.append(
+                np.sign(end - best) * np.inf
+                if inside
+                else optimize.brentq(lambda at: profile(at) - limit, best, end, xtol=1e-12)
+            )
+        return found
+
+    def theta_ends(self):
+        def profile(ln_theta):
+            def loss(slope):
+                return -self.kernel(-slope * ln_theta, slope)
+
+            found = optimize.minimize_scalar(
+                loss, bounds=(1e-9, 30.0), method="bounded", options={"xatol": 1e-10}
+            )
+            return -found.fun
+
+        return np.exp(self.ends(profile, self.best[0], self.best[0] + np.array([-8.0, 8.0])))
+
+    def beta_ends(self):
+        def profile(slope):
+            def loss(a0):
+                return -self.kernel(a0, slope)
+
+            return -optimize.minimize_scalar(loss, bracket=(-3.0, 0.0), tol=1e-12).fun
+
+        slope = 1.0 / self.best[1]
+        low, high = self.ends(profile, slope, (1e-9, 30.0))
+        return [1.0 / high, np.inf if np.isinf(low) else 1.0 / low]
+
+
+@pytest.mark.parametrize("name", STRIPES)
+def test_stripes_agree_with_an_independent_likelihood(name):
+    im, n, k = (np.asarray(values, dtype=float) for values in STRIPES[name])
+    fit, oracle = fit_stripes(im, n, k), ProbitOracle(im, n, k)
+    cov = oracle.covariance()
+    assert fit.status == "ok"
+    assert (np.log(fit.theta), fit.beta) == pytest.approx(oracle.best, rel=1e-6)
+    assert fit.loglik == pytest.approx(oracle.fit.llf, rel=1e-6)
+    assert fit.details["deviance"] == pytest.approx(oracle.fit.deviance, rel=1e-6)
+    assert fit.details["pearson"] == pytest.approx(oracle.fit.pearson_chi2, rel=1e-6)
+    assert fit.details["aic"] == pytest.approx(oracle.fit.aic, rel=1e-6)
+    assert fit.se_ln_theta == pytest.approx(np.sqrt(cov[0, 0]), rel=1e-4)
+    assert fit.se_beta == pytest.approx(np.sqrt(cov[1, 1]), rel=1e-4)
+    assert fit.cov_ln_theta_beta == pytest.approx(cov[0, 1], rel=1e-4)
+    assert fit.ci_theta == pytest.approx(tuple(oracle.theta_ends()), rel=1e-5)
+    assert fit.ci_beta == pytest.approx(tuple(oracle.beta_ends()), rel=1e-5)
+    if name == "sparse tail":
+        assert {"median_extrapolated", "wide_ci"} <= set(fit.warnings)
+
+
+def _grid_capacities(seed):
+    """Capacities read from a grid of 0.1 g; what passes the last level is censored there."""
+    rng = np.random.default_rng(seed)
+    exact = 0.25 * np.exp(0.75 * rng.standard_normal(50))
+    level = np.ceil(exact / 0.1 - 1e-9) / 10.0
+    return np.minimum(level, 1.2), level > 1.2
+
+
+def _censored_oracle(loss):
+    """Return (mu, sigma) at the minimum of a loss and their covariance."""
+    found = optimize.minimize(
+        loss,
+        [-1.3, 0.7],
+        method="Nelder-Mead",
+        options={"xatol": 1e-11, "fatol": 1e-13, "maxiter": 4000},
+    )
+    return found.x, np.linalg.inv(approx_hess(found.x, loss))
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_capacities_on_a_grid_agree_with_an_independent_likelihood(seed):
+    capacity, censored = _grid_capacities(seed)
+    y = np.log(capacity)
+
+    def loss(parameters):
+        mu, sigma = parameters
+        return -np.sum(
+            np.where(censored, stats.norm.logsf(y, mu, sigma), stats.norm.logpdf(y, mu, sigma))
+        )
+
+    fit = fit_capacities(capacity, censored)
+    (mu, sigma), cov = _censored_oracle(loss)
+    assert (np.log(fit.theta), fit.beta) == pytest.approx((mu, sigma), rel=1e-6)
+    assert fit.loglik == pytest.approx(-loss((mu, sigma)), rel=1e-6)
+    assert fit.se_ln_theta == pytest.approx(np.sqrt(cov[0, 0]), rel=1e-4)
+    assert fit.se_beta == pytest.approx(np.sqrt(cov[1, 1]), rel=1e-4)
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_the_intervals_of_the_grid_give_a_lower_median_than_its_upper_ends(seed):
+    capacity, censored = _grid_capacities(seed)
+    lower = np.where(censored, capacity, np.round(capacity - 0.1, 10))
+    upper = np.where(censored, np.inf, capacity)
+    with np.errstate(divide="ignore"):
+        low, high = np.log(lower), np.log(upper)
+
+    def loss(parameters):
+        mu, sigma = parameters
+        inside = stats.norm.cdf(high, mu, sigma) - stats.norm.cdf(low, mu, sigma)
+        return -np.sum(np.log(inside))
+
+    fit = fit_brackets(lower, upper)
+    (mu, sigma), cov = _censored_oracle(loss)
+    assert (np.log(fit.theta), fit.beta) == pytest.approx((mu, sigma), rel=2e-6)
+    assert fit.se_ln_theta == pytest.approx(np.sqrt(cov[0, 0]), rel=2e-4)
+    assert fit.se_beta == pytest.approx(np.sqrt(cov[1, 1]), rel=2e-4)
+    assert fit.theta < 0.85 * fit_capacities(capacity, censored).theta
+
+
+def test_single_runs_give_the_fit_of_their_stripes():
+    im, n, k = STRIPES["low stripes only"]
+    single = np.concatenate([np.arange(runs) < hits for runs, hits in zip(n, k, strict=True)])
+    fit = fit_stripes(np.repeat(im, n), np.ones(single.size), single.astype(float))
+    grouped = fit_stripes(im, n, k)
+    assert (fit.theta, fit.beta) == pytest.approx((grouped.theta, grouped.beta), rel=1e-9)
+    # The number of orders in which a stripe's runs can exceed is not in the single runs.
+    assert fit.loglik == pytest.approx(grouped.details["loglik_kernel"], rel=1e-9)
+
+
+def test_coefficients_of_a_logit_model_give_its_median_in_closed_form():
+    covariates = {"strength": (-0.024, 33.8), "width": (0.0019, 4070.0), "gap": (0.0143, 38.1)}
+    constant, slope = -9.8, 2.74
+    model = DesignFit(
+        status="ok",
+        terms=("1", "ln_im", *covariates),
+        coefficients=np.array([constant, slope, *(pair[0] for pair in covariates.values())]),
+        se=np.empty(0),
+        se_cluster=np.empty(0),
+        covariance=np.empty((0, 0)),
+        loglik=np.nan,
+        link="logit",
+    )
+    at = {name: pair[1] for name, pair in covariates.items()}
+    for changed in (at, at | {"gap": 76.2}):
+        shift = sum(covariates[name][0] * value for name, value in changed.items())
+        median = np.exp(-(constant + shift) / slope)
+        assert model.curve_at(changed)[0] == pytest.approx(median, rel=1e-9)
