@@ -56,8 +56,8 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "report/html/page.py": ({"report"}, ALL - {"report"}),
     "report/html/templates/report.html.j2": ({"report"}, ALL - {"report"}),
     "report/fragility_figures.py": ({"figures"}, ALL - PAGES),
-    "verification/closed_forms.py": ({"verification"}, {ANALYSES, *ANALYSING, *FITS}),
-    "verification/gate.py": ({"verify_contact"}, {ANALYSES, *ANALYSING, *FITS}),
+    "verification/references/closed_forms.py": ({"verification"}, {ANALYSES, *ANALYSING, *FITS}),
+    "verification/studies/gate.py": ({"verify_contact"}, {ANALYSES, *ANALYSING, *FITS}),
     "cli/output.py": (set(), ALL),
 }
 

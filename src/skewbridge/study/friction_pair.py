@@ -1,7 +1,7 @@
 """The same bridge under the same motion, without and with friction, as histories to draw."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -39,11 +39,10 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
     Returns:
         Two variants, or None where the study has one friction only.
     """
-    by_place: dict[tuple[str, str, int, int], list[Variant]] = {}
+    by_place: dict[Variant, list[Variant]] = {}
     for slug in demands["variant"].unique():
         variant = parse_slug(str(slug))
-        place = (variant.bridge, variant.abutment, variant.skew_deg, variant.gap_mm)
-        by_place.setdefault(place, []).append(variant)
+        by_place.setdefault(replace(variant, friction_pct=0), []).append(variant)
     pairs = [sorted(group) for group in by_place.values() if len(group) > 1]
     if not pairs:
         return None
@@ -77,7 +76,7 @@ def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
     runs: list[pd.DataFrame] = []
     for variant in pair:
         task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
-        result = analyse(variant, task.excitation, task.settings, task.options, histories=True)
+        result = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
         histories = pd.DataFrame(result.histories or {})
         runs.append(histories.assign(variant=variant.slug, motion_id=motion_id))
     write_frame(pd.concat(runs, ignore_index=True), output, provenance())

@@ -84,14 +84,14 @@ class Variant:
         return self.friction_pct / 100
 
     @property
-    def traits(self) -> AbutmentTraits:
-        """Traits of the abutment model."""
-        return ABUTMENTS[self.abutment]
-
-    @property
     def bridge_name(self) -> str:
         """Name of the bridge in tables and names: its file's, without folder and ending."""
         return Path(self.bridge).stem
+
+    @property
+    def traits(self) -> AbutmentTraits:
+        """Traits of the abutment model."""
+        return ABUTMENTS[self.abutment]
 
     def values(self) -> dict[str, float]:
         """Return the value on every axis that the variant has, by column."""
