@@ -59,8 +59,8 @@ def script_digest(script, *after, shown=False):
     """What a rule depends on besides its own parameters.
 
     That is its script with everything the script runs, and the parameters of the rules whose
-    outputs it reads. With it the parameters of a rule tell the whole truth, and the times of files,
-    which a copied tree changes, need not count (`study_products`).
+    outputs it reads. With it the parameters of a rule tell the whole truth, also after a kill between
+    two rules; the times of files do not count (`study_products`).
 
     Args:
         script: Name of the script, without ending.
@@ -78,11 +78,11 @@ def study_products(_wildcards):
     """What the whole study makes.
 
     This is asked when the settings of the run are known and before the jobs are planned: the place
-    to say that the parameters tell what has changed, and the times of files and scripts do not. What
-    follows a job that runs is still made anew.
+    to say that the parameters and the contents of files tell what has changed, and that the times of
+    files and scripts, which a copied tree changes, do not.
     """
-    times = {RerunTrigger.CODE, RerunTrigger.MTIME}
-    workflow.dag_settings.rerun_triggers -= times
+    workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE}
+    workflow.dag.max_checksum_file_size = sys.maxsize
     return [FOLDER.plan, FOLDER.report, FOLDER.checks]
 
 

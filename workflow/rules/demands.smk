@@ -90,7 +90,6 @@ rule friction_pair:
         demands=rules.collect_demands.output.demands,
     output:
         histories=FOLDER.friction_pair,
-        chosen=FOLDER.friction_pair.with_suffix(".json"),
     log:
         FOLDER.log("friction_pair"),
     params:
