@@ -82,7 +82,8 @@ def study_products(_wildcards):
     files and scripts, which a copied tree changes, do not.
     """
     workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE}
-    workflow.dag.max_checksum_file_size = sys.maxsize
+    for holder in (workflow.dag, workflow.persistence):
+        holder.max_checksum_file_size = sys.maxsize
     return [FOLDER.plan, FOLDER.report, FOLDER.checks]
 
 

@@ -7,6 +7,7 @@ rule figures:
         effects=rules.paired_effects.output.effects,
     output:
         folder=directory(FOLDER.figures),
+        captions=FOLDER.captions,
     log:
         FOLDER.log("figures"),
     params:
@@ -45,7 +46,7 @@ rule check_results:
 
 rule report:
     input:
-        figures=rules.figures.output.folder,
+        captions=rules.figures.output.captions,
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
@@ -62,6 +63,7 @@ rule report:
     log:
         FOLDER.log("report"),
     params:
+        figures=str(FOLDER.figures),
         config=STUDY.model_dump(mode="json"),
         digest=script_digest(
             "report",

@@ -11,4 +11,5 @@ if __name__ == "__main__":
         draw_study(
             {name: Path(path) for name, path in snakemake.input.items()},
             folder=Path(snakemake.output.folder),
+            captions=Path(snakemake.output.captions),
         )

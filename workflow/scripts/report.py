@@ -10,6 +10,7 @@ if __name__ == "__main__":
 
         write_report(
             tables={name: Path(path) for name, path in snakemake.input.items()},
+            figures=Path(snakemake.params.figures),
             config=snakemake.params.config,
             output=Path(snakemake.output.html),
         )

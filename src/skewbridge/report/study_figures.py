@@ -26,7 +26,6 @@ from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of
 
-CAPTIONS: Final = "captions.json"
 PNG_DPI: Final = 150
 
 
@@ -207,12 +206,13 @@ STUDY_FIGURES: Final = (
 )
 
 
-def draw_study(paths: Mapping[str, Path], folder: Path) -> None:
+def draw_study(paths: Mapping[str, Path], *, folder: Path, captions: Path) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
     Args:
         paths: Files by name: demands, curves, effects, suite, friction_pair.
         folder: Where the figures go.
+        captions: JSON file of what the report says of them.
     """
     tables = StudyTables(
         demands=read_frame(paths["demands"]),
@@ -222,18 +222,17 @@ def draw_study(paths: Mapping[str, Path], folder: Path) -> None:
         pair=read_friction_pair(paths["friction_pair"]),
     )
     folder.mkdir(parents=True, exist_ok=True)
-    captions: list[Caption] = []
+    drawn: list[Caption] = []
     for caption, figure in study_figures(tables):
         for ending in ("svg", "png"):
             figure.savefig(folder / f"{caption.name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
-        captions.append(caption)
-    text = json.dumps([asdict(caption) for caption in captions], indent=1)
-    write_text(folder / CAPTIONS, text)
+        drawn.append(caption)
+    write_text(captions, json.dumps([asdict(caption) for caption in drawn], indent=1))
 
 
-def read_captions(folder: Path) -> list[Caption]:
-    """Return the captions of the figures in a folder, in their order."""
-    return [Caption(**item) for item in json.loads((folder / CAPTIONS).read_text("utf-8"))]
+def read_captions(path: Path) -> list[Caption]:
+    """Return the captions of the figures of a study, in their order."""
+    return [Caption(**item) for item in json.loads(path.read_text("utf-8"))]
 
 
 def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:

@@ -87,7 +87,7 @@ class StudyFolder:
     @property
     def captions(self) -> Path:
         """What the report says of the figures, written when all are drawn."""
-        return self.figures / "captions.json"
+        return self.root / "captions.json"
 
     @property
     def checks(self) -> Path:

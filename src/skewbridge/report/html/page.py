@@ -51,12 +51,15 @@ EFFECT_RESULTS: Final = (
 VERDICTS: Final = (NEGLIGIBLE, MATTERS, UNDECIDED)
 
 
-def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], output: Path) -> None:
+def write_report(
+    *, tables: Mapping[str, Path], figures: Path, config: Mapping[str, Any], output: Path
+) -> None:
     """Write the report.
 
     Args:
         tables: Paths by name: demands, curves, medians, system, effects, factors, gate,
-            sensitivity, checks, figures.
+            sensitivity, checks, captions.
+        figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
     """
@@ -65,7 +68,6 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
     effects = read_frame(tables["effects"])
     effects = effects[effects["scope"] == "variant"]
     medians = read_frame(tables["medians"])
-    figures = tables["figures"]
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
@@ -79,7 +81,7 @@ def write_report(*, tables: Mapping[str, Path], config: Mapping[str, Any], outpu
         margin=MARGIN,
         verdicts=VERDICTS,
         checks=checks,
-        captions=[(caption, _embedded(caption, figures)) for caption in read_captions(figures)],
+        captions=[(each, _embedded(each, figures)) for each in read_captions(tables["captions"])],
         curves=curves[[*CURVE_COLUMNS]].to_dict("records"),
         effects=effects[_effect_columns(effects)].to_dict("records"),
         factors=read_frame(tables["factors"]).to_dict("records"),
