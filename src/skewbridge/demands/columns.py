@@ -125,7 +125,7 @@ def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, 
 
 
 def column_of(name: str) -> Column | None:
-    """Return what is known of a column, also of an option that is an axis; None of a foreign one."""
+    """Return what is known of a column or of an axis of the grid, None of a foreign column."""
     axes = axes_of([name])
     return _BY_NAME.get(name) or (axis_column(axes[0]) if axes else None)
 
