@@ -1,7 +1,7 @@
 rule fit_fragility:
     input:
         demands=rules.collect_demands.output.demands,
-        limit_states=STUDY.fragility.limit_states,
+        limit_states=ancient(STUDY.fragility.limit_states),
     output:
         curves=FOLDER.fragility("curves"),
         medians=FOLDER.fragility("median_effects"),
