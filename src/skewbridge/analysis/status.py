@@ -35,7 +35,7 @@ class Watch:
         self._max_drift = settings.collapse_drift_ratio
         self._max_disp_m = settings.collapse_deck_disp_m
         self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
-        self._normals = layout.normals()
+        self._normals = layout.contacts("normals")
         self._deck = _Point(layout, start, model.deck_centre_node)
         self._columns = tuple(
             (

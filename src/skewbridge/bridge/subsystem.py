@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.arrays import LINK_NM_PER_RAD
-from skewbridge.bridge.abutment.parts import SideParts
 from skewbridge.bridge.dead_load import abutment_reactions_n
 from skewbridge.bridge.handles import AbutmentHandle
 from skewbridge.bridge.model import blueprint, build_side
@@ -22,26 +21,20 @@ class AbutmentModel:
 
     Attributes:
         handle: The abutment.
-        connector: Node at the deck's centroid; moves in plan, may turn in plan if asked.
-        mass_kg: Mass of the connector: dead-load reaction over gravity.
-        dead_load_n: Downward load on the connector.
+        connector: Node at the deck's centroid; moves in plan without turning.
+        dead_load_n: Downward load on the connector; over gravity, its mass.
         contacts: Its contact units, or None.
-        parts: Masses and elements as built.
         tags: Allocator.
     """
 
     handle: AbutmentHandle
     connector: int
-    mass_kg: float
     dead_load_n: float
     contacts: ContactSet | None
-    parts: SideParts
     tags: TagAllocator
 
 
-def build_abutment(
-    variant: Variant, options: ModelOptions, *, turns: bool = False
-) -> AbutmentModel:
+def build_abutment(variant: Variant, options: ModelOptions) -> AbutmentModel:
     """Build the right abutment of a variant in the open domain.
 
     Args:
@@ -57,22 +50,18 @@ def build_abutment(
     mass_kg = load_n / G_MPS2
     connector = tags.node()
     ops.node(connector, bridge.length_m / 2, 0.0, bridge.deck.centroid_above_soffit_m)
-    _hold_rotation(connector, turns, tags)
-    spin = mass_kg * bridge.deck.width_m**2 / 12
-    ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, spin if turns else 0.0)
-    side = build_side("right", connector, plan)
+    _hold_rotation(connector, tags)
+    ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
     return AbutmentModel(
-        handle=side.handle,
+        handle=build_side("right", connector, plan).handle,
         connector=connector,
-        mass_kg=mass_kg,
         dead_load_n=load_n,
         contacts=plan.contacts,
-        parts=side.parts,
         tags=tags,
     )
 
 
-def _hold_rotation(connector: int, turns: bool, tags: TagAllocator) -> None:
+def _hold_rotation(connector: int, tags: TagAllocator) -> None:
     """Hold the rotations of the connector by stiff springs.
 
     Not by fixing: a retained node of a rigid link with single-point constraints of its own takes
@@ -82,6 +71,5 @@ def _hold_rotation(connector: int, turns: bool, tags: TagAllocator) -> None:
     ops.node(ground, *ops.nodeCoord(connector))
     ops.fix(ground, 1, 1, 1, 1, 1, 1)
     ops.uniaxialMaterial("Elastic", stiff, LINK_NM_PER_RAD)
-    held = (4, 5) if turns else (4, 5, 6)
-    springs = ("-mat", *[stiff] * len(held), "-dir", *held)
+    springs = ("-mat", stiff, stiff, stiff, "-dir", 4, 5, 6)
     ops.element("zeroLength", element, ground, connector, *springs)
