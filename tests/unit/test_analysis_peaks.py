@@ -69,7 +69,6 @@ def column():
         yield_curvature_per_m=0.0034,
         yield_drift_ratio=0.01,
         shear=SECTION,
-        dead_axial_n=6e6,
     )
 
 
@@ -78,7 +77,6 @@ def abutment(**changes):
         side="right",
         normal=(1.0, 0.0),
         tangent=(0.0, 1.0),
-        skew_rad=0.0,
         gap_m=GAP_M,
         transverse_gap_m=0.0064,
         seat_width_m=0.9,

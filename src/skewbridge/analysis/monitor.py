@@ -116,7 +116,7 @@ def _units_of_springs(model: BridgeModel) -> dict[int, int]:
 
 def _nodes(model: BridgeModel) -> Iterable[int]:
     yield model.deck_centre_node
-    yield from model.deck_mass_nodes
+    yield from model.deck_masses_kg
     for column in model.columns:
         yield from (column.base_node, column.top_node)
     for abutment in model.abutments:

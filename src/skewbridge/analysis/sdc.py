@@ -23,15 +23,14 @@ SEISMIC_SEAT_FACTOR = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BentCapacity:
-    """Displacement capacity of a bent by its plastic hinges.
+    """Displacement capacity of a bent by its plastic hinges, columns under dead load.
 
     Attributes:
         bent: Number from the left, 1 and up.
-        plastic_moment_nm: Of one column under dead load.
-        axial_n: Of one column under dead load.
+        plastic_moment_nm: Of one column.
+        axial_n: Of one column.
         yield_disp_m: Idealised yield displacement.
         capacity_m: Displacement at the ultimate curvature.
-        height_m: Clear height.
     """
 
     bent: int
@@ -39,7 +38,6 @@ class BentCapacity:
     axial_n: float
     yield_disp_m: float
     capacity_m: float
-    height_m: float
 
     def p_delta_ratio(self, disp_m: float) -> float:
         """Return dead load times demand over plastic moment."""
@@ -69,7 +67,6 @@ def bent_capacities(bridge: BridgeData) -> list[BentCapacity]:
                 axial_n=axial_n,
                 yield_disp_m=parts * elastic,
                 capacity_m=parts * (elastic + rotation * (span - hinge / 2)),
-                height_m=bent.clear_height_m,
             )
         )
     return capacities
@@ -116,17 +113,25 @@ def sdc_rows(
         Rows of check, demand, capacity, ratio, ok.
     """
     bridge = load_bridge(variant.bridge)
-    rows: list[dict[str, object]] = []
+    seat, skew = bridge.abutment.seat_width_m, radians(variant.skew_deg)
+    checks: list[tuple[str, float, float]] = []  # name, demand, capacity
     for bent in bent_capacities(bridge):
-        rows.append(_row(f"bent {bent.bent} displacement (m)", deck_disp_m, bent.capacity_m))
-        ratio = bent.p_delta_ratio(deck_disp_m)
-        rows.append(_row(f"bent {bent.bent} P-Delta ratio", ratio, P_DELTA_LIMIT))
-    seat = bridge.abutment.seat_width_m
+        ratio, name = bent.p_delta_ratio(deck_disp_m), f"bent {bent.bent}"
+        checks.append((f"{name} displacement (m)", deck_disp_m, bent.capacity_m))
+        checks.append((f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT))
     for corner, unseating_m in corners_m.items():
-        rows.append(_row(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), seat))
-    skew = radians(variant.skew_deg)
-    rows.append(_row("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), seat))
-    return rows
+        checks.append((f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), seat))
+    checks.append(("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), seat))
+    return [
+        {
+            "check": name,
+            "demand": demand,
+            "capacity": limit,
+            "ratio": demand / limit,
+            "ok": demand <= limit,
+        }
+        for name, demand, limit in checks
+    ]
 
 
 def summary_row(
@@ -170,13 +175,3 @@ def corner_moves_m(
             along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
             moves[f"{side} {kind}"] = max(0.0, float(np.max(-sign * along)))
     return moves
-
-
-def _row(check: str, demand: float, capacity: float) -> dict[str, object]:
-    return {
-        "check": check,
-        "demand": demand,
-        "capacity": capacity,
-        "ratio": demand / capacity,
-        "ok": demand <= capacity,
-    }

@@ -46,12 +46,9 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     core_tag = _concrete_material(core, crushed_pa, tags)
     cover_tag = _concrete_material(cover, 0.0, tags)
     bar_tag = tags.material()
+    backbone = (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio)
     # source: transition parameters recommended in the OpenSees manual for Steel02
-    backbone, transition = (
-        (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio),
-        (18.5, 0.925, 0.15),
-    )
-    ops.uniaxialMaterial("Steel02", bar_tag, *backbone, *transition)
+    ops.uniaxialMaterial("Steel02", bar_tag, *backbone, 18.5, 0.925, 0.15)
     rings, wedges, cover_rings = options.column_fibers
     section = tags.section()
     ops.section("Fiber", section, "-GJ", torsion_stiffness_nm2(column))
@@ -152,8 +149,7 @@ def column_handle(
         Caltrans SDC 1.7 section 3.1.3.
     """
     column, is_pinned = bridge.column, bridge.base == "pinned"
-    dead_axial_n = column_axial_n(bridge, bent_number)
-    curve = section_response(column, dead_axial_n)
+    curve = section_response(column, column_axial_n(bridge, bent_number))
     height = bridge.bents[bent_number].clear_height_m
     # ASSUME the pinned column bends in single, the fixed one in symmetric double curvature
     span = height if is_pinned else height / 2
@@ -168,7 +164,6 @@ def column_handle(
         yield_drift_ratio=yield_disp / height,
         shear=shear_section(column, span, curve),
         shear_model=shear_model,
-        dead_axial_n=dead_axial_n,
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.arrays import LINK_NM_PER_RAD
+from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.dead_load import abutment_reactions_n
 from skewbridge.bridge.handles import AbutmentHandle
 from skewbridge.bridge.model import blueprint, build_side
@@ -35,14 +36,7 @@ class AbutmentModel:
 
 
 def build_abutment(variant: Variant, options: ModelOptions) -> AbutmentModel:
-    """Build the right abutment of a variant in the open domain.
-
-    Args:
-        variant: Bridge, abutment model, skew, gap and friction.
-        options: Modelling choices.
-        turns: Whether the connector may rotate in plan (it then gets the rotational inertia of
-            its mass spread over the deck's width).
-    """
+    """Build the right abutment of a variant in the open domain."""
     plan = blueprint(variant, options)
     bridge, tags = plan.bridge, plan.tags
     load_n = abutment_reactions_n(bridge)[1]
@@ -53,7 +47,7 @@ def build_abutment(variant: Variant, options: ModelOptions) -> AbutmentModel:
     _hold_rotation(connector, tags)
     ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
     return AbutmentModel(
-        handle=build_side("right", connector, plan).handle,
+        handle=build_side("right", connector, plan),
         connector=connector,
         dead_load_n=load_n,
         contacts=plan.contacts,
@@ -67,9 +61,7 @@ def _hold_rotation(connector: int, tags: TagAllocator) -> None:
     Not by fixing: a retained node of a rigid link with single-point constraints of its own takes
     every increment more than once under the Transformation handler (seen in OpenSees 3.8).
     """
-    ground, element, stiff = tags.node(), tags.element(), tags.material()
-    ops.node(ground, *ops.nodeCoord(connector))
-    ops.fix(ground, 1, 1, 1, 1, 1, 1)
-    ops.uniaxialMaterial("Elastic", stiff, LINK_NM_PER_RAD)
+    ground, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
+    stiff = elastic_material(LINK_NM_PER_RAD, tags)
     springs = ("-mat", stiff, stiff, stiff, "-dir", 4, 5, 6)
     ops.element("zeroLength", element, ground, connector, *springs)

@@ -15,15 +15,19 @@ class Tags(Protocol):
 
     def node(self) -> int:
         """Return an unused node tag."""
+        ...
 
     def element(self) -> int:
         """Return an unused element tag."""
+        ...
 
     def material(self) -> int:
         """Return an unused uniaxial material tag."""
+        ...
 
     def parameter(self) -> int:
         """Return an unused parameter tag."""
+        ...
 
 
 class TagSource:
