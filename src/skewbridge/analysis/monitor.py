@@ -16,12 +16,7 @@ from skewbridge.bridge.handles import BridgeModel
 
 
 class Monitor:
-    """Reads a model into rows.
-
-    Args:
-        model: Handles of the model.
-        bearings: Whether to read the forces of the pads, which only histories show.
-    """
+    """Reads a model into rows; the forces of the pads, which only histories show, on request."""
 
     def __init__(self, model: BridgeModel, *, bearings: bool = False) -> None:
         self.layout = _layout(model, bearings=bearings)

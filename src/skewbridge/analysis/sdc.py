@@ -101,16 +101,9 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
 def sdc_rows(
     variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
 ) -> list[dict[str, object]]:
-    """Return the table of checks of one variant under given demands.
+    """Return the table of checks of one variant: rows of check, demand, capacity, ratio, ok.
 
-    Args:
-        variant: The variant.
-        deck_disp_m: Largest displacement of the deck.
-        corners_m: Largest outward displacement normal to the seat by corner, for example
-            ``left acute``.
-
-    Returns:
-        Rows of check, demand, capacity, ratio, ok.
+    The corners are named as in `corner_moves_m`, which gives their outward displacements.
     """
     bridge = load_bridge(variant.bridge)
     seat, skew = bridge.abutment.seat_width_m, radians(variant.skew_deg)
@@ -139,22 +132,18 @@ def summary_row(
 ) -> dict[str, object]:
     """Return the ratios of demand to capacity of one variant, in one row.
 
-    Args:
-        variant: The variant.
-        deck_disp_m: Displacement demand, for example a median over motions.
-        acute_m: Outward move of the worse acute corner, normal to its seat.
-        worst_m: Outward move of the worst corner.
+    The outward moves, normal to the seat, are those of the worse acute and of the worst corner.
     """
     bridge = load_bridge(variant.bridge)
     bents, seat = bent_capacities(bridge), bridge.abutment.seat_width_m
-    skew = radians(variant.skew_deg)
+    aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
     return {
         "variant": variant.slug,
         "disp_ratio": max((deck_disp_m / bent.capacity_m for bent in bents), default=0.0),
         "p_delta_ratio": max((bent.p_delta_ratio(deck_disp_m) for bent in bents), default=0.0),
         "seat_acute_ratio": seat_demand_sdc_m(bridge, acute_m) / seat,
         "seat_worst_ratio": seat_demand_sdc_m(bridge, worst_m) / seat,
-        "seat_aashto_ratio": seat_demand_aashto_m(bridge, skew) / seat,
+        "seat_aashto_ratio": aashto_m / seat,
     }
 
 
@@ -163,9 +152,7 @@ def corner_moves_m(
 ) -> dict[str, float]:
     """Return the largest outward move of each deck corner, normal to its seat.
 
-    Args:
-        variant: The variant.
-        histories: Histories of a single analysis, with the plan displacements of the corners.
+    The histories are those of a single analysis; a corner is named ``left acute``, for example.
     """
     skew = radians(variant.skew_deg)
     moves: dict[str, float] = {}

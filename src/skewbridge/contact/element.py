@@ -67,12 +67,10 @@ def make_springs(
     directions = len(frame) - 1
     normal = _normal_material(tags, law, is_gap_driven=is_gap_driven)
     tangential = _tangential_material(tags, law.kt_n_per_m, is_elastic=is_elastic)
-    materials = [normal] + [tangential] * directions
-    local = list(range(1, directions + 2))
+    materials, local = [normal] + [tangential] * directions, list(range(1, directions + 2))
     if has_dashpot:
-        dashpot = tags.material()
-        ops.uniaxialMaterial("Elastic", dashpot, 0.0)
-        materials.append(dashpot)
+        materials.append(tags.material())
+        ops.uniaxialMaterial("Elastic", materials[-1], 0.0)
         local.append(1)
     element = tags.element()
     axes = ("-orient", *_orientation(frame))

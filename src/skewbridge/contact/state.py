@@ -92,8 +92,7 @@ class Drive:
         contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
 
     Attributes:
-        parameters: Names it will set: friction, cohesion_n, kn_n_per_m, kt_n_per_m,
-            gap_closing_m, dashpot_n_s_per_m.
+        parameters: Names it will set, of `DRIVEN_PARAMETERS`.
         function: Called with the state of the unit and the time of the set; returns new values
             for some or all of the declared parameters.
 
