@@ -51,7 +51,9 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     ops.uniaxialMaterial("Steel02", bar_tag, *backbone, 18.5, 0.925, 0.15)
     rings, wedges, cover_rings = options.column_fibers
     section = tags.section()
-    ops.section("Fiber", section, "-GJ", torsion_stiffness_nm2(column))
+    shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
+    torsion_nm2 = column.torsion_ratio * shear * 2 * gross_inertia_m4(column)  # cracked
+    ops.section("Fiber", section, "-GJ", torsion_nm2)
     core_radius, radius = column.hoop_circle_m / 2, column.diameter_m / 2
     full = (0.0, 360.0)
     ops.patch("circ", core_tag, wedges, rings, 0.0, 0.0, 0.0, core_radius, *full)
@@ -73,12 +75,6 @@ def _concrete_material(concrete: Concrete, crushed_pa: float, tags: TagAllocator
     points = (-concrete.peak_pa, -peak_strain, -crushed_pa, -concrete.ultimate_strain)
     ops.uniaxialMaterial("Concrete01", material, *points)
     return material
-
-
-def torsion_stiffness_nm2(column: ColumnData) -> float:
-    """Return the cracked torsional stiffness of a column."""
-    shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
-    return column.torsion_ratio * shear * 2 * gross_inertia_m4(column)
 
 
 def build_elastic_section(column: ColumnData, tags: TagAllocator) -> int:

@@ -30,11 +30,9 @@ class Member:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactPlace:
-    """Where a contact unit stands.
+    """Where a contact unit stands, on which side.
 
     Attributes:
-        name: Name of the unit.
-        side: Abutment.
         surface: Position of the pair on the closed line at rest, in m.
         normal: Outward normal of the surface (direction of its force on the deck), in plan.
         tangent: First direction of its friction force; the force on the deck has the other sign.

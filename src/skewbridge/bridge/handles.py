@@ -41,9 +41,7 @@ class ColumnHandle:
     Attributes:
         element: Tag; its end i is the base, ``eleResponse(element, "force")`` are 12 global
             components starting with the base.
-        base_node: Node at the base.
-        top_node: Node at the soffit.
-        clear_height_m: Base to soffit.
+        clear_height_m: From the base node to the top node at the soffit.
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
             torsion); empty for elastic columns.
@@ -51,8 +49,7 @@ class ColumnHandle:
             load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
-        shear: Inputs of the shear capacity.
-        shear_model: Which capacity to judge by, ``sdc`` or ``kowalsky_priestley``.
+        shear_model: Capacity to judge by, ``sdc`` or ``kowalsky_priestley``, from `shear`.
     """
 
     element: int
@@ -146,9 +143,7 @@ class BridgeModel:
     """A built model, before gravity.
 
     Attributes:
-        variant: The variant, normalised.
-        bridge: Its catalogue data.
-        options: Modelling choices.
+        variant: Normalised.
         deck_nodes: Spine nodes, left to right.
         deck_centre_node: Spine node at the mass centre of the deck.
         deck_masses_kg: Horizontal masses of spine, caps and columns by node (upright they differ
@@ -156,7 +151,7 @@ class BridgeModel:
         wall_masses_kg: Further masses: wall and key nodes, by node.
         dead_loads_n: Downward nodal load by node.
         dead_moments_nm: Fixed-end moments of the deck's line load about y, by node.
-        columns: Columns, bent by bent.
+        columns: Bent by bent.
         abutments: Left, right.
         contacts: The contact units, or None for models without contact.
         energy_elements: Element tags by group for the energy balance: ``columns, deck, bearings,

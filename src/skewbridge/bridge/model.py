@@ -39,21 +39,13 @@ def domain() -> Generator[None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blueprint:
-    """What is built into a domain, and what the parts share while they are built.
+    """What is built into a domain, and what the parts share while they are built."""
 
-    Attributes:
-        variant: Normalised.
-        bridge: Its catalogue data.
-        options: Modelling choices.
-        tags: Allocator of the domain.
-        contacts: Contact set, still empty; None for models without contact.
-    """
-
-    variant: Variant
+    variant: Variant  # normalised
     bridge: BridgeData
     options: ModelOptions
     tags: TagAllocator
-    contacts: ContactSet | None
+    contacts: ContactSet | None  # still empty; None for models without contact
 
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
@@ -115,18 +107,12 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
     """
     if ops.getNodeTags():
         raise DomainError("build() works inside `with domain():`, once per domain")
-    variant = variant.normalised()
-    tags, contacts = TagAllocator(), None
+    variant, tags, contacts = variant.normalised(), TagAllocator(), None
     if variant.traits.has_contacts:
         is_updated = variant.traits.has_friction
         contacts = ContactSet(tags, update=is_updated, coupling=options.coupling)
-    return Blueprint(
-        variant=variant,
-        bridge=load_bridge(variant.bridge),
-        options=options,
-        tags=tags,
-        contacts=contacts,
-    )
+    bridge = load_bridge(variant.bridge)
+    return Blueprint(variant=variant, bridge=bridge, options=options, tags=tags, contacts=contacts)
 
 
 def build_side(side: Side, deck_node: int, plan: Blueprint) -> AbutmentHandle:

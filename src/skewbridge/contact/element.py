@@ -30,15 +30,10 @@ class ContactError(RuntimeError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Springs:
-    """Tags of one contact element.
+    """Tags of one contact element: the zeroLength element, and its parameters.
 
-    Attributes:
-        element: The zeroLength element.
-        normal_modulus: Parameter of the normal stiffness.
-        moduli: Parameters of the tangential stiffnesses.
-        bounds: Parameters of the friction bounds (yields, or stick points in scheme elastic).
-        dashpot: Parameter of the dashpot coefficient, or None.
-        gap_offset: Parameter of the offset of the normal spring, or None.
+    Those of the normal stiffness, the tangential stiffnesses, the friction bounds (yields, or
+    stick points in scheme elastic), and if driven of the dashpot and of the normal spring's offset.
     """
 
     element: int

@@ -27,7 +27,7 @@ class UnitState:
     Attributes:
         is_closed: The pair is in compression.
         opening_m: Gap plus relative displacement along the normal, negative when closed.
-        opening_rate_mps: Mean rate of the opening over the last step, negative when approaching.
+        opening_rate_mps: Mean over the last step, negative when approaching.
         normal_n: Compression.
         tangential_n: Friction forces along t1 and t2, with the sign of slip.
         slip_m: Stick point along t1 and t2 (the position itself while open).
