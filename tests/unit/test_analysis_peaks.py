@@ -69,7 +69,6 @@ def column():
         yield_curvature_per_m=0.0034,
         yield_drift_ratio=0.01,
         shear=SECTION,
-        dead_axial_n=6e6,
     )
 
 
@@ -78,7 +77,6 @@ def abutment(**changes):
         side="right",
         normal=(1.0, 0.0),
         tangent=(0.0, 1.0),
-        skew_rad=0.0,
         gap_m=GAP_M,
         transverse_gap_m=0.0064,
         seat_width_m=0.9,
@@ -182,14 +180,14 @@ def test_the_force_on_a_wall_is_compression_whatever_way_its_spring_points(layou
 
 
 def test_the_force_on_a_wall_adds_its_contacts(layout, rows):
-    rows[2, layout.normals()] = 1.0e5, 2.0e5
+    rows[2, layout.contacts("normals")] = 1.0e5, 2.0e5
     assert peaks.wall_force_n(abutment(), Trace(layout=layout, rows=rows)).max() == 3.0e5
 
 
 def test_the_backfill_carries_nothing_while_the_deck_is_away(layout, rows):
     spring = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), nodes=(BASE, WALL))
     rows[:, layout.spring(spring)] = -1.0e5  # the wall leans on the soil all the time
-    rows[2, layout.normals()] = 1.0, 0.0
+    rows[2, layout.contacts("normals")] = 1.0, 0.0
     force = peaks.backfill_force_n(
         abutment(wall_springs=(spring,)), Trace(layout=layout, rows=rows)
     )
@@ -199,7 +197,7 @@ def test_the_backfill_carries_nothing_while_the_deck_is_away(layout, rows):
 def test_a_key_counts_while_the_deck_touches_it(layout, rows):
     spring = SpringHandle(element=SPRING, component=1, direction=(0.0, 1.0), nodes=(BASE, WALL))
     rows[:, layout.spring(spring)] = 3.0e5, -2.0e5, 1.0e5, 0.0
-    rows[1, layout.normals()] = 0.0, 5.0
+    rows[1, layout.contacts("normals")] = 0.0, 5.0
     handle = abutment(key_springs=(spring,), key_units=(1,))
     (force,) = peaks.key_forces_n(handle, Trace(layout=layout, rows=rows))
     assert force.tolist() == [0.0, 2.0e5, 0.0, 0.0]

@@ -63,7 +63,7 @@ def abutment_history(
     and the soil.
 
     Args:
-        variant: Bridge, abutment model, skew, gap and friction.
+        variant: What to analyse.
         excitation: Motion along x (positive pushes into the backfill) and y.
         settings: How to integrate.
         options: How to model.

@@ -8,13 +8,7 @@ from skewbridge.bridge.handles import BridgeModel, PlanVector
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LayoutCorner:
-    """A corner of the deck.
-
-    Attributes:
-        side: ``left`` or ``right``.
-        kind: ``acute`` or ``obtuse``.
-        plan_m: Position at rest.
-    """
+    """A corner of the deck: ``left`` or ``right``, ``acute`` or ``obtuse``, position at rest."""
 
     side: str
     kind: str

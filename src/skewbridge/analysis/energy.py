@@ -20,6 +20,7 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.analysis.monitor import Monitor
+from skewbridge.analysis.trace import DISP
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.units import KJ
 
@@ -28,7 +29,6 @@ type GroundAccel = Callable[[Matrix], Matrix]
 
 _CHUNK: Final = 500  # rows between two evaluations: memory stays flat
 _STRIDE: Final = 2  # half the cost; the balance closes to 1 % of the input instead of 0.02 %
-_DISP: Final = 6
 # Elements of no length: the force on the first node is that on the second, reversed.
 _JOINTS: Final = ("bearings", "backfill")
 
@@ -46,7 +46,7 @@ class EnergyBalance:
     """Collects forces and velocities step by step and adds up their works.
 
     Args:
-        model: Handles of the model, under gravity.
+        model: Under gravity.
         monitor: Reads the displacements; one row before each call of `collect`.
         ground_accel_mps2: Function of times, shape (n,), giving accelerations, shape (n, 2).
         rayleigh: Mass and (committed) stiffness factors of the damped region.
@@ -102,7 +102,7 @@ class EnergyBalance:
         for element in self._groups["deck"]:
             row += static(element)
         for element in self._joints:
-            row += static(element)[_DISP:]
+            row += static(element)[DISP:]
         self._values.extend(row)
         if len(self._kept) > _CHUNK:
             self._evaluate()
@@ -114,8 +114,7 @@ class EnergyBalance:
         if len(self._kept) > 1:
             self._evaluate()
         end = self._end_state()
-        works = dict(self._works)
-        works["kinetic"] = end.kinetic_j - self._start.kinetic_j
+        works = self._works | {"kinetic": end.kinetic_j - self._start.kinetic_j}
         works["algorithmic"] = works["inertia"] - works["kinetic"]
         works["gravity"] = end.gravity_j - self._start.gravity_j
         works["links"] = self._link_work(end)
@@ -138,15 +137,15 @@ class EnergyBalance:
 
     def _add_masses(self, values: Matrix, rows: Matrix) -> None:
         """Add input, inertia and mass-proportional damping."""
-        works, ground = self._works, self._ground(rows[:, 0])
+        works, ground, layout = self._works, self._ground(rows[:, 0]), self._monitor.layout
         inputs = np.zeros(len(rows) - 1)
         for at, (node, mass) in enumerate(self._masses.items()):
-            disp = self._disp(node, rows)
+            disp = layout.disp(rows, node)
             inputs -= _steps(mass[:2] * ground, disp[:, :2])
             works["inertia"] += _steps(mass * _block(values, at), disp).sum()
         for at, node in enumerate(self._damped, start=len(self._masses)):
             drag = self._mass_factor * self._masses[node] * _block(values, at)
-            works["damping"] += _steps(drag, self._disp(node, rows)).sum()
+            works["damping"] += _steps(drag, layout.disp(rows, node)).sum()
         sums = works["input"] + np.cumsum(inputs)
         self._largest_input = max(self._largest_input, float(np.abs(sums).max()))
         works["input"] = float(sums[-1])
@@ -173,22 +172,14 @@ class EnergyBalance:
             )
         for name in _JOINTS:
             for element in self._groups[name]:
-                ground, deck = (self._disp(node, rows) for node in self._ends[element])
-                disp = deck - ground
-                works[name] += _steps(_block(values, at), disp).sum()
+                moved = self._moved(element, rows)
+                works[name] += _steps(_block(values, at), moved[:, DISP:] - moved[:, :DISP]).sum()
                 at += 1
-
-    def _disp(self, node: int, rows: Matrix) -> Matrix:
-        """Return the displacements of a node, shape (n, 6); a fixed node has none."""
-        layout = self._monitor.layout
-        if node not in layout.nodes:
-            return np.zeros((len(rows), _DISP))
-        start = layout.node(node)
-        return rows[:, start : start + _DISP]
 
     def _moved(self, element: int, rows: Matrix) -> Matrix:
         """Return the displacements of both ends of a member, shape (n, 12)."""
-        return np.hstack([self._disp(node, rows) for node in self._ends[element]])
+        layout = self._monitor.layout
+        return np.hstack([layout.disp(rows, node) for node in self._ends[element]])
 
     def _end_state(self) -> _EndState:
         kinetic = sum(
@@ -245,7 +236,7 @@ def _steps(force: Matrix, moved: Matrix) -> Matrix:
 
 def _block(values: Matrix, at: int, ends: int = 1) -> Matrix:
     """Return the six columns of a node or an element's end, or those of both ends."""
-    return values[:, _DISP * at : _DISP * (at + ends)]
+    return values[:, DISP * at : DISP * (at + ends)]
 
 
 def _masses(nodes: Iterable[int]) -> dict[int, Matrix]:

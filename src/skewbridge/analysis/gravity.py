@@ -34,9 +34,7 @@ def hold_dead_load(
     Raises:
         GravityError: No equilibrium was found.
     """
-    series, pattern = tags.series(), tags.pattern()
-    ops.timeSeries("Linear", series)
-    ops.pattern("Plain", pattern, series)
+    open_linear_pattern(tags)
     for node, load_n in loads_n.items():
         ops.load(node, 0.0, 0.0, -load_n, 0.0, moments_nm.get(node, 0.0), 0.0)
     ops.constraints("Transformation")
@@ -50,6 +48,13 @@ def hold_dead_load(
         raise GravityError("the model finds no equilibrium under its dead load")
     ops.loadConst("-time", 0.0)
     ops.wipeAnalysis()
+
+
+def open_linear_pattern(tags: TagAllocator) -> None:
+    """Open a load pattern that grows with time: the loads that follow belong to it."""
+    series = tags.series()
+    ops.timeSeries("Linear", series)
+    ops.pattern("Plain", tags.pattern(), series)
 
 
 def column_axial_forces_n(model: BridgeModel) -> list[float]:

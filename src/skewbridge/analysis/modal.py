@@ -16,17 +16,9 @@ from skewbridge.variant.variant import Variant
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mode:
-    """One mode; mass ratios of the free mass, 0 to 1.
+    """One mode: period and participating shares of the free mass along x, y, z and in plan."""
 
-    Attributes:
-        period_s: Natural period, infinite for a mechanism.
-        mass_x: Longitudinal participating mass.
-        mass_y: Transverse.
-        mass_z: Vertical.
-        mass_rz: Rotation in plan.
-    """
-
-    period_s: float
+    period_s: float  # infinite for a mechanism
     mass_x: float
     mass_y: float
     mass_z: float
@@ -83,14 +75,11 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     with soft:
         squares = [float(value) for value in ops.eigen(count)]
         ratios = ops.modalProperties("-return")
-    columns = [ratios[f"partiMassRatios{name}"] for name in ("MX", "MY", "MZ", "RMZ")]
+    names = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
     return tuple(
         Mode(
             period_s=2 * pi / sqrt(square) if square > 0.0 else inf,
-            mass_x=x / 100,
-            mass_y=y / 100,
-            mass_z=z / 100,
-            mass_rz=rz / 100,
+            **{name: ratios[f"partiMassRatios{told}"][i] / 100 for name, told in names.items()},
         )
-        for square, x, y, z, rz in zip(squares, *columns, strict=True)
+        for i, square in enumerate(squares)
     )

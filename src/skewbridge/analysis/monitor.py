@@ -16,12 +16,7 @@ from skewbridge.bridge.handles import BridgeModel
 
 
 class Monitor:
-    """Reads a model into rows.
-
-    Args:
-        model: Handles of the model.
-        bearings: Whether to read the forces of the pads, which only histories show.
-    """
+    """Reads a model into rows; the forces of the pads, which only histories show, on request."""
 
     def __init__(self, model: BridgeModel, *, bearings: bool = False) -> None:
         self.layout = _layout(model, bearings=bearings)
@@ -82,20 +77,16 @@ class Monitor:
 
 
 def _layout(model: BridgeModel, *, bearings: bool) -> Layout:
-    springs = _unique(handle.element for abutment in model.abutments for handle in abutment.springs)
+    nodes = dict.fromkeys(_nodes(model))
+    springs = dict.fromkeys(spring.element for end in model.abutments for spring in end.springs)
     return Layout(
-        nodes=tuple(node for node in _unique(_nodes(model)) if len(ops.getFixedDOFs(node)) < DISP),
+        nodes=tuple(node for node in nodes if len(ops.getFixedDOFs(node)) < DISP),
         columns=tuple(column.element for column in model.columns),
         sections=tuple(
             (column.element, point) for column in model.columns for point in column.hinge_sections
         ),
         springs=tuple((element, len(ops.basicForce(element))) for element in springs),
-        bearings=tuple(
-            bearing.element
-            for abutment in model.abutments
-            for bearing in abutment.bearings
-            if bearings
-        ),
+        bearings=tuple(pad.element for end in model.abutments for pad in end.bearings if bearings),
         units=0 if model.contacts is None else len(model.contacts.units),
         centre_node=model.deck_centre_node,
     )
@@ -116,7 +107,7 @@ def _units_of_springs(model: BridgeModel) -> dict[int, int]:
 
 def _nodes(model: BridgeModel) -> Iterable[int]:
     yield model.deck_centre_node
-    yield from model.deck_mass_nodes
+    yield from model.deck_masses_kg
     for column in model.columns:
         yield from (column.base_node, column.top_node)
     for abutment in model.abutments:
@@ -131,7 +122,3 @@ def _nodes(model: BridgeModel) -> Iterable[int]:
     if model.contacts is not None:
         for unit in model.contacts.units:
             yield from (unit.node_i, unit.node_j)
-
-
-def _unique(tags: Iterable[int]) -> tuple[int, ...]:
-    return tuple(dict.fromkeys(tags))

@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.trace import Trace
-from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, ColumnHandle, PlanVector
+from skewbridge.bridge.handles import (
+    AbutmentHandle,
+    BridgeModel,
+    ColumnHandle,
+    PlanVector,
+    SpringHandle,
+)
 from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
 from skewbridge.contact.ledger import UnitLedger
 from skewbridge.units import KJ, KN
@@ -22,11 +28,8 @@ def demands(
 ) -> dict[str, float]:
     """Return the demand columns of the table, peaks over time.
 
-    Args:
-        model: Handles of the analysed model.
-        trace: What was read.
-        ground_accel_mps2: Ground acceleration along x and y at the times of the trace, (n, 2).
-        energy_residual_ratio: From the energy balance; nan when it was not kept.
+    The ground acceleration is that along x and y at the times of the trace, shape (n, 2); the
+    energy residual is nan when no balance was kept.
     """
     ledger = () if model.contacts is None else model.contacts.ledger()
     return {
@@ -85,10 +88,7 @@ def along(direction: PlanVector, disp: NDArray[np.float64]) -> Series:
 def unseating_m(abutment: AbutmentHandle, trace: Trace, kind: str | None = None) -> Series:
     """Return the largest move of a deck corner away from the backwall, normal to the seat.
 
-    Args:
-        abutment: The deck end.
-        trace: What was read.
-        kind: ``acute`` or ``obtuse`` for one kind of corner; None for both.
+    Of the ``acute`` or ``obtuse`` corner if its kind is given, else of both, shape (n,).
     """
     moves = [
         -along(abutment.normal, trace.disp(corner.node))
@@ -108,8 +108,7 @@ def wall_push_m(abutment: AbutmentHandle, trace: Trace) -> NDArray[np.float64]:
             [along(abutment.normal, trace.disp(node)) for node in abutment.wall_nodes]
         )
     pushes = [
-        along(abutment.normal, trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0]))
-        - abutment.gap_m
+        along(abutment.normal, _deformation(spring, trace)) - abutment.gap_m
         for spring in abutment.wall_springs
     ]
     return np.maximum(np.column_stack(pushes), 0.0) if pushes else np.zeros((len(trace.rows), 1))
@@ -200,13 +199,16 @@ def _transverse_m(abutment: AbutmentHandle, trace: Trace) -> Series:
     if nodes:
         moves = [np.abs(along(abutment.tangent, trace.disp(node))) for node in nodes]
         return np.maximum.reduce(moves)
-    springs = (*abutment.key_springs, *abutment.wing_springs)
     moves = [
-        np.abs(along(abutment.tangent, trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])))
-        for spring in springs
+        np.abs(along(abutment.tangent, _deformation(spring, trace))) - abutment.transverse_gap_m
+        for spring in (*abutment.key_springs, *abutment.wing_springs)
     ]
-    gap_m = abutment.transverse_gap_m
-    return np.maximum.reduce([np.zeros(len(trace.rows)), *(move - gap_m for move in moves)])
+    return np.maximum.reduce([np.zeros(len(trace.rows)), *moves])
+
+
+def _deformation(spring: SpringHandle, trace: Trace) -> Series:
+    """Return the displacement of the deck side less that of the ground side, shape (n, 6)."""
+    return trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])
 
 
 def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:

@@ -9,8 +9,9 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.gravity import apply_gravity, hold_dead_load
-from skewbridge.bridge.handles import BridgeModel, PlanVector
+from skewbridge.analysis.gravity import apply_gravity, hold_dead_load, open_linear_pattern
+from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
+from skewbridge.bridge.handles import PlanVector
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
 from skewbridge.bridge.tags import TagAllocator
@@ -34,17 +35,11 @@ GUIDE_N_PER_M = 1.0e12  # the curve is read on the pushed side of this spring: i
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushCurve:
-    """Force against displacement along the direction of the push.
-
-    Attributes:
-        disp_m: Controlled displacement, from zero.
-        force_n: Force that holds it, same length.
-        is_complete: Whether the target was reached.
-    """
+    """Force against displacement along the direction of the push, both from zero, (n,)."""
 
     disp_m: FloatArray
     force_n: FloatArray
-    is_complete: bool
+    is_complete: bool  # the target was reached
 
     @property
     def peak_n(self) -> float:
@@ -86,7 +81,20 @@ def push_bridge(
     with domain():
         model = build(variant, options)
         apply_gravity(model)
-        return _push(model, direction, max_disp_m, steps)
+        open_linear_pattern(model.tags)
+        total = sum(model.deck_masses_kg.values())
+        for node, mass in model.deck_masses_kg.items():
+            share = mass / total
+            ops.load(node, share * direction[0], share * direction[1], 0.0, 0.0, 0.0, 0.0)
+        start = _along(model.deck_centre_node, direction)
+
+        def read() -> tuple[float, float]:
+            # unit loads: the load factor is the base shear
+            return _along(model.deck_centre_node, direction) - start, float(ops.getTime())
+
+        control = 0 if abs(direction[0]) >= abs(direction[1]) else 1  # the larger component
+        integrator = ("DisplacementControl", model.deck_centre_node, control + 1)
+        return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
 
 
 def push_abutment(
@@ -105,8 +113,8 @@ def push_abutment(
     Args:
         variant: What to push.
         options: Modelling choices.
-        angle_deg: Direction, counter-clockwise from x: 0 pushes into the backfill, 180 away from
-            it; the skew pushes normal to the wall.
+        angle_deg: Counter-clockwise from x: 0 pushes into the backfill, 180 away from it; the
+            skew pushes normal to the wall.
         max_disp_m: Displacement along the push.
         steps: Number of steps.
 
@@ -128,38 +136,11 @@ def push_abutment(
         return _march(abutment.contacts, max_disp_m, steps, read, ("LoadControl",))
 
 
-def _push(
-    model: BridgeModel,
-    direction: PlanVector,
-    max_disp_m: float,
-    steps: int,
-) -> PushCurve:
-    """Push by forces in proportion to the masses, controlling the centre's larger component."""
-    series, pattern = model.tags.series(), model.tags.pattern()
-    ops.timeSeries("Linear", series)
-    ops.pattern("Plain", pattern, series)
-    total = sum(model.deck_masses_kg)
-    for node, mass in zip(model.deck_mass_nodes, model.deck_masses_kg, strict=True):
-        share = mass / total
-        ops.load(node, share * direction[0], share * direction[1], 0.0, 0.0, 0.0, 0.0)
-    control = 0 if abs(direction[0]) >= abs(direction[1]) else 1
-    start = _along(model.deck_centre_node, direction)
-
-    def read() -> tuple[float, float]:
-        # unit loads: the load factor is the base shear
-        return _along(model.deck_centre_node, direction) - start, float(ops.getTime())
-
-    integrator = ("DisplacementControl", model.deck_centre_node, control + 1)
-    return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
-
-
 def _build_guide(abutment: AbutmentModel, direction: PlanVector) -> tuple[int, int]:
     """Tie the connector to a driver, still fixed; return the tie (axis 1 along the push) and it."""
     tags, connector = abutment.tags, abutment.connector
-    driver, element, stiff = tags.node(), tags.element(), tags.material()
-    ops.node(driver, *ops.nodeCoord(connector))
-    ops.fix(driver, 1, 1, 1, 1, 1, 1)
-    ops.uniaxialMaterial("Elastic", stiff, GUIDE_N_PER_M)
+    driver, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
+    stiff = elastic_material(GUIDE_N_PER_M, tags)
     axes = (*direction, 0.0, -direction[1], direction[0], 0.0)
     springs = ("-mat", stiff, stiff, "-dir", 1, 2, "-orient", *axes)
     ops.element("zeroLength", element, connector, driver, *springs)
@@ -168,9 +149,7 @@ def _build_guide(abutment: AbutmentModel, direction: PlanVector) -> tuple[int, i
 
 def _move(driver: int, direction: PlanVector, tags: TagAllocator) -> None:
     """Let a fixed node move one metre per unit of time along a direction."""
-    series, pattern = tags.series(), tags.pattern()
-    ops.timeSeries("Linear", series)
-    ops.pattern("Plain", pattern, series)
+    open_linear_pattern(tags)
     for dof, component in enumerate(direction, start=1):
         ops.remove("sp", driver, dof)
         ops.sp(driver, dof, component)

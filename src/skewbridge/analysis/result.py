@@ -15,19 +15,16 @@ class AnalysisResult:
     """One analysis, with the peaks up to where it got.
 
     Attributes:
-        status: How it ended.
         collapse_criterion: Demand whose limit was passed, or empty.
         time_reached_s: Time of the last converged step.
         duration_s: Time that the analysis was to reach.
         recovery_rung: Highest rung of the recovery ladder in use, 0 none.
-        substeps: Sub-steps taken beyond the regular steps.
-        failed_attempts: Attempts at a step that did not converge.
+        substeps: Beyond the regular steps.
         iterations: Equilibrium iterations, those of failed attempts included.
         demands: The demand columns of the table, in their units.
         energy_kj: Energy balance by term; empty when it was not kept.
         histories: Columns of the history table, each of shape (steps + 1,), or None.
         contact_layout: Where the contacts are, when there are histories and contacts.
-        messages: What a reader of the row should know.
     """
 
     status: Status

@@ -23,15 +23,14 @@ SEISMIC_SEAT_FACTOR = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BentCapacity:
-    """Displacement capacity of a bent by its plastic hinges.
+    """Displacement capacity of a bent by its plastic hinges, columns under dead load.
 
     Attributes:
         bent: Number from the left, 1 and up.
-        plastic_moment_nm: Of one column under dead load.
-        axial_n: Of one column under dead load.
+        plastic_moment_nm: Of one column.
+        axial_n: Of one column.
         yield_disp_m: Idealised yield displacement.
         capacity_m: Displacement at the ultimate curvature.
-        height_m: Clear height.
     """
 
     bent: int
@@ -39,7 +38,6 @@ class BentCapacity:
     axial_n: float
     yield_disp_m: float
     capacity_m: float
-    height_m: float
 
     def p_delta_ratio(self, disp_m: float) -> float:
         """Return dead load times demand over plastic moment."""
@@ -69,7 +67,6 @@ def bent_capacities(bridge: BridgeData) -> list[BentCapacity]:
                 axial_n=axial_n,
                 yield_disp_m=parts * elastic,
                 capacity_m=parts * (elastic + rotation * (span - hinge / 2)),
-                height_m=bent.clear_height_m,
             )
         )
     return capacities
@@ -104,29 +101,30 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
 def sdc_rows(
     variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
 ) -> list[dict[str, object]]:
-    """Return the table of checks of one variant under given demands.
+    """Return the table of checks of one variant: rows of check, demand, capacity, ratio, ok.
 
-    Args:
-        variant: The variant.
-        deck_disp_m: Largest displacement of the deck.
-        corners_m: Largest outward displacement normal to the seat by corner, for example
-            ``left acute``.
-
-    Returns:
-        Rows of check, demand, capacity, ratio, ok.
+    The corners are named as in `corner_moves_m`, which gives their outward displacements.
     """
     bridge = load_bridge(variant.bridge)
-    rows: list[dict[str, object]] = []
+    seat, skew = bridge.abutment.seat_width_m, radians(variant.skew_deg)
+    checks: list[tuple[str, float, float]] = []  # name, demand, capacity
     for bent in bent_capacities(bridge):
-        rows.append(_row(f"bent {bent.bent} displacement (m)", deck_disp_m, bent.capacity_m))
-        ratio = bent.p_delta_ratio(deck_disp_m)
-        rows.append(_row(f"bent {bent.bent} P-Delta ratio", ratio, P_DELTA_LIMIT))
-    seat = bridge.abutment.seat_width_m
+        ratio, name = bent.p_delta_ratio(deck_disp_m), f"bent {bent.bent}"
+        checks.append((f"{name} displacement (m)", deck_disp_m, bent.capacity_m))
+        checks.append((f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT))
     for corner, unseating_m in corners_m.items():
-        rows.append(_row(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), seat))
-    skew = radians(variant.skew_deg)
-    rows.append(_row("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), seat))
-    return rows
+        checks.append((f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), seat))
+    checks.append(("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), seat))
+    return [
+        {
+            "check": name,
+            "demand": demand,
+            "capacity": limit,
+            "ratio": demand / limit,
+            "ok": demand <= limit,
+        }
+        for name, demand, limit in checks
+    ]
 
 
 def summary_row(
@@ -134,22 +132,18 @@ def summary_row(
 ) -> dict[str, object]:
     """Return the ratios of demand to capacity of one variant, in one row.
 
-    Args:
-        variant: The variant.
-        deck_disp_m: Displacement demand, for example a median over motions.
-        acute_m: Outward move of the worse acute corner, normal to its seat.
-        worst_m: Outward move of the worst corner.
+    The outward moves, normal to the seat, are those of the worse acute and of the worst corner.
     """
     bridge = load_bridge(variant.bridge)
     bents, seat = bent_capacities(bridge), bridge.abutment.seat_width_m
-    skew = radians(variant.skew_deg)
+    aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
     return {
         "variant": variant.slug,
         "disp_ratio": max((deck_disp_m / bent.capacity_m for bent in bents), default=0.0),
         "p_delta_ratio": max((bent.p_delta_ratio(deck_disp_m) for bent in bents), default=0.0),
         "seat_acute_ratio": seat_demand_sdc_m(bridge, acute_m) / seat,
         "seat_worst_ratio": seat_demand_sdc_m(bridge, worst_m) / seat,
-        "seat_aashto_ratio": seat_demand_aashto_m(bridge, skew) / seat,
+        "seat_aashto_ratio": aashto_m / seat,
     }
 
 
@@ -158,9 +152,7 @@ def corner_moves_m(
 ) -> dict[str, float]:
     """Return the largest outward move of each deck corner, normal to its seat.
 
-    Args:
-        variant: The variant.
-        histories: Histories of a single analysis, with the plan displacements of the corners.
+    The histories are those of a single analysis; a corner is named ``left acute``, for example.
     """
     skew = radians(variant.skew_deg)
     moves: dict[str, float] = {}
@@ -170,13 +162,3 @@ def corner_moves_m(
             along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
             moves[f"{side} {kind}"] = max(0.0, float(np.max(-sign * along)))
     return moves
-
-
-def _row(check: str, demand: float, capacity: float) -> dict[str, object]:
-    return {
-        "check": check,
-        "demand": demand,
-        "capacity": capacity,
-        "ratio": demand / capacity,
-        "ok": demand <= capacity,
-    }

@@ -16,10 +16,7 @@ PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 
 # Houbolt damps what rattles at the contacts: results repeat to 1e-7 when rounding changes, where
 # Newmark and HHT differ by percents (docs/theory, comparison of the schemes).
-_INTEGRATORS: Final[dict[str, Command]] = {
-    "default": ("Houbolt",),
-    "paper": ("Houbolt",),  # source: Rahman & Mackie, section 5
-}
+_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
 _KNOWN: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
 
@@ -103,7 +100,7 @@ class AnalysisSettings:
     @property
     def integrator_command(self) -> Command:
         """Arguments of the integrator command."""
-        return self.integrator or _INTEGRATORS[self.scheme]
+        return self.integrator or _INTEGRATOR
 
     def model_options(self, options: ModelOptions) -> ModelOptions:
         """Return the modelling options under the scheme: the paper's replace the given ones."""

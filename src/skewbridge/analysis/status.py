@@ -16,26 +16,14 @@ MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact over the weight 
 
 
 class Watch:
-    """Compares each step with the limits.
-
-    Args:
-        model: Handles of the model.
-        layout: Meaning of a row.
-        start: Row under gravity.
-        settings: Limits of drift and deck displacement.
-    """
+    """Compares each step with the limits; `start` is the row under gravity."""
 
     def __init__(
-        self,
-        model: BridgeModel,
-        layout: Layout,
-        start: Sequence[float],
-        settings: AnalysisSettings,
+        self, model: BridgeModel, layout: Layout, start: Sequence[float], settings: AnalysisSettings
     ) -> None:
-        self._max_drift = settings.collapse_drift_ratio
-        self._max_disp_m = settings.collapse_deck_disp_m
+        self._settings = settings
         self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
-        self._normals = layout.normals()
+        self._normals = layout.contacts("normals")
         self._deck = _Point(layout, start, model.deck_centre_node)
         self._columns = tuple(
             (
@@ -50,8 +38,7 @@ class Watch:
             for abutment in model.abutments
             for corner in abutment.corners
         )
-        self._last_drift = 0.0
-        self._last_disp_m = 0.0
+        self._last_drift = self._last_disp_m = 0.0
 
     def diverged(self, row: Sequence[float]) -> str:
         """Return why the state cannot be a solution, or an empty text.
@@ -73,12 +60,13 @@ class Watch:
 
     def collapsed(self, row: Sequence[float]) -> str:
         """Return the name of the demand whose limit is passed, or an empty text."""
-        if self._drift(row) >= self._max_drift:
+        if self._drift(row) >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
         for point, normal, seat_m in self._corners:
-            if -point.along(row, normal) > seat_m:
+            x, y = point.disp(row)
+            if -(x * normal[0] + y * normal[1]) > seat_m:
                 return "unseating_m"
-        if self._disp_m(row) > self._max_disp_m:
+        if self._disp_m(row) > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""
 
@@ -109,8 +97,3 @@ class _Point:
         if self._at < 0:
             return 0.0, 0.0
         return row[self._at] - self._x, row[self._at + 1] - self._y
-
-    def along(self, row: Sequence[float], direction: PlanVector) -> float:
-        """Return the displacement along a plan direction."""
-        x, y = self.disp(row)
-        return x * direction[0] + y * direction[1]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,6 @@ class Layout:
         return self._start("end")
 
     def _start(self, part: str) -> int:
-        """Return where a part of the row starts."""
         sizes = {
             "nodes": 3,  # after time and two accelerations
             "columns": DISP * len(self.nodes),
@@ -85,17 +84,17 @@ class Layout:
         """
         return self._start("bearings") + 2 * self.bearings.index(element)
 
-    def openings(self) -> slice:
-        """Return where the openings of the contact units stand."""
-        return slice(self._start("openings"), self._start("normals"))
+    def contacts(self, part: Literal["openings", "normals", "tangentials"]) -> slice:
+        """Return where a part of the readings of the contact units stands."""
+        ends = {"openings": "normals", "normals": "tangentials", "tangentials": "end"}
+        return slice(self._start(part), self._start(ends[part]))
 
-    def normals(self) -> slice:
-        """Return where the normal forces of the contact units stand."""
-        return slice(self._start("normals"), self._start("tangentials"))
-
-    def tangentials(self) -> slice:
-        """Return where the friction forces of the contact units stand, two per unit."""
-        return slice(self._start("tangentials"), self._start("end"))
+    def disp(self, rows: Series, node: int) -> Series:
+        """Return the displacements of a node in rows, shape (n, 6); a fixed node has none."""
+        if node not in self.nodes:
+            return np.zeros((len(rows), DISP))
+        start = self.node(node)
+        return rows[:, start : start + DISP]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +107,7 @@ class Trace:
     """
 
     layout: Layout
-    rows: NDArray[np.float64]
+    rows: Series
 
     @property
     def time_s(self) -> Series:
@@ -116,24 +115,21 @@ class Trace:
         return self.rows[:, 0]
 
     @property
-    def centre_accel_mps2(self) -> NDArray[np.float64]:
+    def centre_accel_mps2(self) -> Series:
         """Acceleration of the deck's mass centre relative to the ground, shape (n, 2)."""
         return self.rows[:, 1:3]
 
-    def disp(self, node: int) -> NDArray[np.float64]:
+    def disp(self, node: int) -> Series:
         """Displacements and rotations of a node since gravity, shape (n, 6)."""
-        if node not in self.layout.nodes:
-            return np.zeros((len(self.rows), DISP))
-        start = self.layout.node(node)
-        values = self.rows[:, start : start + DISP]
+        values = self.layout.disp(self.rows, node)
         return values - values[0]
 
-    def column_forces(self, element: int) -> NDArray[np.float64]:
+    def column_forces(self, element: int) -> Series:
         """Global end forces of a column, shape (n, 12)."""
         start = self.layout.column(element)
         return self.rows[:, start : start + END_FORCES]
 
-    def section(self, element: int, point: int) -> NDArray[np.float64]:
+    def section(self, element: int, point: int) -> Series:
         """Deformations of a hinge section, shape (n, 4)."""
         start = self.layout.section(element, point)
         return self.rows[:, start : start + SECTION]
@@ -142,23 +138,23 @@ class Trace:
         """Force of a spring."""
         return self.rows[:, self.layout.spring(handle)]
 
-    def bearing_force(self, element: int) -> NDArray[np.float64]:
+    def bearing_force(self, element: int) -> Series:
         """Shear forces of a pad along x and y, resisting the deck, shape (n, 2)."""
         start = self.layout.bearing(element)
         return self.rows[:, start : start + 2]
 
     @property
-    def openings_m(self) -> NDArray[np.float64]:
+    def openings_m(self) -> Series:
         """Openings of the contact units, shape (n, units)."""
-        return self.rows[:, self.layout.openings()]
+        return self.rows[:, self.layout.contacts("openings")]
 
     @property
-    def normals_n(self) -> NDArray[np.float64]:
+    def normals_n(self) -> Series:
         """Normal forces of the contact units, compression positive, shape (n, units)."""
-        return self.rows[:, self.layout.normals()]
+        return self.rows[:, self.layout.contacts("normals")]
 
     @property
-    def tangentials_n(self) -> NDArray[np.float64]:
+    def tangentials_n(self) -> Series:
         """Friction forces of the contact units, shape (n, units, 2)."""
-        values = self.rows[:, self.layout.tangentials()]
+        values = self.rows[:, self.layout.contacts("tangentials")]
         return values.reshape(len(values), self.layout.units, 2)

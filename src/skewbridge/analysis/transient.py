@@ -45,7 +45,7 @@ def analyse(
     The same call gives the same result, bit by bit: nothing depends on the clock.
 
     Args:
-        variant: Bridge, abutment model, skew, gap and friction.
+        variant: What to analyse.
         excitation: Ground motion, factor and angle.
         settings: How to integrate and when to stop.
         options: How to model.

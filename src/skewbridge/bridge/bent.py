@@ -5,7 +5,8 @@ from itertools import pairwise
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.catalogue.data import BentData, BridgeData, FoundationData
+from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
+from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.column import (
     build_elastic_column,
     build_integration,
@@ -48,10 +49,13 @@ def build_bents(
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bent_positions_m(bridge), strict=True)):
-        joints = _build_cap(bridge, bent, spine, number, x, level, tags)
-        for joint, y in joints:
-            nodes = _build_column_nodes(bent, joint, (x, y), tags)
-            foundations.extend(_support(bridge, nodes[0], options, tags))
+        for joint, y in _build_cap(bridge, number, spine, x, level, tags):
+            # the top hangs rigidly on the joint at the deck's centroid
+            base, top = nodes = tags.node(), tags.node()
+            ops.node(base, x, y, -bent.clear_height_m)
+            ops.node(top, x, y, 0.0)
+            ops.rigidLink("beam", joint, top)
+            foundations.extend(_support(bridge, base, options, tags))
             if options.elastic_columns:
                 element = build_elastic_column(bridge.column, nodes, upright, tags)
             else:
@@ -75,16 +79,10 @@ def build_bents(
 
 
 def _build_cap(
-    bridge: BridgeData,
-    bent: BentData,
-    spine: Deck,
-    number: int,
-    x: float,
-    transformation: int,
-    tags: TagAllocator,
+    bridge: BridgeData, number: int, spine: Deck, x: float, transformation: int, tags: TagAllocator
 ) -> list[tuple[int, float]]:
     """Create the cap; return its joints above the columns with their y."""
-    centre = spine.bent_nodes[number]
+    bent, centre = bridge.bents[number], spine.bent_nodes[number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
     deck = bridge.deck
     modulus = deck.elastic_modulus_gpa * GPA
@@ -116,17 +114,6 @@ def _build_cap(
     return joints
 
 
-def _build_column_nodes(
-    bent: BentData, joint: int, plan_m: tuple[float, float], tags: TagAllocator
-) -> tuple[int, int]:
-    """Create base and top; the top hangs rigidly on the joint at the deck's centroid."""
-    base, top = tags.node(), tags.node()
-    ops.node(base, *plan_m, -bent.clear_height_m)
-    ops.node(top, *plan_m, 0.0)
-    ops.rigidLink("beam", joint, top)
-    return base, top
-
-
 def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllocator) -> list[int]:
     """Fix a base, or set it on springs; a pinned base keeps its torsion."""
     bends = 0 if bridge.base == "pinned" else 1
@@ -135,20 +122,11 @@ def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllo
     if options.foundation == "fixed" or bridge.foundation is None:
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
-    ground = tags.node()
-    ops.node(ground, *ops.nodeCoord(base))
-    ops.fix(ground, 1, 1, 1, 1, 1, 1)
-    stiffness = _foundation_stiffness(bridge.foundation)
-    held = [dof for dof in range(1, 7) if bends or dof not in (4, 5)]
-    materials = [tags.material() for _ in held]
-    for material, dof in zip(materials, held, strict=True):
-        ops.uniaxialMaterial("Elastic", material, stiffness[dof - 1])
+    ground = grounded_node(ops.nodeCoord(base), tags)
+    # The fields of the foundation stand in the order of the degrees of freedom.
+    stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)
+    held = {dof: 1e6 * value for dof, value in stiffness if bends or dof not in (4, 5)}
+    materials = [elastic_material(value, tags) for value in held.values()]
     element = tags.element()
     ops.element("zeroLength", element, ground, base, "-mat", *materials, "-dir", *held)
     return [element]
-
-
-def _foundation_stiffness(data: FoundationData) -> tuple[float, ...]:
-    shifts = data.kx_mn_per_m, data.ky_mn_per_m, data.kz_mn_per_m
-    turns = data.krx_mnm_per_rad, data.kry_mnm_per_rad, data.krz_mnm_per_rad
-    return tuple(1e6 * value for value in (*shifts, *turns))

@@ -46,15 +46,14 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     core_tag = _concrete_material(core, crushed_pa, tags)
     cover_tag = _concrete_material(cover, 0.0, tags)
     bar_tag = tags.material()
+    backbone = (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio)
     # source: transition parameters recommended in the OpenSees manual for Steel02
-    backbone, transition = (
-        (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio),
-        (18.5, 0.925, 0.15),
-    )
-    ops.uniaxialMaterial("Steel02", bar_tag, *backbone, *transition)
+    ops.uniaxialMaterial("Steel02", bar_tag, *backbone, 18.5, 0.925, 0.15)
     rings, wedges, cover_rings = options.column_fibers
     section = tags.section()
-    ops.section("Fiber", section, "-GJ", torsion_stiffness_nm2(column))
+    shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
+    torsion_nm2 = column.torsion_ratio * shear * 2 * gross_inertia_m4(column)  # cracked
+    ops.section("Fiber", section, "-GJ", torsion_nm2)
     core_radius, radius = column.hoop_circle_m / 2, column.diameter_m / 2
     full = (0.0, 360.0)
     ops.patch("circ", core_tag, wedges, rings, 0.0, 0.0, 0.0, core_radius, *full)
@@ -76,12 +75,6 @@ def _concrete_material(concrete: Concrete, crushed_pa: float, tags: TagAllocator
     points = (-concrete.peak_pa, -peak_strain, -crushed_pa, -concrete.ultimate_strain)
     ops.uniaxialMaterial("Concrete01", material, *points)
     return material
-
-
-def torsion_stiffness_nm2(column: ColumnData) -> float:
-    """Return the cracked torsional stiffness of a column."""
-    shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
-    return column.torsion_ratio * shear * 2 * gross_inertia_m4(column)
 
 
 def build_elastic_section(column: ColumnData, tags: TagAllocator) -> int:
@@ -152,8 +145,7 @@ def column_handle(
         Caltrans SDC 1.7 section 3.1.3.
     """
     column, is_pinned = bridge.column, bridge.base == "pinned"
-    dead_axial_n = column_axial_n(bridge, bent_number)
-    curve = section_response(column, dead_axial_n)
+    curve = section_response(column, column_axial_n(bridge, bent_number))
     height = bridge.bents[bent_number].clear_height_m
     # ASSUME the pinned column bends in single, the fixed one in symmetric double curvature
     span = height if is_pinned else height / 2
@@ -168,7 +160,6 @@ def column_handle(
         yield_drift_ratio=yield_disp / height,
         shear=shear_section(column, span, curve),
         shear_model=shear_model,
-        dead_axial_n=dead_axial_n,
     )
 
 

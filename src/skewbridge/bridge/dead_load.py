@@ -9,12 +9,7 @@ from skewbridge.units import KN
 def continuous_reactions_n(spans_m: tuple[float, ...], load_n_per_m: float) -> list[float]:
     """Return the support reactions of a prismatic continuous beam under a uniform load.
 
-    Args:
-        spans_m: Spans, left to right.
-        load_n_per_m: Line load.
-
-    Returns:
-        One reaction per support, left to right.
+    Spans and reactions stand from left to right.
 
     References:
         Clapeyron's equation of three moments.
@@ -31,7 +26,7 @@ def continuous_reactions_n(spans_m: tuple[float, ...], load_n_per_m: float) -> l
         tilt = (moments[i + 1] - moments[i]) / span
         reactions[i] += load_n_per_m * span / 2 - tilt
         reactions[i + 1] += load_n_per_m * span / 2 + tilt
-    return [float(reaction) for reaction in reactions]
+    return reactions.tolist()
 
 
 def column_weight_n(bridge: BridgeData, bent: BentData) -> float:

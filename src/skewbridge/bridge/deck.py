@@ -24,12 +24,10 @@ class Deck:
     """The built spine, while the model grows.
 
     Attributes:
-        nodes: Spine nodes, left to right.
-        x_m: Their positions.
+        nodes: Spine nodes, left to right, at x_m.
         bent_nodes: Spine node of each bent.
         centre_node: Node at the mass centre.
         elements: Spine and cap elements.
-        transformation: Of the spine.
         loads_n: Downward dead load by node.
         moments_nm: Fixed-end moments of the dead load about y, by spine node.
         masses_kg: Horizontal mass by node.
@@ -41,7 +39,7 @@ class Deck:
     centre_node: int
     elements: list[int]
     loads_n: dict[int, float] = field(default_factory=lambda: defaultdict(float))
-    moments_nm: dict[int, float] = field(default_factory=dict[int, float])
+    moments_nm: dict[int, float] = field(default_factory=lambda: defaultdict(float))
     masses_kg: dict[int, float] = field(default_factory=lambda: defaultdict(float))
 
 
@@ -122,16 +120,14 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     modulus = deck.elastic_modulus_gpa * GPA
     inertias = (deck.torsion_constant_m4, deck.inertia_vertical_m4, deck.inertia_transverse_m4)
     section = (deck.area_m2, modulus, shear_modulus_pa(modulus), *inertias)
-    elements: list[int] = []
-    for i, j in pairwise(nodes):
-        elements.append(tags.element())
-        ops.element("elasticBeamColumn", elements[-1], i, j, *section, transformation)
-    centre = mass_centre_m(bridge)
+    elements = [tags.element() for _ in x[1:]]
+    for element, ends in zip(elements, pairwise(nodes), strict=True):
+        ops.element("elasticBeamColumn", element, *ends, *section, transformation)
     spine = Deck(
         nodes=nodes,
         x_m=x,
         bent_nodes=[nodes[_nearest(x, position)] for position in bent_positions_m(bridge)],
-        centre_node=nodes[_nearest(x, centre)],
+        centre_node=nodes[_nearest(x, mass_centre_m(bridge))],
         elements=elements,
     )
     _add_line_load(spine, deck)
@@ -166,8 +162,7 @@ def _add_line_load(spine: Deck, deck: DeckData) -> None:
         length = b - a
         for node, sign in ((i, 1.0), (j, -1.0)):
             spine.loads_n[node] += load * length / 2
-            moment = sign * load * length**2 / 12
-            spine.moments_nm[node] = spine.moments_nm.get(node, 0.0) + moment
+            spine.moments_nm[node] += sign * load * length**2 / 12
     for node in (spine.nodes[0], spine.nodes[-1]):
         spine.loads_n[node] += deck.diaphragm_weight_kn * KN
 

@@ -14,14 +14,10 @@ type Side = Literal["left", "right"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeckEnd:
-    """One end of the deck in plan.
+    """One end of the deck in plan, ``left`` (negative x) or ``right``.
 
-    Attributes:
-        side: ``left`` (negative x) or ``right``.
-        bearing_x_m: x of the bearing line on the centreline.
-        skew_rad: Signed skew.
-        width_m: Deck width, across the deck.
-        thickness_m: End diaphragm, normal to its faces.
+    The bearing line crosses the centreline at ``bearing_x_m``, the skew is signed, the width is
+    that across the deck, the thickness that of the end diaphragm, normal to its faces.
     """
 
     side: Side

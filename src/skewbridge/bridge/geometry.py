@@ -1,5 +1,6 @@
 """The geometry of a built model as plain data, for drawing."""
 
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import openseespy.opensees as ops
@@ -29,11 +30,9 @@ class Member:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactPlace:
-    """Where a contact unit stands.
+    """Where a contact unit stands, on which side.
 
     Attributes:
-        name: Name of the unit.
-        side: Abutment.
         surface: Position of the pair on the closed line at rest, in m.
         normal: Outward normal of the surface (direction of its force on the deck), in plan.
         tangent: First direction of its friction force; the force on the deck has the other sign.
@@ -79,10 +78,13 @@ def model_geometry(variant: Variant, options: ModelOptions | None = None) -> Mod
         model = build(variant, options or ModelOptions())
         return ModelGeometry(
             title=model.variant.slug,
-            members=(*_elements(model), *_rigid_links(model)),
+            members=(*_elements(model), *_rigid_links()),
             contacts=contact_places(model),
-            fixed=tuple(_place(node) for node in ops.getFixedNodes()),
-            deck_outline=_outline(model),
+            fixed=tuple(map(_place, ops.getFixedNodes())),
+            # each end lists its corners along its tangent: together they go once around
+            deck_outline=tuple(
+                corner.plan_m for end in reversed(model.abutments) for corner in end.corners
+            ),
         )
 
 
@@ -111,28 +113,16 @@ def _place(node: int) -> Point:
     return float(x), float(y), float(z)
 
 
-def _elements(model: BridgeModel) -> list[Member]:
-    members: list[Member] = []
+def _elements(model: BridgeModel) -> Generator[Member]:
     for group, tags in model.energy_elements.items():
         for tag in tags:
             i, j = ops.eleNodes(tag)
-            members.append(Member(group=group, tag=tag, ends=(_place(i), _place(j))))
-    return members
+            yield Member(group=group, tag=tag, ends=(_place(i), _place(j)))
 
 
-def _rigid_links(model: BridgeModel) -> list[Member]:
-    """Return links from each retained node to its followers."""
-    links: list[Member] = []
+def _rigid_links() -> Generator[Member]:
+    """Yield links from each retained node to its followers."""
     for retained in ops.getRetainedNodes() or []:
         followers = ops.getConstrainedNodes(retained) or []
         for node in [followers] if isinstance(followers, int) else followers:
-            ends = (_place(retained), _place(node))
-            links.append(Member(group="rigid links", tag=0, ends=ends))
-    return links
-
-
-def _outline(model: BridgeModel) -> tuple[PlanVector, ...]:
-    left, right = model.abutments
-    # each end lists its corners along its tangent: together they go once around
-    ends = [corner.plan_m for corner in right.corners] + [corner.plan_m for corner in left.corners]
-    return tuple(ends)
+            yield Member(group="rigid links", tag=0, ends=(_place(retained), _place(node)))

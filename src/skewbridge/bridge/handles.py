@@ -5,7 +5,7 @@ is valid only inside the `domain()` that the model was built in.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.shear_capacity import ShearSection
@@ -41,9 +41,7 @@ class ColumnHandle:
     Attributes:
         element: Tag; its end i is the base, ``eleResponse(element, "force")`` are 12 global
             components starting with the base.
-        base_node: Node at the base.
-        top_node: Node at the soffit.
-        clear_height_m: Base to soffit.
+        clear_height_m: From the base node to the top node at the soffit.
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
             torsion); empty for elastic columns.
@@ -51,9 +49,7 @@ class ColumnHandle:
             load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
-        shear: Inputs of the shear capacity.
-        shear_model: Which capacity to judge by, ``sdc`` or ``kowalsky_priestley``.
-        dead_axial_n: Hand estimate of the axial force under dead load (compression positive).
+        shear_model: Capacity to judge by, ``sdc`` or ``kowalsky_priestley``, from `shear`.
     """
 
     element: int
@@ -65,17 +61,13 @@ class ColumnHandle:
     yield_drift_ratio: float
     shear: ShearSection
     shear_model: ShearModel = "sdc"
-    dead_axial_n: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CornerHandle:
-    """One corner of the deck at an abutment.
+    """One corner of the deck at an abutment: its deck-level node and its position at rest.
 
-    Attributes:
-        node: Tag of the deck-level node.
-        kind: ``acute`` or ``obtuse``; at zero skew named as at a vanishing positive skew.
-        plan_m: Position at rest.
+    ``kind`` is ``acute`` or ``obtuse``; at zero skew named as at a vanishing positive skew.
     """
 
     node: int
@@ -85,13 +77,7 @@ class CornerHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BearingHandle:
-    """One pad, or a vertical support.
-
-    Attributes:
-        element: Tag.
-        seat_node: Fixed node below.
-        deck_node: Node above.
-    """
+    """One pad, or a vertical support, from the fixed seat node below to the deck node above."""
 
     element: int
     seat_node: int
@@ -106,7 +92,6 @@ class AbutmentHandle:
         side: ``left`` (negative x) or ``right``.
         normal: Outward normal of the deck end (towards the backfill), in plan.
         tangent: ``normal`` turned by +90 degrees: along the wall.
-        skew_rad: Signed skew.
         gap_m: Longitudinal joint gap, normal to the wall.
         transverse_gap_m: Gap at the keys.
         seat_width_m: Support length normal to the seat.
@@ -123,12 +108,13 @@ class AbutmentHandle:
         key_springs: The same for the shear keys (transverse springs of `simplified`).
         wing_springs: Wing-wall springs.
         other_springs: Weak restoring springs and dashpots as elements (no demand reads them).
+        masses_kg: Masses of walls, keys and abutment body by node.
+        links: Stiff elements of the transverse arrays.
     """
 
     side: str
     normal: PlanVector
     tangent: PlanVector
-    skew_rad: float
     gap_m: float
     transverse_gap_m: float
     seat_width_m: float
@@ -143,6 +129,8 @@ class AbutmentHandle:
     key_springs: tuple[SpringHandle, ...]
     wing_springs: tuple[SpringHandle, ...]
     other_springs: tuple[int, ...]
+    masses_kg: dict[int, float] = field(default_factory=dict[int, float])
+    links: tuple[int, ...] = ()
 
     @property
     def springs(self) -> tuple[SpringHandle, ...]:
@@ -155,17 +143,15 @@ class BridgeModel:
     """A built model, before gravity.
 
     Attributes:
-        variant: The variant, normalised.
-        bridge: Its catalogue data.
-        options: Modelling choices.
+        variant: Normalised.
         deck_nodes: Spine nodes, left to right.
         deck_centre_node: Spine node at the mass centre of the deck.
-        deck_mass_nodes: Nodes that carry the bridge's mass (spine, caps, columns).
-        deck_masses_kg: Their horizontal masses, same order (upright they differ a little).
+        deck_masses_kg: Horizontal masses of spine, caps and columns by node (upright they differ
+            a little).
         wall_masses_kg: Further masses: wall and key nodes, by node.
         dead_loads_n: Downward nodal load by node.
         dead_moments_nm: Fixed-end moments of the deck's line load about y, by node.
-        columns: Columns, bent by bent.
+        columns: Bent by bent.
         abutments: Left, right.
         contacts: The contact units, or None for models without contact.
         energy_elements: Element tags by group for the energy balance: ``columns, deck, bearings,
@@ -180,8 +166,7 @@ class BridgeModel:
     options: ModelOptions
     deck_nodes: tuple[int, ...]
     deck_centre_node: int
-    deck_mass_nodes: tuple[int, ...]
-    deck_masses_kg: tuple[float, ...]
+    deck_masses_kg: Mapping[int, float]
     wall_masses_kg: Mapping[int, float]
     dead_loads_n: Mapping[int, float]
     dead_moments_nm: Mapping[int, float]

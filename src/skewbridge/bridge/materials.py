@@ -14,13 +14,10 @@ type FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Steel:
-    """Reinforcing steel, bilinear in the model.
+    """Reinforcing steel at its expected strength, bilinear in the model.
 
-    Attributes:
-        yield_pa: Expected yield strength.
-        modulus_pa: Young's modulus.
-        hardening_ratio: Post-yield over elastic stiffness.
-        rupture_strain: Reduced ultimate tensile strain.
+    The rupture strain is the reduced ultimate one, the hardening ratio post-yield over elastic
+    stiffness.
     """
 
     yield_pa: float

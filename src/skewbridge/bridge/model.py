@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment import BUILDERS
-from skewbridge.bridge.abutment.arrays import Arrays, Line, build_arrays
-from skewbridge.bridge.abutment.parts import SideContext, SideParts, side_handle
+from skewbridge.bridge.abutment.arrays import Line, build_arrays
+from skewbridge.bridge.abutment.parts import SideContext, side_handle
 from skewbridge.bridge.abutment.supports import pad_stations
-from skewbridge.bridge.bent import Bents, build_bents
+from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.deck import Deck, build_spine
+from skewbridge.bridge.deck import build_spine
 from skewbridge.bridge.deck_plan import DeckEnd, Side, deck_end
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.bridge.tags import TagAllocator
@@ -39,39 +39,19 @@ def domain() -> Generator[None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blueprint:
-    """What is built into a domain, and what the parts share while they are built.
+    """What is built into a domain, and what the parts share while they are built."""
 
-    Attributes:
-        variant: Normalised.
-        bridge: Its catalogue data.
-        options: Modelling choices.
-        tags: Allocator of the domain.
-        contacts: Contact set, still empty; None for models without contact.
-    """
-
-    variant: Variant
+    variant: Variant  # normalised
     bridge: BridgeData
     options: ModelOptions
     tags: TagAllocator
-    contacts: ContactSet | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BuiltSide:
-    """One abutment in the domain: its handle, what its model made, its arrays."""
-
-    handle: AbutmentHandle
-    parts: SideParts
-    arrays: Arrays
+    contacts: ContactSet | None  # still empty; None for models without contact
 
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
     """Build a variant in the open domain, without gravity.
 
-    Args:
-        variant: Bridge, abutment model, skew, gap and friction; axes that the abutment model does
-            not have are ignored.
-        options: Modelling choices.
+    Axes that the abutment model does not have are ignored.
 
     Returns:
         Handles, valid until the domain closes.
@@ -85,7 +65,35 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
     bents = build_bents(plan.bridge, spine, options, plan.tags)
     left = build_side("left", spine.nodes[0], plan)
     right = build_side("right", spine.nodes[-1], plan)
-    return _assemble(plan, spine, bents, (left, right))
+    sides = (left, right)
+    columns = tuple(column.element for column in bents.columns)
+    springs = {spring.element for side in sides for spring in side.springs}
+    others = {element for side in sides for element in side.other_springs}
+    units = plan.contacts.units if plan.contacts else ()
+    return BridgeModel(
+        variant=plan.variant,
+        bridge=plan.bridge,
+        options=plan.options,
+        deck_nodes=tuple(spine.nodes),
+        deck_centre_node=spine.centre_node,
+        deck_masses_kg=dict(spine.masses_kg),
+        wall_masses_kg=left.masses_kg | right.masses_kg,
+        dead_loads_n=dict(spine.loads_n),
+        dead_moments_nm=spine.moments_nm,
+        columns=bents.columns,
+        abutments=sides,
+        contacts=plan.contacts,
+        energy_elements={
+            "columns": columns,
+            "deck": tuple(spine.elements),
+            "bearings": tuple(bearing.element for side in sides for bearing in side.bearings),
+            "backfill": tuple(sorted(springs | others)),
+            "contact": tuple(unit.element for unit in units),
+            "links": (*bents.foundations, *left.links, *right.links),
+        },
+        damping_elements=(*spine.elements, *columns),
+        tags=plan.tags,
+    )
 
 
 def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
@@ -99,21 +107,15 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
     """
     if ops.getNodeTags():
         raise DomainError("build() works inside `with domain():`, once per domain")
-    variant = variant.normalised()
-    tags, contacts = TagAllocator(), None
+    variant, tags, contacts = variant.normalised(), TagAllocator(), None
     if variant.traits.has_contacts:
         is_updated = variant.traits.has_friction
         contacts = ContactSet(tags, update=is_updated, coupling=options.coupling)
-    return Blueprint(
-        variant=variant,
-        bridge=load_bridge(variant.bridge),
-        options=options,
-        tags=tags,
-        contacts=contacts,
-    )
+    bridge = load_bridge(variant.bridge)
+    return Blueprint(variant=variant, bridge=bridge, options=options, tags=tags, contacts=contacts)
 
 
-def build_side(side: Side, deck_node: int, plan: Blueprint) -> BuiltSide:
+def build_side(side: Side, deck_node: int, plan: Blueprint) -> AbutmentHandle:
     """Build one abutment under an end node of the spine."""
     bridge, deck = plan.bridge, plan.bridge.deck
     end = deck_end(
@@ -130,8 +132,7 @@ def build_side(side: Side, deck_node: int, plan: Blueprint) -> BuiltSide:
         friction=plan.variant.friction,
         contacts=plan.contacts,
     )
-    parts = BUILDERS[plan.variant.abutment](context)
-    return BuiltSide(handle=side_handle(context, parts), parts=parts, arrays=arrays)
+    return side_handle(context, BUILDERS[plan.variant.abutment](context))
 
 
 def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
@@ -141,38 +142,3 @@ def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
     walls = end.wall_stations(plan.options.backwall_points) if traits.has_wall_points else corners
     pads = pad_stations(plan.bridge.abutment.pads, end) if traits.has_pads else corners
     return {"inner": corners, "bearing": pads, "outer": walls}
-
-
-def _assemble(
-    plan: Blueprint, spine: Deck, bents: Bents, sides: tuple[BuiltSide, BuiltSide]
-) -> BridgeModel:
-    left, right = (side.handle for side in sides)
-    columns = tuple(column.element for column in bents.columns)
-    springs = {spring.element for side in (left, right) for spring in side.springs}
-    others = {element for side in (left, right) for element in side.other_springs}
-    units = plan.contacts.units if plan.contacts else ()
-    return BridgeModel(
-        variant=plan.variant,
-        bridge=plan.bridge,
-        options=plan.options,
-        deck_nodes=tuple(spine.nodes),
-        deck_centre_node=spine.centre_node,
-        deck_mass_nodes=tuple(spine.masses_kg),
-        deck_masses_kg=tuple(spine.masses_kg.values()),
-        wall_masses_kg={k: v for side in sides for k, v in side.parts.masses_kg.items()},
-        dead_loads_n=dict(spine.loads_n),
-        dead_moments_nm=spine.moments_nm,
-        columns=bents.columns,
-        abutments=(left, right),
-        contacts=plan.contacts,
-        energy_elements={
-            "columns": columns,
-            "deck": tuple(spine.elements),
-            "bearings": tuple(b.element for side in (left, right) for b in side.bearings),
-            "backfill": tuple(sorted(springs | others)),
-            "contact": tuple(unit.element for unit in units),
-            "links": (*bents.foundations, *(e for side in sides for e in side.arrays.links)),
-        },
-        damping_elements=(*spine.elements, *columns),
-        tags=plan.tags,
-    )

@@ -46,32 +46,23 @@ class MomentCurvature:
 
 
 def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -> MomentCurvature:
-    """Return the curve of a column section under an axial force.
+    """Return the curve of a column section under an axial force, positive in compression.
 
     Concrete follows Mander's curves (confined core, spalling cover), steel is bilinear as in the
     fiber model.
-
-    Args:
-        column: The section.
-        axial_n: Compression, positive.
-        points: Curvatures evaluated.
 
     References:
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
     """
     section = _Section(column)
-    curvature = np.geomspace(2e-5, 0.25, points) / column.diameter_m
-    moment = np.empty(points)
-    axis = np.empty(points)
-    last = points
-    for i, phi in enumerate(curvature):
+    rows: list[tuple[float, float, float]] = []
+    for phi in np.geomspace(2e-5, 0.25, points) / column.diameter_m:
         centre = section.centre_strain(phi, axial_n)
-        moment[i] = section.resultants(centre, phi)[1]
-        axis[i] = column.diameter_m / 2 + centre / phi
+        moment_nm = section.resultants(centre, phi)[1]
+        rows.append((phi, moment_nm, column.diameter_m / 2 + centre / phi))
         if section.is_ultimate(centre, phi):
-            last = i + 1
             break
-    curvature, moment, axis = curvature[:last], moment[:last], axis[:last]
+    curvature, moment, axis = np.array(rows).T
     # strain of the bar farthest from the neutral axis
     tension = curvature * (section.highest_bar_m - (axis - column.diameter_m / 2))
     first = float(np.interp(section.yield_strain, tension, curvature))

@@ -29,19 +29,12 @@ import openseespy.opensees as ops
 '''
 
 
-class Recording:
+class Recording(list[str]):
     """The commands of a `recording()` block, in order."""
-
-    def __init__(self) -> None:
-        self._lines: list[str] = []
-
-    def add(self, name: str, arguments: tuple[Any, ...]) -> None:
-        """Keep one command."""
-        self._lines.append(f"ops.{name}({', '.join(_literal(value) for value in arguments)})")
 
     def script(self, title: str) -> str:
         """Return a script that repeats the commands."""
-        return HEADER.format(title=title) + "\n".join(self._lines) + "\n"
+        return HEADER.format(title=title) + "\n".join(self) + "\n"
 
 
 @contextmanager
@@ -53,7 +46,7 @@ def recording() -> Generator[Recording]:
     def listening(name: str, command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)
         def recorded(*arguments: Any) -> Any:
-            record.add(name, arguments)
+            record.append(f"ops.{name}({', '.join(map(_literal, arguments))})")
             return command(*arguments)
 
         return recorded

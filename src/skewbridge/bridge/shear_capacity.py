@@ -18,19 +18,9 @@ type FloatArray = NDArray[np.float64]
 class ShearSection:
     """What the shear strength of a circular column depends on.
 
-    Attributes:
-        diameter_m: Outer diameter.
-        core_diameter_m: Diameter of the hoop centre line.
-        cover_m: Concrete surface to the hoop centre line.
-        hoop_area_m2: Area of one hoop bar.
-        hoop_spacing_m: Spacing of the hoops.
-        hoop_yield_pa: Nominal yield strength of the hoops.
-        concrete_strength_pa: Specified compressive strength.
-        expected_hoop_yield_pa: Expected yield strength of the hoops.
-        expected_concrete_strength_pa: Expected compressive strength.
-        longitudinal_ratio: Longitudinal steel over gross area.
-        shear_span_m: Distance from the largest moment to the point of contraflexure.
-        neutral_axis_depth_m: At the idealised flexural strength, under dead load.
+    Core and cover end at the hoop centre line; strengths are the specified ones unless expected.
+    The shear span runs from the largest moment to the point of contraflexure, the neutral axis is
+    that of the idealised flexural strength under dead load.
     """
 
     diameter_m: float
@@ -97,13 +87,8 @@ def sdc_shear_strength(
 
 def hoop_strength_n(section: ShearSection) -> float:
     """Return Vs = pi/2 A_b f_yh D' / s of a circular column."""
-    return (
-        (np.pi / 2)
-        * section.hoop_area_m2
-        * section.hoop_yield_pa
-        * section.core_diameter_m
-        / section.hoop_spacing_m
-    )
+    force_n = (np.pi / 2) * section.hoop_area_m2 * section.hoop_yield_pa
+    return force_n * section.core_diameter_m / section.hoop_spacing_m
 
 
 def kowalsky_priestley_strength(
@@ -111,13 +96,8 @@ def kowalsky_priestley_strength(
 ) -> FloatArray:
     """Return the revised UCSD shear strength of a circular column, with expected materials.
 
-    Args:
-        section: The column.
-        axial_n: Compression (positive) on the section.
-        curvature_ductility: Curvature ductility demand.
-
-    Returns:
-        Strength in N, in the broadcast shape of the arguments.
+    The axial force is positive in compression; the strength in N has the broadcast shape of the
+    arguments.
 
     References:
         Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 453-465: single curvature,
@@ -131,13 +111,7 @@ def kowalsky_priestley_strength(
     root_mpa = np.sqrt(section.expected_concrete_strength_pa / MPA)
     concrete = aspect * steel * degraded * root_mpa * MPA * 0.8 * section.gross_area_m2
     depth = section.diameter_m - section.neutral_axis_depth_m
-    truss = (
-        (np.pi / 2)
-        * section.hoop_area_m2
-        * section.expected_hoop_yield_pa
-        * (depth - section.cover_m)
-        / np.tan(np.radians(30.0))
-        / section.hoop_spacing_m
-    )
+    hoop_n = (np.pi / 2) * section.hoop_area_m2 * section.expected_hoop_yield_pa
+    truss = hoop_n * (depth - section.cover_m) / np.tan(np.radians(30.0)) / section.hoop_spacing_m
     strut = np.maximum(axial, 0.0) * depth / (2.0 * section.shear_span_m)
     return concrete + truss + strut

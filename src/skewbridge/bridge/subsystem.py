@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.arrays import LINK_NM_PER_RAD
-from skewbridge.bridge.abutment.parts import SideParts
+from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.dead_load import abutment_reactions_n
 from skewbridge.bridge.handles import AbutmentHandle
 from skewbridge.bridge.model import blueprint, build_side
@@ -22,34 +22,21 @@ class AbutmentModel:
 
     Attributes:
         handle: The abutment.
-        connector: Node at the deck's centroid; moves in plan, may turn in plan if asked.
-        mass_kg: Mass of the connector: dead-load reaction over gravity.
-        dead_load_n: Downward load on the connector.
+        connector: Node at the deck's centroid; moves in plan without turning.
+        dead_load_n: Downward load on the connector; over gravity, its mass.
         contacts: Its contact units, or None.
-        parts: Masses and elements as built.
         tags: Allocator.
     """
 
     handle: AbutmentHandle
     connector: int
-    mass_kg: float
     dead_load_n: float
     contacts: ContactSet | None
-    parts: SideParts
     tags: TagAllocator
 
 
-def build_abutment(
-    variant: Variant, options: ModelOptions, *, turns: bool = False
-) -> AbutmentModel:
-    """Build the right abutment of a variant in the open domain.
-
-    Args:
-        variant: Bridge, abutment model, skew, gap and friction.
-        options: Modelling choices.
-        turns: Whether the connector may rotate in plan (it then gets the rotational inertia of
-            its mass spread over the deck's width).
-    """
+def build_abutment(variant: Variant, options: ModelOptions) -> AbutmentModel:
+    """Build the right abutment of a variant in the open domain."""
     plan = blueprint(variant, options)
     bridge, tags = plan.bridge, plan.tags
     load_n = abutment_reactions_n(bridge)[1]
@@ -57,31 +44,24 @@ def build_abutment(
     mass_kg = load_n / G_MPS2
     connector = tags.node()
     ops.node(connector, bridge.length_m / 2, 0.0, bridge.deck.centroid_above_soffit_m)
-    _hold_rotation(connector, turns, tags)
-    spin = mass_kg * bridge.deck.width_m**2 / 12
-    ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, spin if turns else 0.0)
-    side = build_side("right", connector, plan)
+    _hold_rotation(connector, tags)
+    ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
     return AbutmentModel(
-        handle=side.handle,
+        handle=build_side("right", connector, plan),
         connector=connector,
-        mass_kg=mass_kg,
         dead_load_n=load_n,
         contacts=plan.contacts,
-        parts=side.parts,
         tags=tags,
     )
 
 
-def _hold_rotation(connector: int, turns: bool, tags: TagAllocator) -> None:
+def _hold_rotation(connector: int, tags: TagAllocator) -> None:
     """Hold the rotations of the connector by stiff springs.
 
     Not by fixing: a retained node of a rigid link with single-point constraints of its own takes
     every increment more than once under the Transformation handler (seen in OpenSees 3.8).
     """
-    ground, element, stiff = tags.node(), tags.element(), tags.material()
-    ops.node(ground, *ops.nodeCoord(connector))
-    ops.fix(ground, 1, 1, 1, 1, 1, 1)
-    ops.uniaxialMaterial("Elastic", stiff, LINK_NM_PER_RAD)
-    held = (4, 5) if turns else (4, 5, 6)
-    springs = ("-mat", *[stiff] * len(held), "-dir", *held)
+    ground, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
+    stiff = elastic_material(LINK_NM_PER_RAD, tags)
+    springs = ("-mat", stiff, stiff, stiff, "-dir", 4, 5, 6)
     ops.element("zeroLength", element, ground, connector, *springs)

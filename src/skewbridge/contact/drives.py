@@ -5,6 +5,7 @@ uses the opening and its rate predicted to the end of that step; the error is of
 the time step while the contact lasts and of first order at its ends.
 """
 
+from functools import partial
 from math import exp
 
 from skewbridge.contact.state import Drive, UnitState
@@ -48,16 +49,16 @@ def stribeck_drive(
         )
     _require_positive("stribeck_speed_mps", stribeck_speed_mps)
 
-    def friction(state: UnitState, time_s: float) -> dict[str, float]:
-        del time_s
-        value = stribeck_friction(
-            state.slip_speed_mps,
-            static=static,
-            kinetic=kinetic,
-            stribeck_speed_mps=stribeck_speed_mps,
-            viscous_s_per_m=viscous_s_per_m,
-        )
-        return {"friction": value}
+    coefficient = partial(
+        stribeck_friction,
+        static=static,
+        kinetic=kinetic,
+        stribeck_speed_mps=stribeck_speed_mps,
+        viscous_s_per_m=viscous_s_per_m,
+    )
+
+    def friction(state: UnitState, _time_s: float) -> dict[str, float]:
+        return {"friction": coefficient(state.slip_speed_mps)}
 
     return Drive(parameters=("friction",), function=friction)
 
@@ -89,8 +90,7 @@ def hunt_crossley_drive(*, stiffness_n_per_m_p: float, exponent: float, damping:
     if damping < 0.0:
         raise InputError(f"damping must not be negative, got {damping}")
 
-    def secant(state: UnitState, time_s: float) -> dict[str, float]:
-        del time_s
+    def secant(state: UnitState, _time_s: float) -> dict[str, float]:
         penetration = -state.predicted_opening_m
         if penetration <= 0.0:
             return {"kn_n_per_m": 0.0}
@@ -116,8 +116,7 @@ def approach_stiffness_drive(
     _require_positive("kn_n_per_m", kn_n_per_m)
     _require_positive("reference_speed_mps", reference_speed_mps)
 
-    def stiffness(state: UnitState, time_s: float) -> dict[str, float]:
-        del time_s
+    def stiffness(state: UnitState, _time_s: float) -> dict[str, float]:
         approach = -state.opening_rate_mps
         if state.is_closed or approach <= 0.0:
             return {}
@@ -142,8 +141,7 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
     if dashpot_n_s_per_m < 0.0:
         raise InputError(f"dashpot_n_s_per_m must not be negative, got {dashpot_n_s_per_m}")
 
-    def spring_and_dashpot(state: UnitState, time_s: float) -> dict[str, float]:
-        del time_s
+    def spring_and_dashpot(state: UnitState, _time_s: float) -> dict[str, float]:
         opening, rate = state.opening_m, state.opening_rate_mps
         predicted = state.predicted_opening_m
         if predicted >= 0.0:

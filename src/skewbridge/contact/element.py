@@ -30,15 +30,10 @@ class ContactError(RuntimeError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Springs:
-    """Tags of one contact element.
+    """Tags of one contact element: the zeroLength element, and its parameters.
 
-    Attributes:
-        element: The zeroLength element.
-        normal_modulus: Parameter of the normal stiffness.
-        moduli: Parameters of the tangential stiffnesses.
-        bounds: Parameters of the friction bounds (yields, or stick points in scheme elastic).
-        dashpot: Parameter of the dashpot coefficient, or None.
-        gap_offset: Parameter of the offset of the normal spring, or None.
+    Those of the normal stiffness, the tangential stiffnesses, the friction bounds (yields, or
+    stick points in scheme elastic), and if driven of the dashpot and of the normal spring's offset.
     """
 
     element: int
@@ -67,12 +62,10 @@ def make_springs(
     directions = len(frame) - 1
     normal = _normal_material(tags, law, is_gap_driven=is_gap_driven)
     tangential = _tangential_material(tags, law.kt_n_per_m, is_elastic=is_elastic)
-    materials = [normal] + [tangential] * directions
-    local = list(range(1, directions + 2))
+    materials, local = [normal] + [tangential] * directions, list(range(1, directions + 2))
     if has_dashpot:
-        dashpot = tags.material()
-        ops.uniaxialMaterial("Elastic", dashpot, 0.0)
-        materials.append(dashpot)
+        materials.append(tags.material())
+        ops.uniaxialMaterial("Elastic", materials[-1], 0.0)
         local.append(1)
     element = tags.element()
     axes = ("-orient", *_orientation(frame))

@@ -44,17 +44,12 @@ class ContactLaw:
     gap_closing_m: float = 0.0
 
     def __post_init__(self) -> None:
-        for field, value in (("kn_n_per_m", self.kn_n_per_m), ("kt_n_per_m", self.kt_n_per_m)):
-            if not (isfinite(value) and value > 0.0):
-                raise InputError(f"{field} must be a positive finite stiffness, got {value}")
-        for field, value in (
-            ("friction", self.friction),
-            ("cohesion_n", self.cohesion_n),
-            ("gap_m", self.gap_m),
-            ("gap_closing_m", self.gap_closing_m),
-        ):
-            if not (isfinite(value) and value >= 0.0):
-                raise InputError(f"{field} must be finite and not negative, got {value}")
+        for name in ("kn_n_per_m", "kt_n_per_m"):
+            if not (isfinite(value := getattr(self, name)) and value > 0.0):
+                raise InputError(f"{name} must be a positive finite stiffness, got {value}")
+        for name in ("friction", "cohesion_n", "gap_m", "gap_closing_m"):
+            if not (isfinite(value := getattr(self, name)) and value >= 0.0):
+                raise InputError(f"{name} must be finite and not negative, got {value}")
         if self.gap_closing_m > self.gap_m:
             raise InputError(
                 f"gap_closing_m must be at most gap_m = {self.gap_m}, got {self.gap_closing_m}"
@@ -94,14 +89,8 @@ def radial_return(
 ) -> tuple[float, float]:
     """Return the tangential force for an offset from the stick point, brought back to the cone.
 
-    Args:
-        offset_1_m: Position minus stick point, first direction.
-        offset_2_m: The same in the second direction.
-        kt_n_per_m: Tangential stiffness.
-        limit_n: Radius of the cone.
-
-    Returns:
-        The force in N. After slip the stick point is the position minus force / kt.
+    Offsets are position minus stick point, the limit is the radius of the cone. After slip the
+    stick point is the position minus force / kt.
     """
     trial_1, trial_2 = kt_n_per_m * offset_1_m, kt_n_per_m * offset_2_m
     size = hypot(trial_1, trial_2)
@@ -119,11 +108,8 @@ def advance_pair(
 ) -> PairState:
     """Advance a pair by one step with the force of the same step (the exact law in time steps).
 
-    Args:
-        law: Parameters of the pair. The gap is not used here: it is part of the opening.
-        stick_m: Stick point at the end of the last step.
-        position_m: Relative tangential displacement at the end of this step.
-        opening_m: Opening at the end of this step.
+    The stick point is that at the end of the last step, position and opening (the gap is part of
+    it) are those at the end of this one.
     """
     position_1, position_2 = position_m
     normal = normal_force_n(opening_m, law.kn_n_per_m)

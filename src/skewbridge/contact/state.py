@@ -27,7 +27,7 @@ class UnitState:
     Attributes:
         is_closed: The pair is in compression.
         opening_m: Gap plus relative displacement along the normal, negative when closed.
-        opening_rate_mps: Mean rate of the opening over the last step, negative when approaching.
+        opening_rate_mps: Mean over the last step, negative when approaching.
         normal_n: Compression.
         tangential_n: Friction forces along t1 and t2, with the sign of slip.
         slip_m: Stick point along t1 and t2 (the position itself while open).
@@ -92,8 +92,7 @@ class Drive:
         contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
 
     Attributes:
-        parameters: Names it will set: friction, cohesion_n, kn_n_per_m, kt_n_per_m,
-            gap_closing_m, dashpot_n_s_per_m.
+        parameters: Names it will set, of `DRIVEN_PARAMETERS`.
         function: Called with the state of the unit and the time of the set; returns new values
             for some or all of the declared parameters.
 

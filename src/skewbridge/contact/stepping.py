@@ -12,11 +12,6 @@ def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) ->
     expected bring that back for little. Use them with one-step integrators only: Houbolt starts
     anew, by the trapezoidal rule, whenever the step changes.
 
-    Args:
-        contacts: The contacts of the domain.
-        dt_s: Step.
-        parts_on_change: Parts of the step when a pair is expected to open or close in it.
-
     Returns:
         Whether OpenSees made the step. If not, the domain is at the last part that was committed
         and the contacts with it.

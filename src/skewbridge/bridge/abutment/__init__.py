@@ -5,8 +5,7 @@ from typing import Final
 
 from skewbridge.bridge.abutment.contact import build_contact
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.roller import build_roller
-from skewbridge.bridge.abutment.simplified import build_simplified
+from skewbridge.bridge.abutment.simplified import build_roller, build_simplified
 from skewbridge.bridge.abutment.spring import build_spring
 
 BUILDERS: Final[Mapping[str, Callable[[SideContext], SideParts]]] = {

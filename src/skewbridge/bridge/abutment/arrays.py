@@ -11,6 +11,7 @@ from typing import Literal
 
 import openseespy.opensees as ops
 
+from skewbridge.bridge.abutment.elements import elastic_material
 from skewbridge.bridge.deck_plan import DeckEnd
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.variant.options import ModelOptions
@@ -57,14 +58,9 @@ def build_arrays(
     options: ModelOptions,
     tags: TagAllocator,
 ) -> Arrays:
-    """Create the arrays of a deck end and hang them on the spine.
+    """Create the arrays of a deck end and hang them on the spine's end node, at the centroid.
 
-    Args:
-        end: Plan geometry.
-        deck_node: End node of the spine, at the centroid.
-        stations: Positions along the wall where each array needs a node.
-        options: Rigid links or corotational elements.
-        tags: Allocator.
+    Stations are the positions along the wall where each array needs a node.
     """
     centre, links = _build_hinge(end, deck_node, tags)
     arrays = Arrays(centre_node=centre, nodes={("bearing", 0.0): centre}, links=links)
@@ -94,9 +90,7 @@ def _build_hinge(end: DeckEnd, deck_node: int, tags: TagAllocator) -> tuple[int,
         ops.node(node, *end.point("bearing", 0.0), 0.0)
     ops.rigidLink("beam", deck_node, below)
     ops.fix(ground, 1, 1, 1, 1, 1, 1)
-    push, turn = tags.material(), tags.material()
-    ops.uniaxialMaterial("Elastic", push, LINK_N_PER_M)
-    ops.uniaxialMaterial("Elastic", turn, LINK_NM_PER_RAD)
+    push, turn = elastic_material(LINK_N_PER_M, tags), elastic_material(LINK_NM_PER_RAD, tags)
     orientation = ("-orient", *end.normal, 0.0, *end.tangent, 0.0)
     link, hold = tags.element(), tags.element()
     springs = ("-mat", push, push, push, turn, turn, "-dir", 1, 2, 3, 4, 6)

@@ -112,8 +112,9 @@ def spring_element(
     Returns:
         The first spring along the direction, and the first across it.
     """
-    kept_x = [material for material in along_x if material is not None]
-    kept_y = [material for material in along_y if material is not None]
+    kept_x, kept_y = (
+        [material for material in along if material is not None] for along in (along_x, along_y)
+    )
     materials, local = [*kept_x, *kept_y], [1] * len(kept_x) + [2] * len(kept_y)
     across = turned(direction)
     axes = (*direction, 0.0, *across, 0.0)
@@ -126,10 +127,10 @@ def spring_element(
     )
 
 
-def grounded_node(plan_m: PlanVector, tags: TagAllocator) -> int:
-    """Create a fixed node at the pads' top."""
+def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
+    """Create a fixed node; at the pads' top if its place is given in plan."""
     node = tags.node()
-    ops.node(node, *plan_m, 0.0)
+    ops.node(node, *place_m, *[0.0] * (3 - len(place_m)))
     ops.fix(node, 1, 1, 1, 1, 1, 1)
     return node
 

@@ -1,6 +1,7 @@
 """What the abutment models share: the context of one side, and the handle they fill."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from skewbridge.bridge.abutment.arrays import Arrays
 from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
@@ -92,9 +93,9 @@ class SideContext:
         return self.data.key_mass_t * TONNE
 
 
-@dataclass(slots=True, kw_only=True)
+@dataclass(kw_only=True)
 class SideParts:
-    """What an abutment model built on one side."""
+    """What an abutment model built on one side, as `AbutmentHandle` holds it."""
 
     bearings: tuple[BearingHandle, ...] = ()
     wall_units: list[int] = field(default_factory=list[int])
@@ -119,23 +120,18 @@ def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
         )
         for sign in (-1.0, 1.0)
     )
+    built: dict[str, Any] = {
+        name: tuple(part) if isinstance(part, list) else part for name, part in vars(parts).items()
+    }
     return AbutmentHandle(
         side=end.side,
         normal=end.normal,
         tangent=end.tangent,
-        skew_rad=end.skew_rad,
         gap_m=context.gap_m,
         transverse_gap_m=context.options.transverse_gap_m,
         seat_width_m=context.data.seat_width_m,
         centre_node=context.arrays.centre_node,
         corners=corners,
-        bearings=parts.bearings,
-        wall_units=tuple(parts.wall_units),
-        key_units=tuple(parts.key_units),
-        wall_nodes=tuple(parts.wall_nodes),
-        key_nodes=tuple(parts.key_nodes),
-        wall_springs=tuple(parts.wall_springs),
-        key_springs=tuple(parts.key_springs),
-        wing_springs=tuple(parts.wing_springs),
-        other_springs=tuple(parts.other_springs),
+        links=tuple(context.arrays.links),
+        **built,
     )

@@ -17,12 +17,10 @@ NORMAL_OVER_TANGENT = 5.0
 
 
 def normal_penalty(neighbour_n_per_m: float, mass_kg: float, options: ModelOptions) -> float:
-    """Return the normal penalty of a contact in N/m.
+    """Return the normal penalty of a contact in N/m, unless the options name one.
 
-    Args:
-        neighbour_n_per_m: Stiffest spring in series with the contact.
-        mass_kg: Mass of the node between them.
-        options: May name the penalty.
+    The neighbour is the stiffest spring in series with the contact, the mass that of the node
+    between them.
     """
     factor = options.normal_stiffness_factor
     if options.normal_stiffness_n_per_m is not None:

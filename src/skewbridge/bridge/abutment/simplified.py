@@ -1,4 +1,6 @@
-"""`simplified`: a rigid bar of deck width with a gap and a bilinear spring at each end.
+"""`roller`: vertical support only, at both ends of the skewed bearing line.
+
+`simplified`: besides, a rigid bar of deck width with a gap and a bilinear spring at each end.
 
 References:
     Aviram, Mackie and Stojadinovic (2008), PEER 2008/03.
@@ -20,10 +22,15 @@ from skewbridge.bridge.abutment.parts import SideContext, SideParts
 from skewbridge.bridge.abutment.supports import build_vertical_supports
 
 
+def build_roller(context: SideContext) -> SideParts:
+    """Create the supports of one side."""
+    return SideParts(bearings=build_vertical_supports(context))
+
+
 def build_simplified(context: SideContext) -> SideParts:
     """Create bar ends with half of the backfill and half of the transverse resistance each."""
     end, data, tags = context.end, context.data, context.tags
-    parts = SideParts(bearings=build_vertical_supports(context))
+    parts = build_roller(context)
     straight = sdc_backfill(data.wall_width_m, data.wall_height_m)
     longitudinal = straight.scaled(0.5 * skew_reduction(end.skew_rad))
     # ASSUME the transverse springs act at once, as in the published model

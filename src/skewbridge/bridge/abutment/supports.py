@@ -2,6 +2,7 @@
 
 import openseespy.opensees as ops
 
+from skewbridge.bridge.abutment.elements import grounded_node
 from skewbridge.bridge.abutment.parts import SideContext
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.deck_plan import DeckEnd
@@ -28,29 +29,17 @@ def build_pads(context: SideContext) -> tuple[BearingHandle, ...]:
     material, bend = tags.material(), tags.material()
     ops.uniaxialMaterial("Elastic", material, pads.vertical_stiffness_mn_per_m * 1e6)
     ops.uniaxialMaterial("Elastic", bend, PAD_ROTATION_NM_PER_RAD)
+    elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
+    shear = (*elastic, pads.hardening_ratio, PAD_QUADRATIC_HARDENING, PAD_HARDENING_EXPONENT)
+    axes = ("-orient", *context.end.normal, 0.0)
+    springs = ("-P", material, "-T", bend, "-My", bend, "-Mz", bend, *axes)
     handles: list[BearingHandle] = []
     for along in pad_stations(pads, context.end):
         deck_node = context.arrays.at("bearing", along)
-        seat = tags.node()
         x, y, z = ops.nodeCoord(deck_node)
-        ops.node(seat, x, y, z - pads.height_m)
-        ops.fix(seat, 1, 1, 1, 1, 1, 1)
-        element = tags.element()
-        elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
-        hardening = pads.hardening_ratio, PAD_QUADRATIC_HARDENING, PAD_HARDENING_EXPONENT
-        springs = ("-P", material, "-T", bend, "-My", bend, "-Mz", bend)
-        ops.element(
-            "elastomericBearingPlasticity",
-            element,
-            seat,
-            deck_node,
-            *elastic,
-            *hardening,
-            *springs,
-            "-orient",
-            *context.end.normal,
-            0.0,
-        )
+        seat, element = grounded_node((x, y, z - pads.height_m), tags), tags.element()
+        nodes = (element, seat, deck_node)
+        ops.element("elastomericBearingPlasticity", *nodes, *shear, *springs)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
 
@@ -64,9 +53,7 @@ def build_vertical_supports(context: SideContext) -> tuple[BearingHandle, ...]:
     handles: list[BearingHandle] = []
     for along in (-end.wall_length_m / 2, end.wall_length_m / 2):
         deck_node = context.arrays.at("bearing", along)
-        seat, element = tags.node(), tags.element()
-        ops.node(seat, *ops.nodeCoord(deck_node))
-        ops.fix(seat, 1, 1, 1, 1, 1, 1)
+        seat, element = grounded_node(ops.nodeCoord(deck_node), tags), tags.element()
         ops.element("zeroLength", element, seat, deck_node, "-mat", material, "-dir", 3)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
