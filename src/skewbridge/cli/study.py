@@ -3,7 +3,7 @@
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -15,18 +15,11 @@ from skewbridge.cli.output import (
     emit_table,
     messages,
 )
-from skewbridge.cli.study_row import DEFAULT_CONFIG
 
+DEFAULT_CONFIG: Final = Path("config/config.yaml")
 ConfigOption = Annotated[
     Path, typer.Option("--config", help="Configuration, merged over config/config.yaml.")
 ]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    app.command()(doctor)
-    app.command()(plan)
-    app.command()(status)
 
 
 @clear_errors
@@ -89,3 +82,6 @@ def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
     for note in forecast.notes:
         messages.print(note, markup=False)
     return asdict(forecast.summary), forecast.analyses_by_variant
+
+
+COMMANDS: Final = (doctor, plan, status)
