@@ -127,9 +127,9 @@ def _task_of_row(key: str, config: Path) -> "Task":
         InputError: No results here, no such row, or the configuration has no such analysis.
     """
     from skewbridge.provenance.tables import read_table
+    from skewbridge.study.config import load_config, plain_sections
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.keys import run_key
-    from skewbridge.study.loading import load_config, plain_sections
     from skewbridge.study.setup import StudySetup
 
     study = load_config(config, base=DEFAULT_CONFIG)

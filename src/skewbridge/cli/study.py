@@ -1,7 +1,6 @@
 """Commands about the study as a whole: doctor, plan, status."""
 
 import time
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -75,13 +74,13 @@ def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
+    from skewbridge.study.config import load_config
     from skewbridge.study.forecast import forecast_study
-    from skewbridge.study.loading import load_config
 
     forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
     for note in forecast.notes:
         messages.print(note, markup=False)
-    return asdict(forecast.summary), forecast.analyses_by_variant
+    return forecast.summary, forecast.analyses_by_variant
 
 
 COMMANDS: Final = (doctor, plan, status)
