@@ -132,23 +132,14 @@ def _curve_panel(
         if item["status"] != "ok":
             missing.append(str(item["status"]))
             continue
-        covariance = np.array(
-            [
-                [item["var_ln_theta"], item["cov_ln_theta_beta"]],
-                [item["cov_ln_theta_beta"], item["var_beta"]],
-            ]
-        )
-        low, high = curve_band(
-            grid,
-            theta=item["theta"],
-            beta=item["beta"],
-            covariance=covariance,
-            level=item["level"],
-        )
+        theta, beta, level = item["theta"], item["beta"], item["level"]
+        both = item["cov_ln_theta_beta"]
+        covariance = np.array([[item["var_ln_theta"], both], [both, item["var_beta"]]])
+        low, high = curve_band(grid, theta=theta, beta=beta, covariance=covariance, level=level)
         axes.fill_between(grid, low, high, color=style["color"], alpha=0.10, linewidth=0)
         flagged = "saturating" in item["warnings"] or "extrapolated" in item["warnings"]
-        axes.plot(grid, curve(grid, item["theta"], item["beta"]), linewidth=1.0 if flagged else 1.6,
-                  alpha=0.7 if flagged else 1.0, **style)  # fmt: skip
+        weak = {"linewidth": 1.0, "alpha": 0.7} if flagged else {"linewidth": 1.6}
+        axes.plot(grid, curve(grid, theta, beta), **weak, **style)
     if missing:
         counts = pd.Series(missing).value_counts()
         text = "\n".join(f"{n} × {str(name).replace('_', ' ')}" for name, n in counts.items())
