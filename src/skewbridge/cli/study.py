@@ -6,14 +6,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from skewbridge.cli.output import (
-    EXIT_FAILED,
-    JsonOption,
-    clear_errors,
-    emit,
-    emit_table,
-    messages,
-)
+from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, emit_table, messages
 
 DEFAULT_CONFIG: Final = Path("config/config.yaml")
 ConfigOption = Annotated[

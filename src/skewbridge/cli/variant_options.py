@@ -22,8 +22,7 @@ BridgeOption = Annotated[
     str, typer.Option("--bridge", help="Name of a bridge, e.g. osb1, or path of its file.")
 ]
 AbutmentOption = Annotated[
-    str,
-    typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}."),
+    str, typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}.")
 ]
 SetOption = Annotated[
     list[str] | None,

@@ -1,7 +1,6 @@
 """Pictures of a model: a still figure in plan and elevation, and an interactive page."""
 
 from collections.abc import Iterable
-from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -113,9 +112,8 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, across: int, up: int) -> 
 
 
 def _by_group(geometry: ModelGeometry) -> Iterable[tuple[str, list[Member]]]:
-    order = list(COLOURS)
-    members = sorted(geometry.members, key=lambda member: order.index(member.group))
-    return [(group, list(part)) for group, part in groupby(members, lambda member: member.group)]
+    groups = {group: [m for m in geometry.members if m.group == group] for group in COLOURS}
+    return [(group, members) for group, members in groups.items() if members]
 
 
 def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> str:

@@ -71,9 +71,8 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw force against displacement of both abutments along both axes, runs overlaid."""
     figure = Figure(figsize=(7.2, 5.8), layout="constrained")
     axes = figure.subplots(2, 2)
-    for row, (direction, text) in zip(
-        axes, (("x", "longitudinal"), ("y", "transverse")), strict=True
-    ):
+    directions = {"x": "longitudinal", "y": "transverse"}
+    for row, (direction, text) in zip(axes, directions.items(), strict=True):
         for axis, side in zip(row, ("left", "right"), strict=True):
             for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
                 disp_mm = table[f"abutment_{side}_{direction}_m"] / MM
