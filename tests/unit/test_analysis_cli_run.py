@@ -13,9 +13,9 @@ from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import write_demands
 from skewbridge.study.batch import identity_of
+from skewbridge.study.config import load_config, plain_sections
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import run_key
-from skewbridge.study.loading import load_config, plain_sections
 from skewbridge.study.prepare import prepare_motions
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import outcome_of

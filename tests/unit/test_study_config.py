@@ -14,7 +14,7 @@ from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.provenance.files import writable_folder
 from skewbridge.reading import read_mapping, read_yaml
 from skewbridge.report.reference_pages import PAGES, ROOT
-from skewbridge.study.loading import load_config, parse_config, plain_sections
+from skewbridge.study.config import load_config, parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 

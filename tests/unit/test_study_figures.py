@@ -183,7 +183,6 @@ def test_a_new_figure_is_a_function_and_a_row(study, monkeypatch):
         title="{label} alone",
         text="",
         draw=lambda demands, demand: demand_clouds(demands, study.curves, demand),
-        needs=("demands", "demand"),
         cases=lambda _: [{"demand": "unseating_m", "label": "Unseating"}],
     )
     monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", (*MODEL_FIGURES, row))

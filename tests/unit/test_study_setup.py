@@ -6,9 +6,8 @@ import numpy as np
 
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.study.config import StudyConfig
+from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.loading import parse_config
 from skewbridge.study.setup import StudySetup
 from skewbridge.variant.grid import expand_grid
 

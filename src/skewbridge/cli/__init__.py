@@ -1,21 +1,26 @@
 """The command line: one module per group of commands, no mechanics."""
 
-import importlib
-from typing import Final
-
 import typer
 
 from skewbridge.analysis.exit_message import hush_exit_message
-
-# Each module has `register(app)` and imports its package inside the commands: `--help` stays fast.
-COMMAND_MODULES: Final = ("study", "run", "bridge", "contact", "motions", "fragility")
+from skewbridge.cli import bridge, contact, fragility, motions, run, study
 
 
 def build_app() -> typer.Typer:
-    """Return the application with all commands."""
+    """Return the application with all commands.
+
+    Each module has its `COMMANDS` and imports its package inside them: `--help` stays fast.
+    """
     app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
-    for name in COMMAND_MODULES:
-        importlib.import_module(f"skewbridge.cli.{name}").register(app)
+    group = typer.Typer(
+        no_args_is_help=True, help="Read, check, measure, draw and make ground motions."
+    )
+    app.add_typer(group, name="motions")
+    for module in (study, run, bridge, contact, fragility):
+        for command in module.COMMANDS:
+            app.command()(command)
+    for command in motions.COMMANDS:
+        group.command()(command)
     return app
 
 

@@ -1,22 +1,16 @@
-"""Commands of the bridge room: modes and static pushes of one variant."""
+"""Commands of the bridge package: models, modes, static pushes, design checks, columns."""
 
+from dataclasses import asdict
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from skewbridge.cli.bridge_studies import OutOption
-from skewbridge.cli.bridge_studies import register as register_studies
-from skewbridge.cli.output import (
-    EXIT_FAILED,
-    JsonOption,
-    clear_errors,
-    emit_json,
-    emit_table,
-    messages,
-)
+from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, emit_json, messages
 from skewbridge.cli.variant_options import (
+    BridgeOption,
+    OutOption,
     SetOption,
     VariantChoice,
     model_options,
@@ -24,12 +18,12 @@ from skewbridge.cli.variant_options import (
 )
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
+from skewbridge.units import KN
 from skewbridge.variant.abutments import ABUTMENTS
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
     from skewbridge.variant.options import ModelOptions
-    from skewbridge.variant.variant import Variant
 
 LADDER_ANGLES_DEG = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
 
@@ -41,14 +35,6 @@ AngleOption = Annotated[
     typer.Option("--angle-deg", help="Direction counter-clockwise from x; replaces --direction."),
 ]
 MaxDispOption = Annotated[float, typer.Option("--max-disp-m", help="Where the push ends.")]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    app.command("modal")(modal)
-    app.command("pushover")(pushover)
-    app.command("static")(static)
-    register_studies(app)
 
 
 @clear_errors
@@ -65,33 +51,16 @@ def modal(
 
     from skewbridge.analysis.modal import modal_properties
 
-    result = modal_properties(variant, options)
-    modes = [
-        {
-            "period_s": mode.period_s,
-            "mass_x": mode.mass_x,
-            "mass_y": mode.mass_y,
-            "mass_z": mode.mass_z,
-            "mass_rz": mode.mass_rz,
-        }
-        for mode in result.modes
-    ]
+    slug = variant.normalised().slug
+    result = asdict(modal_properties(variant, options))
+    modes = result["modes"]
     if out is not None:
         pd.DataFrame(modes).to_parquet(writable_folder(out) / "modal.parquet", index=False)
-    if as_json:
-        emit_json(
-            {
-                "variant": variant.normalised().slug,
-                "weight_kn": result.weight_kn,
-                "column_axial_kn": list(result.column_axial_kn),
-                "abutment_reaction_kn": list(result.abutment_reaction_kn),
-                "modes": modes,
-            }
-        )
-        return
-    axial = ", ".join(f"{force:.0f}" for force in result.column_axial_kn)
-    messages.print(f"weight {result.weight_kn:.0f} kN; column base axial force {axial} kN")
-    emit_table(modes, title=variant.normalised().slug)
+    if not as_json:
+        axial = ", ".join(f"{force:.0f}" for force in result["column_axial_kn"])
+        weight = f"weight {result['weight_kn']:.0f} kN"
+        messages.print(f"{weight}; column base axial force {axial} kN")
+    emit({"variant": slug, **result}, modes, as_json=as_json, title=slug)
 
 
 @clear_errors
@@ -132,8 +101,7 @@ def static(
     angle = _angle(direction, angle_deg)
     options = model_options(changes)
     if choice.abutment == "all":
-        variants = {name: choice.variant(name) for name in ABUTMENTS}
-        _push_ladder(variants, options, max_disp_m, out, as_json=as_json)
+        _push_ladder(choice, options, max_disp_m, out, as_json=as_json)
         return
     from skewbridge.analysis.pushover import push_abutment
 
@@ -144,27 +112,22 @@ def static(
 
 
 def _push_ladder(
-    variants: "dict[str, Variant]",
-    options: "ModelOptions",
-    max_disp_m: float,
-    out: Path,
-    *,
-    as_json: bool,
+    choice: VariantChoice, options: "ModelOptions", max_disp_m: float, out: Path, *, as_json: bool
 ) -> None:
     """Push every model of the ladder in all directions; write the curves and their figure."""
+    variants = {name: choice.variant(name) for name in ABUTMENTS}
     import pandas as pd
 
     from skewbridge.analysis.pushover import push_abutment
     from skewbridge.report.static_figures import ladder_figure
-    from skewbridge.units import KN
 
     parts: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
     for (name, variant), angle in product(variants.items(), LADDER_ANGLES_DEG):
         curve = push_abutment(variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400)
-        table = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
-        parts.append(pd.DataFrame({"abutment": name, "angle_deg": angle, **table}))
-        peaks.append({"abutment": name, "angle_deg": angle, "peak_kn": curve.peak_n / KN})
+        place = {"abutment": name, "angle_deg": angle}
+        parts.append(pd.DataFrame(place | _columns(curve)))
+        peaks.append(place | {"peak_kn": curve.peak_n / KN})
     curves = pd.concat(parts, ignore_index=True)
     folder = writable_folder(out)
     curves.to_parquet(folder / "curve.parquet", index=False)
@@ -173,10 +136,7 @@ def _push_ladder(
         f"{first.bridge_name}, right abutment, skew {first.skew_deg} degrees, gap {first.gap_mm} mm"
     )
     ladder_figure(curves, title=title).savefig(folder / "ladder.png", dpi=150)
-    if as_json:
-        emit_json({"pushes": peaks})
-    else:
-        emit_table(peaks, title=title)
+    emit({"pushes": peaks}, peaks, as_json=as_json, title=title)
 
 
 def _angle(direction: str, angle_deg: float | None) -> float:
@@ -187,13 +147,15 @@ def _angle(direction: str, angle_deg: float | None) -> float:
     return 0.0 if direction == "x" else 90.0
 
 
+def _columns(curve: "PushCurve") -> dict[str, Any]:
+    return {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
+
+
 def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:
     """Write the curve and its summary; a push that stopped early ends with an error code."""
     import pandas as pd
 
-    from skewbridge.units import KN
-
-    table = pd.DataFrame({"disp_m": curve.disp_m, "force_kn": curve.force_n / KN})
+    table = pd.DataFrame(_columns(curve))
     table.to_parquet(writable_folder(out) / "curve.parquet", index=False)
     summary = {
         "peak_kn": curve.peak_n / KN,
@@ -201,10 +163,114 @@ def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:
         "disp_at_peak_m": curve.disp_at_peak_m,
         "is_complete": curve.is_complete,
     }
-    if as_json:
-        emit_json(summary)
-    else:
-        emit_table([summary])
+    emit(summary, [summary], as_json=as_json)
     if not curve.is_complete:
         messages.print(f"the push stopped at {curve.disp_m[-1]:.4f} m: no equilibrium beyond")
         raise typer.Exit(EXIT_FAILED)
+
+
+@clear_errors
+@takes_variant()
+def model(
+    choice: VariantChoice,
+    out: OutOption,
+    changes: SetOption = None,
+    gap_scale: Annotated[float, typer.Option("--gap-scale", help="Factor on drawn gaps.")] = 20.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Draw a model (model.png, model.html) and write it as a plain OpenSeesPy script."""
+    variant, options = choice.variant(), model_options(changes)
+    from skewbridge.analysis.model_script import model_script
+    from skewbridge.bridge.geometry import model_geometry
+    from skewbridge.report.model_view import model_figure, model_page
+
+    geometry = model_geometry(variant, options)
+    folder = writable_folder(out)
+    model_figure(geometry, gap_scale=gap_scale).savefig(folder / "model.png", dpi=150)
+    page = model_page(geometry, gap_scale=gap_scale)
+    (folder / "model.html").write_text(page, encoding="utf-8")
+    script = model_script(variant, options)
+    (folder / "model.py").write_text(script, encoding="utf-8")
+    files = [str(folder / name) for name in ("model.png", "model.html", "model.py")]
+    if as_json:
+        emit_json({"variant": geometry.title, "files": files})
+    else:
+        messages.print(f"{geometry.title}: {', '.join(files)}", markup=False)
+
+
+@clear_errors
+def sdc(
+    source: Annotated[
+        Path, typer.Argument(metavar="RUN", help="Folder of `run`, or a demands.parquet.")
+    ],
+    as_json: JsonOption = False,
+) -> None:
+    """Displacement, P-Delta and seat checks, as in the Caltrans criteria.
+
+    A folder of `run` gives all checks of one analysis, per corner; the demands of a study give
+    one row of ratios per variant, for the medians over its motions.
+    """
+    from skewbridge.analysis.sdc import corner_moves_m, sdc_rows, summary_row
+    from skewbridge.provenance.tables import read_frame
+    from skewbridge.variant.variant import parse_slug
+
+    table = read_frame(source if source.is_file() else source / "demands.parquet")
+    if source.is_file():
+        wanted = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]
+        medians = table.groupby("variant")[wanted].median()
+        rows = [
+            summary_row(parse_slug(str(name)), *map(float, values))
+            for name, *values in medians.itertuples()
+        ]
+        title = f"median of {len(table)} analyses"
+    else:
+        histories = read_frame(source / "histories.parquet")
+        variant = parse_slug(str(table["variant"].iloc[0]))
+        series = {name: histories[name].to_numpy() for name in histories.columns}
+        moves = corner_moves_m(variant, series)
+        rows = sdc_rows(variant, float(table["deck_disp_m"].iloc[0]), moves)
+        title = variant.slug
+    emit({"title": title, "checks": rows}, rows, as_json=as_json, title=title)
+
+
+@clear_errors
+def column(
+    out: OutOption,
+    bridge: BridgeOption = "osb1",
+    bent: Annotated[int, typer.Option("--bent", help="Number from the left, 1 and up.")] = 1,
+    as_json: JsonOption = False,
+) -> None:
+    """Moment-curvature and shear strength of a bridge's column under dead load."""
+    from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.bridge.column import section_response, shear_section
+    from skewbridge.bridge.dead_load import column_axial_n
+
+    data = load_bridge(bridge)
+    if not 1 <= bent <= len(data.bents):
+        raise InputError(f"bent must be within 1..{len(data.bents)}, got {bent}")
+    import pandas as pd
+
+    from skewbridge.report.static_figures import column_figure
+
+    axial_n = column_axial_n(data, bent - 1)
+    curve = section_response(data.column, axial_n)
+    height = data.bents[bent - 1].clear_height_m
+    span = height if data.base == "pinned" else height / 2
+    shear = shear_section(data.column, span, curve)
+    table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
+    folder = writable_folder(out)
+    pd.DataFrame(table).to_parquet(folder / "moment_curvature.parquet", index=False)
+    title = f"{data.title}, bent {bent}, {axial_n / KN:.0f} kN"
+    column_figure(curve, shear, axial_n, title=title).savefig(folder / "column.png", dpi=150)
+    summary = {
+        "axial_kn": axial_n / KN,
+        "plastic_moment_knm": curve.plastic_moment_nm / KN,
+        "yield_curvature_per_m": curve.yield_curvature_per_m,
+        "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
+        "curvature_ductility": curve.curvature_ductility,
+        "plastic_shear_kn": curve.plastic_moment_nm / span / KN,
+    }
+    emit(summary, [summary], as_json=as_json, title=title)
+
+
+COMMANDS: Final = (modal, pushover, static, model, sdc, column)

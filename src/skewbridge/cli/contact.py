@@ -1,29 +1,14 @@
 """Commands of the contact package: unit process, rigid skew deck, verification studies."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
-from skewbridge.cli.output import (
-    EXIT_FAILED,
-    JsonOption,
-    clear_errors,
-    emit,
-    emit_json,
-    emit_table,
-    messages,
-)
+from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, messages
 from skewbridge.study.folder import StudyFolder
 
 CaseArgument = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="The case file.")]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    app.command("contact")(contact)
-    app.command("deck")(deck)
-    app.command("verify")(verify)
 
 
 @clear_errors
@@ -60,10 +45,10 @@ def verify(
     from skewbridge.verification.registry import run_studies
 
     rows = run_studies(names or [], out or StudyFolder().verification, tell=messages.print)
-    if as_json:
-        emit_json(rows)
-    else:
-        shown = [{k: v for k, v in row.items() if k != "source"} for row in rows]
-        emit_table(shown, title="Verification")
+    shown = [{k: v for k, v in row.items() if k != "source"} for row in rows]
+    emit(rows, shown, as_json=as_json, title="Verification")
     if not all(row["pass"] for row in rows):
         raise typer.Exit(EXIT_FAILED)
+
+
+COMMANDS: Final = (contact, deck, verify)

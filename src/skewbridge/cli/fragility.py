@@ -1,18 +1,12 @@
 """Commands of the fragility package."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
 from skewbridge.cli.output import JsonOption, clear_errors, emit, messages
 from skewbridge.errors import InputError
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    app.command("fit")(fit)
-    app.command("export")(export)
 
 
 @clear_errors
@@ -84,3 +78,6 @@ def export(
 
     report = export_curves(curves, form, out, method=method, hazard=hazard)
     emit(report, [report], as_json=as_json)
+
+
+COMMANDS: Final = (fit, export)

@@ -2,17 +2,11 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from skewbridge.cli.output import (
-    EXIT_BAD_INPUT,
-    JsonOption,
-    clear_errors,
-    emit,
-    messages,
-)
+from skewbridge.cli.output import EXIT_BAD_INPUT, JsonOption, clear_errors, emit, messages
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_file
 
@@ -25,19 +19,6 @@ UnitOption = Annotated[
     str | None, typer.Option("--unit", help="g, cm/s2 or m/s2, for files without one.")
 ]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder to write to.")]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    group = typer.Typer(
-        no_args_is_help=True, help="Read, check, measure, draw and make ground motions."
-    )
-    group.command("check")(check)
-    group.command("im")(im)
-    group.command("plot")(plot)
-    group.command("synthesize")(synthesize)
-    group.command("default-suite")(default_suite)
-    app.add_typer(group, name="motions")
 
 
 @clear_errors
@@ -220,3 +201,6 @@ def _given(dt_s: float | None, unit: str | None) -> "Given":
     from skewbridge.motions.formats.trace import Given
 
     return Given(dt_s=dt_s, unit=unit)
+
+
+COMMANDS: Final = (check, im, plot, synthesize, default_suite)

@@ -27,7 +27,7 @@ def emit_json(payload: object) -> None:
 
 
 def emit(
-    payload: Mapping[str, Any],
+    payload: Any,
     rows: Sequence[Mapping[str, Any]] | None = None,
     *,
     as_json: bool,
@@ -36,9 +36,9 @@ def emit(
     """Answer a command.
 
     Args:
-        payload: The JSON object of the answer.
-        rows: Table in its place; by default a row per number or text of the payload.
-        as_json: Whether the answer is the JSON object.
+        payload: The JSON value of the answer.
+        rows: Table in its place; by default a row per number or text of the payload, a mapping.
+        as_json: Whether the answer is the JSON value.
         title: Of the table.
     """
     if as_json:

@@ -1,21 +1,14 @@
 """`skewbridge run`: one analysis with its demands, histories and figures."""
 
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from skewbridge.cli.output import (
-    EXIT_FAILED,
-    JsonOption,
-    clear_errors,
-    emit_json,
-    emit_table,
-    messages,
-)
-from skewbridge.cli.study_row import DEFAULT_CONFIG, task_of_row
+from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, messages
+from skewbridge.cli.study import DEFAULT_CONFIG
 from skewbridge.cli.variant_options import (
+    OutOption,
     SetOption,
     VariantChoice,
     settings_and_options,
@@ -31,7 +24,6 @@ if TYPE_CHECKING:
     from skewbridge.variant.options import ModelOptions
     from skewbridge.variant.variant import Variant
 
-OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 MotionOption = Annotated[
     tuple[Path, Path] | None,
     typer.Option("--motion", help="Two component files: along x and along y at incidence 0."),
@@ -56,11 +48,6 @@ ConfigOption = Annotated[Path, typer.Option("--config", help="Configuration of t
 FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("run")(run)
-
-
 @clear_errors
 @takes_variant()
 def run(
@@ -81,14 +68,13 @@ def run(
 ) -> None:
     """Analyse one variant under one motion; collapse is a result, a failure exits with 1."""
     if study_row is not None:
-        task = task_of_row(study_row, config)
+        task = _task_of_row(study_row, config)
     elif motion is None:
         raise InputError("motion: name two component files, or a row of a finished study")
     else:
         named = {"scheme": scheme, "dt_s": dt_s, "duration_s": duration_s}
         settings, options = settings_and_options(changes, named)
-        task = _task(choice.variant().normalised(), motion, scale, settings, options)
-        task = replace(task, incidence_deg=incidence_deg)
+        task = _task(choice.variant().normalised(), motion, scale, incidence_deg, settings, options)
     result, row = _analysed(task, writable_folder(out))
     _write(task, result, row, out, figures=figures)
     if save_model:
@@ -96,10 +82,7 @@ def run(
 
         script = model_script(task.variant, task.settings.model_options(task.options))
         (out / "model.py").write_text(script, encoding="utf-8")
-    if as_json:
-        emit_json(row)
-    else:
-        emit_table([{"quantity": name, "value": value} for name, value in row.items()])
+    emit(row, as_json=as_json)
     for text in result.messages:
         messages.print(text, markup=False)
     if result.status not in ("ok", "collapse"):
@@ -110,10 +93,11 @@ def _task(
     variant: "Variant",
     files: tuple[Path, Path],
     scale: float,
+    incidence_deg: float,
     settings: "AnalysisSettings",
     options: "ModelOptions",
 ) -> "Task":
-    """Return the analysis that the options ask for, at incidence 0."""
+    """Return the analysis that the options ask for."""
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
@@ -126,9 +110,47 @@ def _task(
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=0.0,
+        incidence_deg=incidence_deg,
         settings=settings,
         options=options,
+    )
+
+
+def _task_of_row(key: str, config: Path) -> "Task":
+    """Return the analysis behind a row of the demands of a study.
+
+    Args:
+        key: Its ``run_key``.
+        config: Configuration of the study.
+
+    Raises:
+        InputError: No results here, no such row, or the configuration has no such analysis.
+    """
+    from skewbridge.provenance.tables import read_table
+    from skewbridge.study.config import load_config, plain_sections
+    from skewbridge.study.folder import StudyFolder
+    from skewbridge.study.keys import run_key
+    from skewbridge.study.setup import StudySetup
+
+    study = load_config(config, base=DEFAULT_CONFIG)
+    folder = StudyFolder(Path(study.results))
+    table = folder.demands
+    if not table.is_file():
+        raise InputError(f"row {key}: there is no {table}; run the study first")
+    rows: list[dict[str, Any]] = read_table(table).to_pylist()
+    row = next((row for row in rows if row["run_key"] == key), None)
+    if row is None:
+        raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
+    sections = plain_sections(study, "motions", "model", "analysis")
+    setup = StudySetup.from_sections(sections, folder)
+    wanted = row["motion_id"], row["scale"], row["incidence_deg"]
+    for task in setup.tasks(row["variant"]):
+        if (task.motion.motion.motion_id, task.motion.scale, task.incidence_deg) == wanted:
+            if run_key(task) != key:
+                messages.print("settings or sources have changed since: the result may differ")
+            return task
+    raise InputError(
+        f"row {key}: {config} has no {wanted[0]} x {wanted[1]:g} at {wanted[2]:g} degrees"
     )
 
 
@@ -186,3 +208,6 @@ def _write(
 
         page = replay_page(result.contact_layout, histories, title=title)
         (out / "contact_replay.html").write_text(page, encoding="utf-8")
+
+
+COMMANDS: Final = (run,)

@@ -1,32 +1,17 @@
 """Commands about the study as a whole: doctor, plan, status."""
 
 import time
-from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
-from skewbridge.cli.output import (
-    EXIT_FAILED,
-    JsonOption,
-    clear_errors,
-    emit,
-    emit_table,
-    messages,
-)
-from skewbridge.cli.study_row import DEFAULT_CONFIG
+from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, emit_table, messages
 
+DEFAULT_CONFIG: Final = Path("config/config.yaml")
 ConfigOption = Annotated[
     Path, typer.Option("--config", help="Configuration, merged over config/config.yaml.")
 ]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    app.command()(doctor)
-    app.command()(plan)
-    app.command()(status)
 
 
 @clear_errors
@@ -82,10 +67,13 @@ def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
+    from skewbridge.study.config import load_config
     from skewbridge.study.forecast import forecast_study
-    from skewbridge.study.loading import load_config
 
     forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
     for note in forecast.notes:
         messages.print(note, markup=False)
-    return asdict(forecast.summary), forecast.analyses_by_variant
+    return forecast.summary, forecast.analyses_by_variant
+
+
+COMMANDS: Final = (doctor, plan, status)

@@ -1,30 +1,28 @@
 """The options that name one variant and how it is modelled, made from the axes and the keys."""
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import wraps
-from typing import TYPE_CHECKING, Annotated, Any
+from inspect import Parameter, Signature, signature
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 import yaml
 
+from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.reading import checked
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, Axis
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-
-if TYPE_CHECKING:
-    from skewbridge.analysis.settings import AnalysisSettings
-    from skewbridge.variant.options import ModelOptions
 
 BridgeOption = Annotated[
     str, typer.Option("--bridge", help="Name of a bridge, e.g. osb1, or path of its file.")
 ]
 AbutmentOption = Annotated[
-    str,
-    typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}."),
+    str, typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}.")
 ]
 SetOption = Annotated[
     list[str] | None,
@@ -34,6 +32,7 @@ SetOption = Annotated[
         help="Any key of model or analysis (config/README.md), e.g. backfill=sdc; repeatable.",
     ),
 ]
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,59 +59,45 @@ class VariantChoice:
 
 
 def takes_variant(*, abutment: str = "contact-friction") -> Callable[..., Any]:
-    """Give a command one option per axis; it gets them as its argument ``choice``.
+    """Give a command one option per axis; it gets them as its first argument, a `VariantChoice`.
 
     Args:
         abutment: Default of ``--abutment``.
     """
+    options = [
+        _option("bridge", BridgeOption, "osb1"),
+        _option("abutment", AbutmentOption, abutment),
+        *(_axis_option(axis) for axis in AXES),
+    ]
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        own = inspect.signature(command).parameters
-        named = {
-            "bridge": (BridgeOption, "osb1"),
-            "abutment": (AbutmentOption, abutment),
-            **{axis.name: _axis_option(axis) for axis in AXES},
-        }
-        options = [
-            inspect.Parameter(
-                name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
-            )
-            for name, (annotation, default) in named.items()
-        ]
-        kept = [
-            parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-            for name, parameter in own.items()
-            if name != "choice"
-        ]
+        own = list(signature(command).parameters.values())[1:]
+        parameters = [*options, *(each.replace(kind=Parameter.KEYWORD_ONLY) for each in own)]
 
         @wraps(command)
         def with_choice(**given: Any) -> None:
             bridge, model = given.pop("bridge"), given.pop("abutment")
             values = {axis.name: given.pop(axis.name) for axis in AXES}
-            command(choice=VariantChoice(bridge=bridge, abutment=model, values=values), **given)
+            command(VariantChoice(bridge=bridge, abutment=model, values=values), **given)
 
-        parameters = [*options, *kept]
-        with_choice.__dict__["__signature__"] = inspect.Signature(parameters)
-        with_choice.__annotations__ = {each.name: each.annotation for each in parameters}
+        vars(with_choice)["__signature__"] = Signature(parameters)
         return with_choice
 
     return decorate
 
 
-def model_options(pairs: Sequence[str] | None) -> "ModelOptions":
+def model_options(pairs: Sequence[str] | None) -> ModelOptions:
     """Return the modelling options with what ``--set`` changes.
 
     Raises:
         InputError: A key is none of them, or a value outside its limits.
     """
-    from skewbridge.variant.options import ModelOptions
-
     return checked(ModelOptions, _chosen(pairs), "--set")
 
 
 def settings_and_options(
     pairs: Sequence[str] | None, named: Mapping[str, Any]
-) -> "tuple[AnalysisSettings, ModelOptions]":
+) -> tuple[AnalysisSettings, ModelOptions]:
     """Return the settings of the analysis and the modelling options with what is chosen.
 
     Args:
@@ -122,9 +107,6 @@ def settings_and_options(
     Raises:
         InputError: A key is unknown, or a value outside its limits.
     """
-    from skewbridge.analysis.settings import AnalysisSettings
-    from skewbridge.variant.options import ModelOptions
-
     chosen, keys = _chosen(pairs), {field.name for field in fields(AnalysisSettings)}
     analysis = {key: value for key, value in chosen.items() if key in keys}
     model = {key: value for key, value in chosen.items() if key not in keys}
@@ -145,8 +127,12 @@ def _chosen(pairs: Sequence[str] | None) -> dict[str, Any]:
     return chosen
 
 
-def _axis_option(axis: Axis) -> tuple[Any, Any]:
+def _option(name: str, annotation: Any, default: Any) -> Parameter:
+    return Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+
+
+def _axis_option(axis: Axis) -> Parameter:
     kind = int if axis.is_whole else float
     text = f"{axis.description[0].upper()}{axis.description[1:]}, {axis.low:g} to {axis.high:g}."
     option = typer.Option(f"--{axis.name.replace('_', '-')}", help=text)
-    return Annotated[kind, option], kind(axis.usual)
+    return _option(axis.name, Annotated[kind, option], kind(axis.usual))

@@ -1,7 +1,7 @@
 """A run's contact events in plan, as one self-contained page: closures, slip and forces."""
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -30,46 +30,30 @@ def replay_page(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -
         histories: Table of `skewbridge.analysis.histories` of the same run.
         title: Variant and motion.
     """
-    return replay_figure(layout, histories, title=title).to_html(
-        include_plotlyjs=True, full_html=True, auto_play=False
-    )
-
-
-def replay_figure(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -> go.Figure:
-    """Return the animated figure of `replay_page`."""
     scene = _Scene(layout, histories)
-    rows = _frame_rows(histories["t_s"].to_numpy(), scene.closed)
+    rows = _frame_rows(scene.time_s, scene.closed)
     figure = make_subplots(
         rows=2, cols=1, row_heights=[0.75, 0.25], vertical_spacing=0.14, shared_xaxes=False
     )
-    moving = scene.traces(rows[0])
-    for trace in (scene.rest(), *moving):
+    *plan, cursor = scene.traces(rows[0])
+    for trace in (scene.rest(), *plan):
         figure.add_trace(trace, row=1, col=1)
-    time_s = histories["t_s"].to_numpy()
-    figure.add_trace(
-        go.Scattergl(
-            x=time_s,
-            y=scene.closed.sum(axis=1),
-            line_shape="hv",
-            line_color="#029e73",
-            showlegend=False,
-        ),
-        row=2,
-        col=1,
+    count = go.Scattergl(
+        x=scene.time_s,
+        y=scene.closed.sum(axis=1),
+        line_shape="hv",
+        line_color="#029e73",
+        showlegend=False,
     )
-    figure.add_trace(_cursor(scene, rows[0]), row=2, col=1)
-    count = 1 + len(moving)
-    animated = [*range(1, count), count + 1]
+    figure.add_trace(count, row=2, col=1)
+    figure.add_trace(cursor, row=2, col=1)
+    animated = [*range(1, 1 + len(plan)), len(plan) + 2]
     figure.frames = [
-        go.Frame(
-            name=f"{time_s[row]:.2f}",
-            data=[*scene.traces(row), _cursor(scene, row)],
-            traces=animated,
-        )
+        go.Frame(name=f"{scene.time_s[row]:.2f}", data=scene.traces(row), traces=animated)
         for row in rows
     ]
     _arrange(figure, scene, title)
-    return figure
+    return figure.to_html(include_plotlyjs=True, full_html=True, auto_play=False)
 
 
 class _Scene:
@@ -80,16 +64,16 @@ class _Scene:
         self.time_s: Points = histories["t_s"].to_numpy()
         contacts = layout.contacts
         self.corners = np.array([corner.plan_m for corner in layout.corners])
-        moves = [
-            histories[[f"{corner.column}_x_m", f"{corner.column}_y_m"]].to_numpy()
-            for corner in layout.corners
-        ]
-        self.moves = np.stack(moves, axis=1)
+        names = [f"{corner.column}_{axis}_m" for corner in layout.corners for axis in "xy"]
+        self.moves = histories[names].to_numpy().reshape(len(histories), -1, 2)
         self.rest_points = np.array([contact.surface[:2] for contact in contacts])
         self.normal_kn = _columns(histories, contacts, "normal_kn")
         self.friction_kn = _columns(histories, contacts, "friction_1_kn")
         self.closed = self.normal_kn > 0.0
-        self.slipping = self._slipping(histories)
+        across_kn = _columns(histories, contacts, "friction_2_kn")
+        limit_kn = np.array([contact.friction for contact in contacts]) * self.normal_kn
+        at_limit = np.hypot(self.friction_kn, across_kn) >= _NEAR_LIMIT * limit_kn
+        self.slipping = self.closed & at_limit
         self.length_m = float(np.ptp(self.corners[:, 0]))
         largest_m = max(float(np.abs(self.moves).max()), 1e-9)
         self.disp_scale = _round_down(_DISP_SHARE * self.length_m / largest_m)
@@ -105,16 +89,20 @@ class _Scene:
         )
 
     def traces(self, row: int) -> list[go.Scatter]:
-        """Return deck, contacts and forces at one row."""
+        """Return deck, forces and contacts at one row, and the cursor in time."""
         corners = self.corners + self.disp_scale * self.moves[row]
         x, y = np.vstack([corners, corners[:1]]).T
         points = self.rest_points + self.disp_scale * (self._weights @ self.moves[row])
         closed, slipping = self.closed[row], self.slipping[row]
         colours = np.where(closed, np.where(slipping, _SLIP, _STICK), _OPEN)
-        normals = np.array([contact.normal for contact in self.layout.contacts])
-        tangents = np.array([contact.tangent for contact in self.layout.contacts])
+        contacts = self.layout.contacts
+        normals = np.array([contact.normal for contact in contacts])
+        tangents = np.array([contact.tangent for contact in contacts])
         force = self.normal_kn[row][:, None] * normals - self.friction_kn[row][:, None] * tangents
         tips = points + self.metres_per_kn * force * closed[:, None]
+        breaks = np.full_like(points, np.nan)
+        force_x, force_y = np.stack([points, tips, breaks], axis=1).reshape(-1, 2).T
+        time_s = self.time_s[row]
         return [
             go.Scatter(
                 x=x,
@@ -127,7 +115,8 @@ class _Scene:
                 hoverinfo="skip",
             ),
             go.Scatter(
-                **_segments(points, tips),
+                x=force_x,
+                y=force_y,
                 mode="lines",
                 line={"color": "#cc3311", "width": 2},
                 name="force on the deck",
@@ -141,23 +130,21 @@ class _Scene:
                 text=[
                     f"{contact.name}<br>normal {normal:.0f} kN, friction {friction:.0f} kN"
                     for contact, normal, friction in zip(
-                        self.layout.contacts,
-                        self.normal_kn[row],
-                        self.friction_kn[row],
-                        strict=True,
+                        contacts, self.normal_kn[row], self.friction_kn[row], strict=True
                     )
                 ],
                 hoverinfo="text",
                 name="contacts",
             ),
+            go.Scatter(
+                x=[time_s, time_s],
+                y=[0, len(closed)],
+                mode="lines",
+                line={"color": "#cc3311", "width": 1},
+                showlegend=False,
+                hoverinfo="skip",
+            ),
         ]
-
-    def _slipping(self, histories: pd.DataFrame) -> NDArray[np.bool_]:
-        """Return where a closed contact carries its friction limit."""
-        across_kn = _columns(histories, self.layout.contacts, "friction_2_kn")
-        size_kn = np.hypot(self.friction_kn, across_kn)
-        limit_kn = np.array([c.friction for c in self.layout.contacts]) * self.normal_kn
-        return self.closed & (size_kn >= _NEAR_LIMIT * limit_kn)
 
     def _along_edge(self, contact: ContactPlace) -> Points:
         """Return the weights of the corners whose mean moves as the deck does at a contact."""
@@ -182,27 +169,6 @@ def _frame_rows(time_s: Points, closed: NDArray[np.bool_]) -> list[int]:
     changed = np.flatnonzero((closed[1:] != closed[:-1]).any(axis=1)) + 1
     first_after = changed[np.unique(np.searchsorted(even, changed), return_index=True)[1]]
     return sorted({*even.tolist(), *first_after.tolist()})
-
-
-def _segments(starts: Points, tips: Points) -> dict[str, Any]:
-    """Return x and y of separate lines in one trace."""
-    gaps = np.full(len(starts), np.nan)
-    return {
-        "x": np.column_stack([starts[:, 0], tips[:, 0], gaps]).ravel(),
-        "y": np.column_stack([starts[:, 1], tips[:, 1], gaps]).ravel(),
-    }
-
-
-def _cursor(scene: _Scene, row: int) -> go.Scatter:
-    time_s = scene.time_s[row]
-    return go.Scatter(
-        x=[time_s, time_s],
-        y=[0, scene.closed.shape[1]],
-        mode="lines",
-        line={"color": "#cc3311", "width": 1},
-        showlegend=False,
-        hoverinfo="skip",
-    )
 
 
 def _round_down(value: float) -> float:

@@ -20,11 +20,7 @@ from skewbridge.report.axis_layout import short_value, shown_axes
 from skewbridge.report.fragility_style import STYLE, note
 from skewbridge.variant.axes import Axis, axes_of
 
-_VERDICT_COLOURS: Final = {
-    NEGLIGIBLE: "#cfe3f5",
-    UNDECIDED: "#f2f2f2",
-    MATTERS: "#f2a65a",
-}
+_VERDICT_COLOURS: Final = {NEGLIGIBLE: "#cfe3f5", UNDECIDED: "#f2f2f2", MATTERS: "#f2a65a"}
 _RATIO_RANGE: Final = (0.5, 2.0)
 _RATIO_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FINE_TICKS: Final = tuple(round(0.05 * i, 2) for i in range(14, 28))
@@ -197,13 +193,14 @@ def _ratio_mark(axes: Axes, item: Mapping[Hashable, Any], y: float, colour: Any)
         axes.plot(ratio, y, "o", color=colour, ms=3.2)
         return
     beyond = ratio > high
-    axes.plot(high if beyond else low, y, ">" if beyond else "<", color=colour, ms=6, clip_on=False)
+    end, arrow, shift, side = (high, ">", -7, "right") if beyond else (low, "<", 7, "left")
+    axes.plot(end, y, arrow, color=colour, ms=6, clip_on=False)
     axes.annotate(
         f"{ratio:.2g}",
-        (high if beyond else low, y),
-        xytext=(-7 if beyond else 7, 0),
+        (end, y),
+        xytext=(shift, 0),
         textcoords="offset points",
-        ha="right" if beyond else "left",
+        ha=side,
         va="center",
         fontsize=6.5,
         color=colour,

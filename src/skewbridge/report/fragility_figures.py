@@ -40,7 +40,8 @@ def fragility_curves(
     table = curves[(curves["component"] == component) & (curves["method"] == method)]
     names = list(dict.fromkeys(table.loc[table["status"] == "ok", "limit_state"]))
     if not names:
-        return note(f"No fragility curve of {component}: " + _status_text(table))
+        found = ", ".join(_counted(table["status"])) or "no rows"
+        return note(f"No fragility curve of {component}: {found}")
     im_column = str(table["im"].iloc[0])
     im = demands[im_column].to_numpy(dtype=np.float64)
     grid = np.geomspace(0.7 * im.min(), 1.3 * im.max(), 160)
@@ -112,11 +113,7 @@ def _add_legend(figure: Figure, layout: VariantLayout) -> None:
 
 
 def _curve_panel(
-    axes: Axes,
-    part: pd.DataFrame,
-    demands: pd.DataFrame,
-    grid: FloatArray,
-    layout: VariantLayout,
+    axes: Axes, part: pd.DataFrame, demands: pd.DataFrame, grid: FloatArray, layout: VariantLayout
 ) -> None:
     missing: list[str] = []
     for item in part.to_dict("records"):
@@ -132,26 +129,16 @@ def _curve_panel(
         if item["status"] != "ok":
             missing.append(str(item["status"]))
             continue
-        covariance = np.array(
-            [
-                [item["var_ln_theta"], item["cov_ln_theta_beta"]],
-                [item["cov_ln_theta_beta"], item["var_beta"]],
-            ]
-        )
-        low, high = curve_band(
-            grid,
-            theta=item["theta"],
-            beta=item["beta"],
-            covariance=covariance,
-            level=item["level"],
-        )
+        theta, beta, level = item["theta"], item["beta"], item["level"]
+        both = item["cov_ln_theta_beta"]
+        covariance = np.array([[item["var_ln_theta"], both], [both, item["var_beta"]]])
+        low, high = curve_band(grid, theta=theta, beta=beta, covariance=covariance, level=level)
         axes.fill_between(grid, low, high, color=style["color"], alpha=0.10, linewidth=0)
         flagged = "saturating" in item["warnings"] or "extrapolated" in item["warnings"]
-        axes.plot(grid, curve(grid, item["theta"], item["beta"]), linewidth=1.0 if flagged else 1.6,
-                  alpha=0.7 if flagged else 1.0, **style)  # fmt: skip
+        weak = {"linewidth": 1.0, "alpha": 0.7} if flagged else {"linewidth": 1.6}
+        axes.plot(grid, curve(grid, theta, beta), **weak, **style)
     if missing:
-        counts = pd.Series(missing).value_counts()
-        text = "\n".join(f"{n} × {str(name).replace('_', ' ')}" for name, n in counts.items())
+        text = "\n".join(_counted(pd.Series(missing).str.replace("_", " ")))
         axes.text(0.03, 0.9, text, transform=axes.transAxes, fontsize=7, va="top", color="#555555")
 
 
@@ -185,6 +172,5 @@ def _draw_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:
         )
 
 
-def _status_text(table: pd.DataFrame) -> str:
-    counts = table["status"].value_counts()
-    return ", ".join(f"{n} × {name}" for name, n in counts.items()) or "no rows"
+def _counted(names: pd.Series) -> list[str]:
+    return [f"{count} × {name}" for name, count in names.value_counts().items()]

@@ -1,7 +1,6 @@
 """Pictures of a model: a still figure in plan and elevation, and an interactive page."""
 
 from collections.abc import Iterable
-from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -11,6 +10,8 @@ from matplotlib.figure import Figure
 
 from skewbridge.bridge.geometry import Member, ModelGeometry, Point
 from skewbridge.units import MM
+
+type Break = tuple[None, None, None]
 
 # Okabe and Ito's palette: distinct for every kind of colour vision
 COLOURS: Final = {
@@ -23,6 +24,7 @@ COLOURS: Final = {
     "rigid links": "#BBBBBB",
 }
 DEFAULT_GAP_SCALE: Final = 20.0
+_BREAK: Final = (None, None, None)  # between two lines of one trace
 _NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
 _HEAD_M: Final = 0.35
 _EYE: Final = {"x": 0.8, "y": -4.0, "z": 1.8}  # the whole bridge from its side
@@ -99,43 +101,26 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, across: int, up: int) -> 
             )
         points = [m.ends[0] for m in members if m.ends[0] == m.ends[1]]
         if points and group not in ("links", "contact"):
-            place = np.array(points)
+            place = np.array(points).T
             axes.plot(
-                place[:, across],
-                place[:, up],
-                "o",
-                color=COLOURS[group],
-                markersize=3.5,
-                label=group,
+                place[across], place[up], "o", color=COLOURS[group], markersize=3.5, label=group
             )
     if geometry.fixed:
-        ground = np.array(geometry.fixed)
-        axes.plot(
-            ground[:, across],
-            ground[:, up],
-            "^",
-            color="black",
-            markersize=3,
-            label="ground",
-            zorder=0,
-        )
+        ground = np.array(geometry.fixed).T
+        x, y = ground[across], ground[up]
+        axes.plot(x, y, "^", color="black", markersize=3, label="ground", zorder=0)
 
 
 def _by_group(geometry: ModelGeometry) -> Iterable[tuple[str, list[Member]]]:
-    order = list(COLOURS)
-    members = sorted(geometry.members, key=lambda member: order.index(member.group))
-    return [(group, list(part)) for group, part in groupby(members, lambda member: member.group)]
+    groups = {group: [m for m in geometry.members if m.group == group] for group in COLOURS}
+    return [(group, members) for group, members in groups.items() if members]
 
 
 def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> str:
-    """Return a self-contained page with the model in space, to turn and to point at."""
-    scene = model_scene(geometry, gap_scale=gap_scale)
-    page = scene.to_html(include_plotlyjs=True, full_html=True)
-    return str(page)
+    """Return a self-contained page with the model in space, to turn and to point at.
 
-
-def model_scene(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> go.Figure:
-    """Return the model in space: nodes, elements by group, contacts with normals and gaps."""
+    It shows nodes, elements by group, and contacts with their normals and gaps.
+    """
     figure = go.Figure()
     x, y = zip(*geometry.deck_outline, strict=True)
     figure.add_trace(
@@ -190,16 +175,16 @@ def model_scene(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE
         legend={"itemsizing": "constant"},
         margin={"l": 0, "r": 0, "t": 50, "b": 0},
     )
-    return figure
+    return str(figure.to_html(include_plotlyjs=True, full_html=True))
 
 
 def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
     """Return one group: lines with their ends marked, springs of no length as points."""
-    lines: list[Point | None] = []
+    lines: list[Point | Break] = []
     text: list[str] = []
     for member in members:
         label = f"{group} {member.tag}" if member.tag else group
-        lines.extend([*member.ends, None])
+        lines.extend([*member.ends, _BREAK])
         text.extend([f"{label}<br>({x:.2f}, {y:.2f}, {z:.2f}) m" for x, y, z in member.ends])
         text.append("")
     trace = _line_trace(
@@ -209,11 +194,9 @@ def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
     return trace
 
 
-def _line_trace(name: str, points: list[Point | None], colour: str, *, width: int) -> go.Scatter3d:
+def _line_trace(name: str, points: list[Point | Break], colour: str, *, width: int) -> go.Scatter3d:
     return go.Scatter3d(
-        x=[None if p is None else p[0] for p in points],
-        y=[None if p is None else p[1] for p in points],
-        z=[None if p is None else p[2] for p in points],
+        **_xyz(points),
         mode="lines",
         name=name,
         line={"color": colour, "width": width},
@@ -223,24 +206,25 @@ def _line_trace(name: str, points: list[Point | None], colour: str, *, width: in
 
 def _contact_points(
     geometry: ModelGeometry, gap_scale: float
-) -> tuple[list[Point], list[str], list[Point | None]]:
+) -> tuple[list[Point], list[str], list[Point | Break]]:
     surface: list[Point] = []
     text: list[str] = []
-    arrows: list[Point | None] = []
+    arrows: list[Point | Break] = []
     for place in geometry.contacts:
         nx, ny = place.normal
         x, y, z = place.surface
         start = (x - gap_scale * place.gap_m * nx, y - gap_scale * place.gap_m * ny, z)
         tip = (start[0] + _NORMAL_M * nx, start[1] + _NORMAL_M * ny, z)
-        side = (-ny * _HEAD_M, nx * _HEAD_M)
-        back = (tip[0] - nx * _HEAD_M, tip[1] - ny * _HEAD_M)
+        barbs = [
+            (tip[0] - nx * _HEAD_M + turn * ny, tip[1] - ny * _HEAD_M - turn * nx, z)
+            for turn in (-_HEAD_M, _HEAD_M)
+        ]
         surface.append(start)
         text.append(f"{place.name}<br>gap {place.gap_m / MM:.1f} mm, friction {place.friction:g}")
-        arrows.extend([start, tip, (back[0] + side[0], back[1] + side[1], z), tip])
-        arrows.extend([(back[0] - side[0], back[1] - side[1], z), None])
+        arrows.extend([start, tip, barbs[0], tip, barbs[1], _BREAK])
     return surface, text, arrows
 
 
-def _xyz(points: Iterable[Point]) -> dict[str, list[float]]:
+def _xyz(points: Iterable[Point | Break]) -> dict[str, list[float | None]]:
     columns = list(zip(*points, strict=True)) or [(), (), ()]
     return {axis: list(values) for axis, values in zip("xyz", columns, strict=True)}

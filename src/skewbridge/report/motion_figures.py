@@ -1,6 +1,6 @@
 """Pictures of ground motions: a page per record, the spectra of a suite."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -18,6 +18,12 @@ type Vector = NDArray[np.float64]
 
 PERIODS_S: Final = np.geomspace(0.02, 10.0, 120)
 APPLIED_PERIODS_S: Final = np.geomspace(0.05, 5.0, 60)
+HISTORIES: Final[Mapping[str, Callable[[Vector, float], Vector]]] = {
+    "acceleration (g)": lambda accel_mps2, _: accel_mps2 / G_MPS2,
+    "velocity (m/s)": velocity,
+    "displacement (m)": displacement,
+    "Arias (m/s)": arias_build_up,
+}
 _WIDTH_IN: Final = 10.0
 
 
@@ -35,18 +41,10 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Fi
     axes = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in range(1, 4))]
     spectra: Axes = figure.add_subplot(grid[:, 1])
     colors = sns.color_palette("colorblind")
-    for color, (label, accel_mps2) in zip(colors, components.items(), strict=False):
-        time_s = np.arange(accel_mps2.size) * dt_s
-        histories = (
-            accel_mps2 / G_MPS2,
-            velocity(accel_mps2, dt_s),
-            displacement(accel_mps2, dt_s),
-            arias_build_up(accel_mps2, dt_s),
-        )
-        for axis, values in zip(axes, histories, strict=True):
-            axis.plot(time_s, values, color=color, lw=0.7, label=label)
-    names = ("acceleration (g)", "velocity (m/s)", "displacement (m)", "Arias (m/s)")
-    for axis, name in zip(axes, names, strict=True):
+    for axis, (name, series) in zip(axes, HISTORIES.items(), strict=True):
+        for color, accel_mps2 in zip(colors, components.values(), strict=False):
+            time_s = np.arange(accel_mps2.size) * dt_s
+            axis.plot(time_s, series(accel_mps2, dt_s), color=color, lw=0.7)
         axis.set_ylabel(name)
         axis.axhline(0.0, color="0.6", lw=0.5, zorder=0)
     for axis in axes[:-1]:
@@ -78,14 +76,11 @@ def _draw_record_spectra(axis: Axes, dt_s: float, components: Mapping[str, Vecto
 
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
     """Return the RotD50 spectra of the motions of a study, with their scale factors."""
-    spectra_g = [
-        item.scale
-        * pair_psa(
-            item.motion.accel_1_mps2, item.motion.accel_2_mps2, item.motion.dt_s, APPLIED_PERIODS_S
-        ).rotd50_mps2
-        / G_MPS2
-        for item in suite
-    ]
+    spectra_g: list[Vector] = []
+    for item in suite:
+        motion = item.motion
+        pair = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, APPLIED_PERIODS_S)
+        spectra_g.append(item.scale * pair.rotd50_mps2 / G_MPS2)
     title = "Motions as applied (scaled)"
     return suite_spectra(np.array(spectra_g), APPLIED_PERIODS_S, title=title)
 

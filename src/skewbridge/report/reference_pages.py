@@ -18,11 +18,7 @@ from skewbridge.study.config import StudyConfig
 
 ROOT: Final = Path(__file__).parents[3]
 
-FIT_TABLES: Final = {
-    "curves": CURVE_COLUMNS,
-    "effects": EFFECT_COLUMNS,
-    "factors": SUMMARY_COLUMNS,
-}
+FIT_TABLES: Final = {"curves": CURVE_COLUMNS, "effects": EFFECT_COLUMNS, "factors": SUMMARY_COLUMNS}
 
 CONFIG_HEAD: Final = """\
 # Configuration

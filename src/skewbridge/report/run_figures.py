@@ -1,8 +1,9 @@
-"""Figures of one analysis, from its table of histories."""
+"""Figures of one analysis, or of a few to compare, from their tables of histories."""
 
 from collections.abc import Mapping
 from typing import Final
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import seaborn as sns
@@ -10,11 +11,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from skewbridge.report.fragility_style import STYLE
+from skewbridge.fragility.tables.frequency_content import (
+    DEFAULT_BAND_HZ,
+    fourier_amplitude,
+    fourier_ratio,
+    konno_ohmachi,
+    mean_period_s,
+)
+from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
 from skewbridge.units import MM
 
 _LINE: Final = 0.9
 _COLOURS: Final = sns.color_palette("colorblind")
+SPECTRA: Final = {
+    "deck_ux_m": "longitudinal (m s)",
+    "deck_uy_m": "transverse (m s)",
+    "deck_rot_rad": "rotation (rad s)",
+}
 
 
 def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
@@ -58,9 +71,8 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw force against displacement of both abutments along both axes, runs overlaid."""
     figure = Figure(figsize=(7.2, 5.8), layout="constrained")
     axes = figure.subplots(2, 2)
-    for row, (direction, text) in zip(
-        axes, (("x", "longitudinal"), ("y", "transverse")), strict=True
-    ):
+    directions = {"x": "longitudinal", "y": "transverse"}
+    for row, (direction, text) in zip(axes, directions.items(), strict=True):
         for axis, side in zip(row, ("left", "right"), strict=True):
             for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
                 disp_mm = table[f"abutment_{side}_{direction}_m"] / MM
@@ -70,6 +82,54 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
             axis.set_xlabel("Deck end displacement (mm)")
             axis.set_ylabel("Force on the deck (MN)")
     _name_runs(figure, axes[0][0], list(runs))
+    return figure
+
+
+def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
+    """Draw smoothed Fourier amplitudes of the deck and their ratio to the first history.
+
+    Args:
+        runs: Tables with ``t_s`` and the deck's displacements by name; the first is the
+            reference (no friction), all of the same motion.
+    """
+    names = list(runs)
+    columns = [c for c in SPECTRA if all(c in table for table in runs.values())]
+    columns = [c for c in columns if all(np.ptp(table[c]) > 0.0 for table in runs.values())]
+    if len(names) < 2 or not columns:
+        return note("Frequency content needs two histories in which the deck moves")
+    grid = np.geomspace(DEFAULT_BAND_HZ[0] * 1.2, DEFAULT_BAND_HZ[1] / 1.2, 160)
+    colours = sns.color_palette("colorblind", len(names))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(2.9 * len(columns) + 0.6, 4.2), layout="constrained")
+        panels = figure.subplots(
+            2, len(columns), squeeze=False, sharex=True, height_ratios=[2.0, 1.0]
+        )
+        first = runs[names[0]]
+        for (top, bottom), column in zip(panels.T, columns, strict=True):
+            for name, colour in zip(names, colours, strict=True):
+                table = runs[name]
+                dt_s = float(table["t_s"].iloc[1] - table["t_s"].iloc[0])
+                values = table[column].to_numpy(dtype=np.float64)
+                f, amplitude = fourier_amplitude(values, dt_s)
+                period_s = mean_period_s(values, dt_s)
+                text = f"{name}, $T_m$ = {period_s:.2f} s"
+                top.plot(grid, konno_ohmachi(f, amplitude, grid), color=colour, label=text)
+                if name == names[0]:
+                    continue
+                size = min(values.size, len(first))
+                reference = first[column].to_numpy(dtype=np.float64)[:size]
+                ratio = fourier_ratio(values[:size], reference, dt_s, grid)
+                bottom.plot(grid, ratio, color=colour)
+            top.set_title(f"Deck, {SPECTRA[column]}", loc="left", fontsize=9)
+            top.set_yscale("log")
+            top.legend(fontsize=7, loc="lower left")
+            bottom.axhline(1.0, color="#777777", linewidth=0.8)
+            bottom.set_ylim(0.0, 2.0)
+            bottom.set_xlabel("Frequency (Hz)")
+            bottom.set_xscale("log")
+        panels[0][0].set_ylabel("Fourier amplitude")
+        panels[1][0].set_ylabel(f"over {names[0]}")
+        plain_log_ticks(panels[1][0].xaxis)
     return figure
 
 
@@ -115,20 +175,20 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     mesh = raster.pcolormesh(
         bins, np.arange(len(names) + 1), shown, cmap="flare", vmin=0.0, rasterized=True
     )
-    raster.set_yticks(np.arange(len(names)) + 0.5, [_plain(name) for name in names], fontsize=7)
+    labels = [name.removeprefix("contact_").replace("_", " ") for name in names]
+    raster.set_yticks(np.arange(len(names)) + 0.5, labels, fontsize=7)
     raster.invert_yaxis()
     raster.grid(visible=False)
     figure.colorbar(mesh, ax=raster, label="Normal force (MN)", pad=0.01)
     raster.set_title(title, fontsize=10)
-    groups = {"backwalls": "backwall", "keys": "key"}
-    for colour, (label, word) in zip(_COLOURS, groups.items(), strict=False):
+    for colour, word in zip(_COLOURS, ("backwall", "key"), strict=False):
         chosen = [name for name in names if word in name]
         total = sum(
             np.hypot(histories[f"{n}_friction_1_kn"], histories[f"{n}_friction_2_kn"])
             for n in chosen
         )
         if chosen:
-            friction.plot(time_s, np.asarray(total) / 1e3, lw=_LINE, color=colour, label=label)
+            friction.plot(time_s, np.asarray(total) / 1e3, lw=_LINE, color=colour, label=f"{word}s")
     friction.set_ylabel("Friction, sum (MN)")
     friction.set_xlabel("Time (s)")
     friction.legend(loc="upper right", fontsize=8)
@@ -143,10 +203,6 @@ def contact_names(histories: pd.DataFrame) -> list[str]:
         for column in histories.columns
         if str(column).startswith("contact_") and str(column).endswith(end)
     ]
-
-
-def _plain(name: str) -> str:
-    return name.removeprefix("contact_").replace("_", " ")
 
 
 def _name_runs(figure: Figure, axis: Axes, names: list[str]) -> None:

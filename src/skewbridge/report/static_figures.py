@@ -1,6 +1,5 @@
 """Figures of static studies: abutment pushes of the whole ladder, column sections."""
 
-from collections.abc import Mapping
 from itertools import cycle
 from typing import Final
 
@@ -73,24 +72,17 @@ def column_figure(
     bending.plot(
         [0.0, knee, end], [0.0, plateau, plateau], "--", color="#D55E00", label="idealised"
     )
-    bending.plot(
-        curve.first_yield_curvature_per_m,
-        curve.first_yield_moment_nm / 1e6,
-        "o",
-        color="#D55E00",
-        label="first yield",
-    )
+    first = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
+    bending.plot(*first, "o", color="#D55E00", label="first yield")
     bending.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
     bending.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)
-    strengths: Mapping[str, object] = {
-        "Caltrans criteria, displacement ductility": sdc_shear_strength(shear, axial_n, ductility),
-        "Kowalsky-Priestley, curvature ductility": kowalsky_priestley_strength(
-            shear, axial_n, ductility
-        ),
-    }
-    for (label, strength), colour in zip(strengths.items(), ("#0072B2", "#009E73"), strict=True):
-        capacity.plot(ductility, np.asarray(strength) / 1e6, color=colour, label=label)
+    for label, strength, colour in (
+        ("Caltrans criteria, displacement ductility", sdc_shear_strength, "#0072B2"),
+        ("Kowalsky-Priestley, curvature ductility", kowalsky_priestley_strength, "#009E73"),
+    ):
+        strength_mn = np.asarray(strength(shear, axial_n, ductility)) / 1e6
+        capacity.plot(ductility, strength_mn, color=colour, label=label)
     demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
     capacity.axhline(demand, color="#D55E00", linestyle="--", label="plastic shear Mp / L")
     capacity.set(xlabel="ductility", ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from inspect import signature
 from itertools import groupby, product
 from operator import attrgetter
 from pathlib import Path
@@ -19,9 +20,8 @@ from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
-from skewbridge.report.fragility_frequency_figure import frequency_figure
 from skewbridge.report.motion_figures import applied_spectra
-from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
+from skewbridge.report.run_figures import displacement_figure, frequency_figure, hysteresis_figure
 from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of
@@ -63,7 +63,7 @@ class StudyTables:
     pair: FrictionPair | None
 
     @property
-    def pair_runs(self) -> Mapping[str, pd.DataFrame]:
+    def runs(self) -> Mapping[str, pd.DataFrame]:
         """Histories of the pair by friction."""
         return {} if self.pair is None else self.pair.by_friction
 
@@ -82,14 +82,13 @@ class StudyFigure(Caption):
     """A row of the tables of figures; braces in its texts hold words of a case.
 
     Attributes:
-        draw: Draws one figure.
-        needs: Its arguments: attributes of `StudyTables` or words of a case.
+        draw: Draws one figure; its parameters are named as attributes of `StudyTables` or words
+            of a case.
         cases: Words of each figure that the row stands for; rows in sequence with the same cases
             alternate.
     """
 
     draw: Callable[..., Figure]
-    needs: tuple[str, ...]
     cases: Callable[[StudyTables], Sequence[Mapping[str, str]]] = lambda _: ({},)
 
 
@@ -139,7 +138,6 @@ MODEL_FIGURES: Final = (
         text="Geometric mean over motions of the demand ratio, each motion with itself; "
         f"negligible: the {{level}} interval lies within {100 * MARGIN:g} % of one.",
         draw=verdict_map,
-        needs=("effects", "axis"),
         cases=effect_cases,
     ),
     StudyFigure(
@@ -148,7 +146,6 @@ MODEL_FIGURES: Final = (
         text=f"Intervals by bootstrap over motions. The shaded band is {100 * MARGIN:g} % either "
         "way. Pairs in which a run collapsed are left out and counted in the table.",
         draw=paired_ratios,
-        needs=("effects", "axis"),
         cases=effect_cases,
     ),
     StudyFigure(
@@ -157,7 +154,6 @@ MODEL_FIGURES: Final = (
         text="Bands are {level} of the fit; marks are the analyses. A limit state that no "
         "analysis reached has no curve.",
         draw=fragility_curves,
-        needs=("curves", "demands", "component", "method"),
         cases=curve_cases,
     ),
     StudyFigure(
@@ -165,7 +161,6 @@ MODEL_FIGURES: Final = (
         title="{label} against intensity",
         text="One mark per analysis; lines are the log-log regressions.",
         draw=demand_clouds,
-        needs=("demands", "curves", "demand"),
         cases=cloud_cases,
     ),
 )
@@ -177,7 +172,6 @@ STUDY_FIGURES: Final = (
         text="Force of each abutment on the deck (backwall, keys, pads) against the displacement "
         "of its deck end.",
         draw=hysteresis_figure,
-        needs=("pair_runs",),
         cases=pair_cases,
     ),
     StudyFigure(
@@ -185,7 +179,6 @@ STUDY_FIGURES: Final = (
         title="Deck without and with friction: {place}",
         text="Displacement and rotation at the mass centre, relative to the ground.",
         draw=displacement_figure,
-        needs=("pair_runs",),
         cases=pair_cases,
     ),
     StudyFigure(
@@ -193,7 +186,6 @@ STUDY_FIGURES: Final = (
         title="Frequency content without and with friction: {place}",
         text="Smoothed Fourier amplitudes of the deck and their ratio.",
         draw=frequency_figure,
-        needs=("pair_runs",),
         cases=pair_cases,
     ),
     StudyFigure(
@@ -201,7 +193,6 @@ STUDY_FIGURES: Final = (
         title="Response spectra of the motions",
         text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
         draw=applied_spectra,
-        needs=("suite",),
     ),
 )
 
@@ -215,19 +206,17 @@ def draw_study(paths: Mapping[str, Path], *, folder: Path, captions: Path) -> No
         captions: JSON file of what the report says of them.
     """
     tables = StudyTables(
-        demands=read_frame(paths["demands"]),
-        curves=read_frame(paths["curves"]),
-        effects=read_frame(paths["effects"]),
+        **{name: read_frame(paths[name]) for name in ("demands", "curves", "effects")},
         suite=read_suite(paths["suite"]),
         pair=read_friction_pair(paths["friction_pair"]),
     )
     folder.mkdir(parents=True, exist_ok=True)
-    drawn: list[Caption] = []
+    drawn: list[dict[str, str]] = []
     for caption, figure in study_figures(tables):
         for ending in ("svg", "png"):
             figure.savefig(folder / f"{caption.name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
-        drawn.append(caption)
-    write_text(captions, json.dumps([asdict(caption) for caption in drawn], indent=1))
+        drawn.append(asdict(caption))
+    write_text(captions, json.dumps(drawn, indent=1))
 
 
 def read_captions(path: Path) -> list[Caption]:
@@ -249,13 +238,11 @@ def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
 def _drawn(figures: Sequence[StudyFigure], tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
     for cases, group in groupby(figures, attrgetter("cases")):
         for words, row in product(cases(tables), list(group)):
-            caption = Caption(
-                name=row.name.format_map(words),
-                title=row.title.format_map(words),
-                text=row.text.format_map(words),
-            )
-            arguments = (words.get(name, getattr(tables, name, None)) for name in row.needs)
-            yield caption, row.draw(*arguments)
+            texts = {"name": row.name, "title": row.title, "text": row.text}
+            caption = Caption(**{part: text.format_map(words) for part, text in texts.items()})
+            needs = signature(row.draw).parameters
+            given = {name: words.get(name, getattr(tables, name, None)) for name in needs}
+            yield caption, row.draw(**given)
 
 
 def _level(table: pd.DataFrame) -> str:

@@ -64,6 +64,8 @@ def run_tasks(
             if key in done
         }
 
+    work = work or _one_analysis
+
     def finish(number: int, found: list[Row]) -> None:
         rows[number] = found
         for row in found:
@@ -77,13 +79,13 @@ def run_tasks(
         if number not in rows
     ]:
         try:
-            for number, found in _stream(pending, n_jobs, log_folder, work or _one_analysis):
+            for number, found in _stream(pending, n_jobs, log_folder, work):
                 finish(number, found)
         except BrokenProcessPool:
             left = [each for each in pending if each[0] not in rows][: n_jobs + 1]
             logger.warning("a worker died; the %d analyses under way run alone", len(left))
             for number, task, key in left:
-                finish(number, _alone(task, key, log_folder, work or _one_analysis))
+                finish(number, _alone(task, key, log_folder, work))
     return [row for number in range(len(tasks)) for row in rows[number]]
 
 

@@ -51,34 +51,37 @@ class Search:
         return row["status"] != "ok" or bool(row[self.demand] >= self.threshold)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SearchWork:
-    """Brackets the capacity of one motion after another: the work of a batch.
+def search_capacity(
+    search: Search,
+    known: Mapping[str, Row],
+    task: Task,
+    _key: str,
+    log_folder: Path,
+    owner_pid: int,
+) -> list[Row]:
+    """Return the rows of all analyses that it took to bracket the capacity of one motion.
 
-    Attributes:
+    Args:
         search: What to look for.
         known: Rows of earlier analyses by `run_key`; they are not repeated.
+        task: The first analysis of the search; this and what follows is given by the batch.
+        log_folder: Where the solver's messages go.
+        owner_pid: The process that the result is for.
     """
+    rows: list[Row] = []
 
-    search: Search
-    known: Mapping[str, Row]
+    def exceeds(factor: float) -> bool:
+        trial = _at(task, factor)
+        key = run_key(trial)
+        if key in known:
+            row = of_task(known[key], trial, key)
+        else:
+            row = analysed_row(trial, key, log_folder, owner_pid)
+        rows.append(row)
+        return search.exceeds(row)
 
-    def __call__(self, task: Task, _key: str, log_folder: Path, owner_pid: int) -> list[Row]:
-        """Return the rows of all analyses that the search of one motion took."""
-        rows: list[Row] = []
-
-        def exceeds(factor: float) -> bool:
-            trial = _at(task, factor)
-            key = run_key(trial)
-            if key in self.known:
-                row = of_task(self.known[key], trial, key)
-            else:
-                row = analysed_row(trial, key, log_folder, owner_pid)
-            rows.append(row)
-            return self.search.exceeds(row)
-
-        bracket_capacity(exceeds, limits=self.search.limits(task.motion))
-        return rows
+    bracket_capacity(exceeds, limits=search.limits(task.motion))
+    return rows
 
 
 def _at(task: Task, factor: float) -> Task:

@@ -1,4 +1,8 @@
-"""The whole configuration: the sections of the packages below, in one place."""
+"""The whole configuration: YAML in, the typed sections of the packages below out."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -6,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.settings import MotionsConfig
-from skewbridge.reading import Whole
+from skewbridge.reading import Whole, checked, merged, read_mapping
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
@@ -37,3 +41,31 @@ class StudyConfig(BaseModel):
     analysis: AnalysisSettings = Field(default_factory=AnalysisSettings)
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
+
+
+def parse_config(raw: Mapping[str, Any]) -> StudyConfig:
+    """Return the validated configuration.
+
+    Args:
+        raw: The mapping as Snakemake or YAML gives it; a section left out has its defaults.
+
+    Raises:
+        InputError: A key is unknown or a value is outside its limits; every finding is one line
+            with the key, the limit and the value given.
+    """
+    return checked(StudyConfig, dict(raw), "the configuration")
+
+
+def load_config(path: Path, base: Path | None = None) -> StudyConfig:
+    """Read a configuration file, merged over a base file as Snakemake merges ``--configfile``.
+
+    Raises:
+        InputError: The file is missing, no YAML mapping, or invalid.
+    """
+    raw = read_mapping(base) if base is not None and base != path else {}
+    return checked(StudyConfig, merged(raw, read_mapping(path)), path)
+
+
+def plain_sections(config: StudyConfig, *names: str) -> dict[str, Any]:
+    """Return sections as plain values, fit for `params` of a rule and for `parse_config`."""
+    return config.model_dump(mode="json", include=set(names))

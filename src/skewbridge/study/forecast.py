@@ -14,42 +14,25 @@ from skewbridge.variant.grid import expand_grid
 #: Processor seconds of one analysis where none has been measured yet.
 #: source: benchmarks/, 25 s motion at 0.005 s on a two-column bridge
 CPU_S_PER_ANALYSIS: Final = 8.0
+CORES: Final = 2  # that a study works with
+COUNTS: Final = ("variants", "analyses", "done", "failed", "left")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Summary:
-    """The numbers of ``plan`` and ``status``."""
-
-    variants: int
-    analyses: int
-    done: int
-    failed: int
-    left: int
-    core_hours: float
-    eta_s: float
-    disk_mb: float
-    ledger: dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Forecast:
-    """Summary, analyses by variant, and what the user should know besides."""
+    """Summary by name, analyses by variant, and what the user should know besides."""
 
-    summary: Summary
+    summary: dict[str, Any]
     analyses_by_variant: dict[str, int]
     notes: tuple[str, ...] = ()
 
 
-def forecast_study(config: StudyConfig, *, cores: int = 2) -> Forecast:
+def forecast_study(config: StudyConfig) -> Forecast:
     """Return what a study needs and what of it is done.
 
     Before the motions are prepared the number of motions is the configured one; afterwards the
     list of analyses that the workflow wrote says what is done, as long as it is of this grid.
-
-    Args:
-        config: The configuration.
-        cores: Cores that will work.
     """
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     folder = StudyFolder(Path(config.results))
@@ -64,17 +47,13 @@ def forecast_study(config: StudyConfig, *, cores: int = 2) -> Forecast:
         state = StudyState(variants=len(slugs), analyses=total, done=0, failed=0, cpu_s=0.0)
     cpu_s = state.cpu_s / state.done if state.done else CPU_S_PER_ANALYSIS
     return Forecast(
-        summary=Summary(
-            variants=state.variants,
-            analyses=state.analyses,
-            done=state.done,
-            failed=state.failed,
-            left=state.left,
-            core_hours=round(state.analyses * cpu_s / 3600, 3),
-            eta_s=round(state.left * cpu_s / cores, 1),
-            disk_mb=round(state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
-            ledger={"status": state.statuses, "rung": state.rungs},
-        ),
+        summary={
+            **{name: getattr(state, name) for name in COUNTS},
+            "core_hours": round(state.analyses * cpu_s / 3600, 3),
+            "eta_s": round(state.left * cpu_s / CORES, 1),
+            "disk_mb": round(state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
+            "ledger": {"status": state.statuses, "rung": state.rungs},
+        },
         analyses_by_variant=by_variant,
         notes=(state.outdated_sentence,) if state.outdated else (),
     )

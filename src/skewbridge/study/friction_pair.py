@@ -1,6 +1,6 @@
 """The same bridge under the same motion, without and with friction, as histories to draw."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -43,10 +43,10 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
     for slug in demands["variant"].unique():
         variant = parse_slug(str(slug))
         by_place.setdefault(replace(variant, friction_pct=0), []).append(variant)
-    pairs = [sorted(group) for group in by_place.values() if len(group) > 1]
+    pairs = {place: sorted(group) for place, group in by_place.items() if len(group) > 1}
     if not pairs:
         return None
-    chosen = max(pairs, key=_skew_then_small_gap)
+    chosen = pairs[max(pairs, key=lambda place: (abs(place.skew_deg), -place.gap_mm))]
     return chosen[0], chosen[-1]
 
 
@@ -98,7 +98,3 @@ def read_friction_pair(path: Path) -> FrictionPair | None:
             for variant, rows in runs.items()
         },
     )
-
-
-def _skew_then_small_gap(group: Sequence[Variant]) -> tuple[int, int]:
-    return abs(group[0].skew_deg), -group[0].gap_mm

@@ -35,12 +35,11 @@ def prepare_motions(
     Raises:
         InputError: A folder or motion is missing or malformed.
     """
-    low_g, high_g = motions.level_range_g
     suite = prepare_suite(
         Path(motions.folder),
         count=motions.count,
         t1_s=conditioning_t1_s,
-        level_range_g=(low_g, high_g),
+        level_range_g=motions.level_range_g,
         conditioning=Conditioning(shaking_s=motions.shaking_s),
     )
     designed = _designed(suite, motions)

@@ -92,8 +92,7 @@ class StudyProgress:
     def __init__(self, state: StudyState, variant: str, keys: Collection[str]) -> None:
         self._keys = frozenset(keys)
         self._variant = variant
-        self._done = state.done
-        self._total = state.analyses
+        self._state = state
         self._began_s = self._logged_s = time.monotonic()
         self._new = 0
         console = Console(stderr=True)
@@ -135,13 +134,13 @@ class StudyProgress:
 
     def _log(self) -> None:
         self._logged_s = time.monotonic()
-        done = self._done + self._new
-        eta = (self._total - done) / self.rate_per_min if self._new else float("nan")
+        done = self._state.done + self._new
+        eta = (self._state.analyses - done) / self.rate_per_min if self._new else float("nan")
         logger.info(
             "%s: %d of %d analyses of the study done, %.1f per minute, %.0f min left",
             self._variant,
             done,
-            self._total,
+            self._state.analyses,
             self.rate_per_min,
             eta,
         )

@@ -3,6 +3,7 @@
 import json
 import logging
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from skewbridge.demands.tables import write_demands
@@ -10,7 +11,7 @@ from skewbridge.provenance.digests import digest_of
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import provenance
 from skewbridge.study.batch import run_tasks
-from skewbridge.study.capacity_search import SearchWork
+from skewbridge.study.capacity_search import search_capacity
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_journal
 from skewbridge.study.keys import run_key
@@ -70,7 +71,7 @@ def analyse_variant(setup: StudySetup, slug: str, *, n_jobs: int, output: Path) 
             n_jobs=n_jobs,
             log_folder=folder.solver_logs,
             on_finished=progress.advance,
-            work=SearchWork(search=setup.search, known=done) if setup.search else None,
+            work=partial(search_capacity, setup.search, done) if setup.search else None,
         )
     digest = digest_of(*(row["run_key"] for row in rows))
     write_demands(rows, output, provenance(analyses_digest=digest))

@@ -15,15 +15,8 @@ from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task
 
-CHANGES: Final = (
-    "default",
-    "time step x 1/2",
-    "time step x 2",
-    "normal penalty x 1/2",
-    "normal penalty x 2",
-    "tangential penalty x 1/2",
-    "tangential penalty x 2",
-)
+CHANGED: Final = ("time step", "normal penalty", "tangential penalty")
+CHANGES: Final = ("default", *(f"{name} x {by}" for name in CHANGED for by in ("1/2", "2")))
 DEMANDS: Final = demands_for("sensitivity")
 
 

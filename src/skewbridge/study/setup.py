@@ -52,19 +52,22 @@ class StudySetup:
         Raises:
             InputError: The motions are not prepared, or by another version of the program.
         """
-        shaking = checked(MotionsConfig, sections["motions"], "motions")
-        intensities = read_table(folder.intensities).to_pylist()
+        motions = checked(MotionsConfig, sections["motions"], "motions")
+        low_g, high_g = motions.level_range_g
+        search = Search(
+            demand=motions.ida_demand, threshold=motions.ida_threshold, low_g=low_g, high_g=high_g
+        )
         return cls(
             folder=folder,
             suite=tuple(read_suite(folder.suite)),
             measures={
                 (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
-                for row in intensities
+                for row in read_table(folder.intensities).to_pylist()
             },
-            incidence_deg=shaking.incidence_deg,
+            incidence_deg=motions.incidence_deg,
             settings=checked(AnalysisSettings, sections["analysis"], "analysis"),
             options=checked(ModelOptions, sections["model"], "model"),
-            search=search_from(shaking),
+            search=search if motions.design == "ida" else None,
         )
 
     def tasks(self, slug: str) -> list[Task]:
@@ -96,13 +99,3 @@ class StudySetup:
         if self.search is not None:
             scale = self.search.first_factor(replace(motion, scale=1.0, measures=dict(at_1)))
         return replace(motion, scale=scale, measures=scaled_measures(dict(at_1), scale))
-
-
-def search_from(motions: MotionsConfig) -> Search | None:
-    """Return what an IDA searches for, or None for the other designs."""
-    if motions.design != "ida":
-        return None
-    low_g, high_g = motions.level_range_g
-    return Search(
-        demand=motions.ida_demand, threshold=motions.ida_threshold, low_g=low_g, high_g=high_g
-    )

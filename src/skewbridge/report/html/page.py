@@ -16,38 +16,16 @@ from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
-from skewbridge.report.study_figures import Caption, read_captions
+from skewbridge.report.study_figures import read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import axes_of
 
-CURVE_COLUMNS: Final = (
-    "variant",
-    "component",
-    "limit_state",
-    "method",
-    "status",
-    "theta",
-    "theta_low",
-    "theta_high",
-    "beta",
-    "beta_low",
-    "beta_high",
-    "n_runs",
-    "n_exceed",
-    "n_collapse",
-    "n_unknown",
-    "theta_bound",
-    "warnings",
-)
-EFFECT_RESULTS: Final = (
-    "demand",
-    "ratio",
-    "ci_low",
-    "ci_high",
-    "n_motions",
-    "n_left_out",
-    "verdict",
-)
+ESTIMATES: Final = tuple(f"{of}{end}" for of in ("theta", "beta") for end in ("", "_low", "_high"))
+COUNTS: Final = ("n_runs", "n_exceed", "n_collapse", "n_unknown")
+CURVE_NAMES: Final = ("variant", "component", "limit_state", "method", "status")
+CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, "theta_bound", "warnings"]
+EFFECT_RESULTS: Final = ("ratio", "ci_low", "ci_high", "n_motions", "n_left_out", "verdict")
+WHOLE: Final = ("factors", "system", "gate", "sensitivity")
 VERDICTS: Final = (NEGLIGIBLE, MATTERS, UNDECIDED)
 
 
@@ -68,28 +46,28 @@ def write_report(
     effects = read_frame(tables["effects"])
     effects = effects[effects["scope"] == "variant"]
     medians = read_frame(tables["medians"])
+    missed = curves.loc[curves["status"] == "no_exceedance", "limit_state"]
+    captions = read_captions(tables["captions"])
+    drawn = [base64.b64encode((figures / f"{c.name}.svg").read_bytes()).decode() for c in captions]
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
     )
     environment.filters["number"] = _number
     page = environment.get_template("report.html.j2").render(
-        bridges=[_bridge_row(name) for name in sorted(config["grid"]["bridge"])],
-        statuses=_statuses(demands),
+        bridges=[load_bridge(name) for name in sorted(config["grid"]["bridge"])],
+        statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
         summary=_summary(demands),
         headline=_headline(effects),
         margin=MARGIN,
         verdicts=VERDICTS,
         checks=checks,
-        captions=[(each, _embedded(each, figures)) for each in read_captions(tables["captions"])],
-        curves=curves[[*CURVE_COLUMNS]].to_dict("records"),
+        captions=list(zip(captions, drawn, strict=True)),
+        curves=curves[CURVE_COLUMNS].to_dict("records"),
         effects=effects[_effect_columns(effects)].to_dict("records"),
-        factors=read_frame(tables["factors"]).to_dict("records"),
         medians=medians[_effect_columns(medians)].to_dict("records"),
-        system=read_frame(tables["system"]).to_dict("records"),
-        gate=read_frame(tables["gate"]).to_dict("records"),
-        sensitivity=read_frame(tables["sensitivity"]).to_dict("records"),
-        no_exceedance=_no_exceedance(curves),
+        **{name: read_frame(tables[name]).to_dict("records") for name in WHOLE},
+        no_exceedance=sorted(set(missed)),
         config=yaml.safe_dump(dict(config), sort_keys=False),
         provenance=_provenance(tables["demands"]),
     )
@@ -108,14 +86,9 @@ def _summary(demands: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _statuses(demands: pd.DataFrame) -> list[tuple[str, int]]:
-    counts = demands["status"].value_counts()
-    return [(status, int(counts.get(status, 0))) for status in STATUSES]
-
-
 def _effect_columns(table: pd.DataFrame) -> list[str]:
     axes = [axis.name for axis in axes_of(table.columns)]
-    return ["bridge", "axis", "from_value", "to_value", *axes, *EFFECT_RESULTS]
+    return ["bridge", "axis", "from_value", "to_value", *axes, "demand", *EFFECT_RESULTS]
 
 
 def _headline(effects: pd.DataFrame) -> list[dict[str, Any]]:
@@ -132,27 +105,6 @@ def _headline(effects: pd.DataFrame) -> list[dict[str, Any]]:
         }
         for (bridge, demand), group in friction.groupby(["bridge", "demand"], sort=False)
     ]
-
-
-def _no_exceedance(curves: pd.DataFrame) -> list[str]:
-    states = curves.loc[curves["status"] == "no_exceedance", "limit_state"]
-    return sorted({str(state) for state in states})
-
-
-def _bridge_row(name: str) -> dict[str, Any]:
-    data = load_bridge(name)
-    return {
-        "name": data.name,
-        "title": data.title,
-        "base": data.base,
-        "t1_s": data.t1_s,
-        "is_surrogate": data.details == "surrogate",
-    }
-
-
-def _embedded(caption: Caption, folder: Path) -> str:
-    """Return a figure as base64."""
-    return base64.b64encode((folder / f"{caption.name}.svg").read_bytes()).decode()
 
 
 def _provenance(path: Path) -> dict[str, str]:
