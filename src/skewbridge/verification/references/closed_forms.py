@@ -172,8 +172,7 @@ def belt_stick_slip(
     w = sqrt(stiffness_n_per_m / mass_kg)
     drop = (static_n - kinetic_n) / stiffness_n_per_m
     return StickSlip(
-        slip_s=2.0 / w * (pi - atan(drop * w / belt_speed_mps)),
-        stick_s=2.0 * drop / belt_speed_mps,
+        slip_s=2.0 / w * (pi - atan(drop * w / belt_speed_mps)), stick_s=2.0 * drop / belt_speed_mps
     )
 
 

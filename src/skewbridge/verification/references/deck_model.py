@@ -12,17 +12,15 @@ References:
 """  # noqa: E501
 
 from dataclasses import dataclass
-from math import ceil, cos, pi, radians, sin, tan
+from math import cos, pi, radians, sin, tan
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
 from skewbridge.units import G_MPS2
 from skewbridge.verification.references.case_files import DeckCase
-
-type Array = NDArray[np.float64]
+from skewbridge.verification.references.live_model import Array
 
 # Right and left end, acute and obtuse corner.
 CORNERS: Final = ("ra", "ro", "lo", "la")
@@ -37,8 +35,6 @@ class Corner:
         end: 0 right, 1 left.
         x_m: Position from the mass centre.
         y_m: Position from the mass centre.
-        normal: Outward normal of the abutment, towards the deck.
-        tangent: Direction of positive slip.
         normal_row: Opening = gap + normal_row . q.
         tangent_row: Slip = tangent_row . q.
     """
@@ -47,10 +43,13 @@ class Corner:
     end: int
     x_m: float
     y_m: float
-    normal: tuple[float, float]
-    tangent: tuple[float, float]
     normal_row: tuple[float, float, float]
     tangent_row: tuple[float, float, float]
+
+    @property
+    def normal(self) -> tuple[float, float]:
+        """Outward normal of the abutment, towards the deck."""
+        return self.normal_row[:2]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,8 +155,6 @@ def _corners(length_m: float, width_m: float, skew_rad: float) -> tuple[Corner, 
                 end=0 if s > 0.0 else 1,
                 x_m=x,
                 y_m=y,
-                normal=(-s * n[0], -s * n[1]),
-                tangent=t,
                 normal_row=(-s * n[0], -s * n[1], -s * (n[1] * x - n[0] * y)),
                 tangent_row=(t[0], t[1], t[1] * x - t[0] * y),
             )
@@ -206,12 +203,6 @@ def pulse_of(case: DeckCase) -> Excitation:
     if case.pulse is None:
         raise ValueError("the case has no pulse")
     return Excitation(amplitude_mps2=case.pulse.amplitude_g * G_MPS2, period_s=case.pulse.period_s)
-
-
-def step_times(case: DeckCase) -> Array:
-    """Return the times of the steps of a case, from zero."""
-    count = ceil(case.duration_s / case.dt_s - 1e-9)
-    return np.arange(count + 1, dtype=np.float64) * case.dt_s
 
 
 type Response = tuple[Array, Array, Array, Array, Array]

@@ -11,14 +11,13 @@ import numpy as np
 
 from skewbridge.verification.references.case_files import DeckCase
 from skewbridge.verification.references.deck_model import (
-    Array,
     Deck,
     DeckHistory,
     EnergyBalance,
     Excitation,
     Response,
-    step_times,
 )
+from skewbridge.verification.references.live_model import Array, even_times
 
 # Step times the circular frequency of the deck on the two springs of an end.
 _RESOLUTION: Final = 0.01
@@ -83,7 +82,7 @@ class PenaltyDeck:
 def run_penalty(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHistory:
     """Integrate a deck case with penalty contact; output at multiples of the case's dt_s."""
     model = PenaltyDeck(case, deck)
-    times = step_times(case)
+    times = even_times(case.duration_s, case.dt_s)
     speed = (2.0 * case.normal_stiffness_n_per_m / case.mass_kg) ** 0.5
     inner = max(1, ceil(case.dt_s * speed / _RESOLUTION))
     # A jump of the pulse inside a step gets a step end of its own.

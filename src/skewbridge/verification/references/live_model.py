@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 import openseespy.opensees as ops
@@ -97,8 +98,8 @@ def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
 
 
 def even_times(duration_s: float, dt_s: float) -> Array:
-    """Return the times of even steps from zero."""
-    return np.arange(round(duration_s / dt_s) + 1, dtype=np.float64) * dt_s
+    """Return the times of even steps from zero to the end or just beyond."""
+    return np.arange(ceil(duration_s / dt_s - 1e-9) + 1, dtype=np.float64) * dt_s
 
 
 def march(

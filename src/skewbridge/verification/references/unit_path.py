@@ -5,19 +5,11 @@ from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLedger
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
-from skewbridge.verification.references.live_model import (
-    Solver,
-    clean_domain,
-    path_series,
-)
-
-type Matrix = NDArray[np.float64]
-
+from skewbridge.verification.references.live_model import Array, Solver, clean_domain, path_series
 
 # Part of the first step of a path that is made first.
 _START_SHARE: Final = 1e-3
@@ -32,13 +24,13 @@ class PathResult:
         ledger: Account of the unit; None for the law itself.
     """
 
-    forces_n: Matrix
+    forces_n: Array
     ledger: UnitLedger | None
 
 
 def drive_unit(
     law: ContactLaw,
-    path: Matrix,
+    path: Array,
     *,
     substeps: int = 10,
     scheme: Scheme = "vector",
@@ -57,16 +49,15 @@ def drive_unit(
     Raises:
         SolutionError: OpenSees does not make a step.
     """
-    times, forces = path[:, 0], np.zeros((len(path), 3))
+    forces = np.zeros((len(path), 3))
     with clean_domain():
         contacts = _unit_model(law, path, scheme, coupling)
         # To the first row without friction; then take it over as the state of rest.
         _analyze_to_next_row(1)
         contacts.start_from_rest()
         forces[0] = (0.0, 0.0, contacts.normals_n[0])
-        steps = np.diff(times).tolist()
         dt_s = 0.0
-        for row, row_dt in enumerate(steps, start=1):
+        for row, row_dt in enumerate(np.diff(path[:, 0]).tolist(), start=1):
             for share in _shares(substeps, is_first=row == 1):
                 next_dt = share * row_dt
                 if next_dt != dt_s:
@@ -75,12 +66,11 @@ def drive_unit(
                     dt_s = next_dt
                 _analyze_to_next_row(row)
                 contacts.after_step(dt_s)
-            forces[row, :2] = contacts.tangentials_n[0]
-            forces[row, 2] = contacts.normals_n[0]
+            forces[row] = (*contacts.tangentials_n[0], contacts.normals_n[0])
         return PathResult(forces_n=forces, ledger=contacts.ledger()[0])
 
 
-def follow_law(law: ContactLaw, path: Matrix, *, substeps: int = 1) -> PathResult:
+def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> PathResult:
     """Follow the same path by radial return at the end of each (sub)step: the reference."""
     forces = np.zeros((len(path), 3))
     stick = (float(path[0, 1]), float(path[0, 2]))
@@ -97,21 +87,20 @@ def follow_law(law: ContactLaw, path: Matrix, *, substeps: int = 1) -> PathResul
     return PathResult(forces_n=forces, ledger=None)
 
 
-def path_work_j(path: Matrix, forces_n: Matrix) -> float:
+def path_work_j(path: Array, forces_n: Array) -> float:
     """Return the work of the friction force along a path, trapezoidal rule over the rows."""
     moved = np.diff(path[:, 1:3], axis=0)
     return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * moved))
 
 
-def _unit_model(law: ContactLaw, path: Matrix, scheme: Scheme, coupling: Coupling) -> ContactSet:
+def _unit_model(law: ContactLaw, path: Array, scheme: Scheme, coupling: Coupling) -> ContactSet:
     """Build a pair of nodes, the second one driven; pseudo-time counts the rows from one."""
     ops.model("basic", "-ndm", 3, "-ndf", 3)
     surface, body, anchor, idle = 1, 2, 3, 4
     for node in (surface, body, anchor, idle):
         ops.node(node, 0.0, 0.0, 0.0)
-    ops.fix(surface, 1, 1, 1)
-    ops.fix(anchor, 1, 1, 1)
-    ops.fix(idle, 0, 1, 1)
+        if node != body:
+            ops.fix(node, 0 if node == idle else 1, 1, 1)
     # The solver needs one equation; the idle spring has no load.
     ops.uniaxialMaterial("Elastic", 1, 1.0)
     ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
@@ -133,7 +122,7 @@ def _unit_model(law: ContactLaw, path: Matrix, scheme: Scheme, coupling: Couplin
     return contacts
 
 
-def drive_node(node: int, path: Matrix, *, system: str) -> None:
+def drive_node(node: int, path: Array, *, system: str) -> None:
     """Prescribe the displacements of a node; pseudo-time counts the rows of the path from one."""
     for dof in (1, 2, 3):
         path_series(dof, 1.0, np.append(0.0, path[:, dof]))

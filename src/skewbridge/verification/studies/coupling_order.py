@@ -8,20 +8,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, Coupling
 from skewbridge.verification.references.deck import run_deck
 from skewbridge.verification.references.deck_cases import C5, deck_case
 from skewbridge.verification.references.deck_model import make_deck, pulse_of
 from skewbridge.verification.references.deck_opensees import run_opensees
+from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.references.unit_path import drive_unit, follow_law
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.deck_impacts import contact_speed
 from skewbridge.verification.studies.figure_style import label, legend, line, panels
 
-type Matrix = NDArray[np.float64]
 type PathKind = Literal["closed", "opening and closing", "reversals"]
 
 _LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
@@ -53,7 +52,7 @@ def run(study: Study) -> None:
     study.tables["errors"] = table
 
 
-def smooth_path(rows: int, kind: PathKind) -> Matrix:
+def smooth_path(rows: int, kind: PathKind) -> Array:
     """Return two periods of 1 s of a curve in space.
 
     Args:

@@ -5,14 +5,11 @@ from typing import Final
 import numpy as np
 import openseespy.opensees as ops
 import pandas as pd
-from numpy.typing import NDArray
 
 from skewbridge.verification.references.case_files import DeckCase
 from skewbridge.verification.references.deck import run_deck
 from skewbridge.verification.references.deck_cases import C1, SCALE_M, deck_case
 from skewbridge.verification.references.deck_model import CORNERS, DeckHistory, make_deck
-
-type Array = NDArray[np.float64]
 
 # Members of the deck over the penalties: stiffer than this changes nothing.
 _RIGIDITY: Final = 1.0e4

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-type Series = NDArray[np.float64]
+from skewbridge.verification.references.live_model import Array
 
 # Half cycles smaller than this share of the largest one say nothing.
 SMALLEST_CYCLE = 0.15
@@ -41,10 +41,10 @@ class HalfCycle:
 
 
 def half_cycles(
-    t_s: Series,
-    without_m: Series,
-    with_m: Series,
-    other_axis_m: Series,
+    t_s: Array,
+    without_m: Array,
+    with_m: Array,
+    other_axis_m: Array,
     in_contact: NDArray[np.bool_],
 ) -> list[HalfCycle]:
     """Return the half cycles between zero crossings of a displacement without friction.

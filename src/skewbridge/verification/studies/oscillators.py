@@ -5,7 +5,6 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from skewbridge.contact.drives import (
     approach_stiffness_drive,
@@ -26,8 +25,6 @@ from skewbridge.verification.references.closed_forms import (
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.figure_style import dots, label, legend, line, panels
-
-type Array = NDArray[np.float64]
 
 _G: Final = 9.81
 _MASS_KG: Final = 1000.0

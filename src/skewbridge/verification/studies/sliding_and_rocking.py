@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw
 from skewbridge.verification.references.block import run_block, sliding_block
@@ -19,13 +18,12 @@ from skewbridge.verification.references.closed_forms import (
     sine_pulse_first_slip,
     straight_loop_work_j,
 )
+from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.references.rocking import UprightBlock, UprightHistory, run_upright
 from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.figure_style import dots, label, legend, line, panel, panels
-
-type Matrix = NDArray[np.float64]
 
 _G: Final = 9.81
 _KN: Final = 1.0e5
@@ -45,7 +43,7 @@ def run(study: Study) -> None:
     study.figures["rocking"] = _rocking_figure(_upright_blocks(study))
 
 
-def _path(gap_m: float, variation: float) -> Matrix:
+def _path(gap_m: float, variation: float) -> Array:
     """Return two cycles along the surface while the depth varies once per half cycle."""
     t = np.linspace(0.0, 2.0, _ROWS + 1)
     depth = _DEPTH_M * (1.0 + variation * np.sin(2.0 * pi * t))
@@ -53,16 +51,16 @@ def _path(gap_m: float, variation: float) -> Matrix:
     return np.column_stack([t, slip, np.zeros_like(t), -gap_m - depth])
 
 
-def _approach(gap_m: float) -> Matrix:
+def _approach(gap_m: float) -> Array:
     """Return a path that closes and opens the pair twice, without slip."""
     t = np.linspace(0.0, 2.0, _ROWS + 1)
     z = -0.5 * (_DEPTH_M + gap_m) * (1.0 - np.cos(2.0 * pi * t)) + 0.02 * np.sin(pi * t) ** 2
     return np.column_stack([t, np.zeros_like(t), np.zeros_like(t), z])
 
 
-def _loops(gap_m: float, study: Study) -> dict[str, tuple[Matrix, Matrix]]:
+def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
     law = ContactLaw(kn_n_per_m=_KN, kt_n_per_m=_KT, friction=_FRICTION, gap_m=gap_m)
-    result: dict[str, tuple[Matrix, Matrix]] = {}
+    result: dict[str, tuple[Array, Array]] = {}
     for name, path in (
         ("normal", _approach(gap_m)),
         ("constant", _path(gap_m, 0.0)),
@@ -83,10 +81,10 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Matrix, Matrix]]:
 
 
 def _sliding_blocks(study: Study) -> None:
-    def sine_mps2(t: Matrix) -> Matrix:
+    def sine_mps2(t: Array) -> Array:
         return np.where(t <= 0.5, 0.5 * _G * np.sin(4.0 * pi * t), 0.0)
 
-    def rectangle_mps2(t: Matrix) -> Matrix:
+    def rectangle_mps2(t: Array) -> Array:
         return 0.25 * _G * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
 
     for mu in (0.1, 0.2, 0.3, 0.4):
@@ -152,7 +150,7 @@ def _first_zero(history: UprightHistory) -> float:
     return float(history.t_s[k - 1] + share * (history.t_s[k] - history.t_s[k - 1]))
 
 
-def _unit_figure(loops: dict[float, dict[str, tuple[Matrix, Matrix]]]) -> Figure:
+def _unit_figure(loops: dict[float, dict[str, tuple[Array, Array]]]) -> Figure:
     figure, axes = panels(1, 3, height_in=2.9)
     for (gap, data), colour, dashes in zip(
         loops.items(), (style.BLUE, style.ORANGE), ("-", "--"), strict=True

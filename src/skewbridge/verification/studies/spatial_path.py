@@ -7,16 +7,21 @@ from typing import Final
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, Coupling, Scheme
+from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.references.paths import figure_3
 from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import dots, label, legend, line, panels
-
-type Matrix = NDArray[np.float64]
+from skewbridge.verification.studies.figure_style import (
+    dots,
+    label,
+    legend,
+    line,
+    panels,
+    time_panels,
+)
 
 # ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
 LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
@@ -70,7 +75,7 @@ def run(study: Study) -> None:
     study.figures["planes"] = _planes(path[::5], forces[::5])
 
 
-def _check_cone(study: Study, forces: Matrix) -> None:
+def _check_cone(study: Study, forces: Array) -> None:
     closed = forces[:, 2] > 0.0
     limits = np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
     excess = np.hypot(forces[:, 0], forces[:, 1]) - limits
@@ -113,14 +118,15 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _event_count(path: Matrix) -> int:
+def _event_count(path: Array) -> int:
     step = np.sign(np.diff(path[:, 1:], axis=0).round(9))
     return int(np.count_nonzero(np.any(np.diff(step, axis=0) != 0.0, axis=1)))
 
 
-def _histories(path: Matrix, forces: Matrix) -> Figure:
-    figure, axes = panels(3, 1, height_in=5.2, sharex=True)
-    moved, friction, total = axes[:, 0]
+def _histories(path: Array, forces: Array) -> Figure:
+    names = ("displacement (m)", "friction (kN)", "force (kN)")
+    figure, axes = time_panels(*names, height_in=5.2)
+    moved, friction, total = axes
     t = path[:, 0]
     for column, (name, colour) in enumerate((("x", style.BLUE), ("y", style.ORANGE)), start=1):
         line(moved, t, path[:, column], colour, f"u{name}")
@@ -132,15 +138,12 @@ def _histories(path: Matrix, forces: Matrix) -> Figure:
         dots(friction, times, values, style.BLACK, text, ms=3)
     line(total, t, forces[:, 2] / 1000, style.GREEN, "N")
     line(total, t, np.hypot(*forces[:, :2].T) / 1000, style.PINK, "|F|")
-    label(moved, "", "displacement (m)")
-    label(friction, "", "friction (kN)")
-    label(total, "time (s)", "force (kN)")
-    for axis, place in zip(axes[:, 0], ("lower right", "upper left", "upper left"), strict=True):
+    for axis, place in zip(axes, ("lower right", "upper left", "upper left"), strict=True):
         legend(axis, ncols=3, loc=place)
     return figure
 
 
-def _planes(path: Matrix, forces: Matrix) -> Figure:
+def _planes(path: Array, forces: Array) -> Figure:
     figure, axes = panels(1, 3, height_in=2.7)
     for column, (name, colour) in enumerate((("x", style.BLUE), ("y", style.ORANGE))):
         line(axes[0, column], path[:, column + 1], forces[:, column] / 1000, colour)
