@@ -91,16 +91,10 @@ def run_block(
     anchor_m: History | None = None,
     integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
 ) -> BlockHistory:
-    """Run a block, by the trapezoidal rule unless another integrator is given.
+    """Run a block under a force along x, by the trapezoidal rule unless told otherwise.
 
-    Args:
-        block: The block.
-        dt_s: Step.
-        duration_s: Length of the history.
-        force_n: Force along x as a function of an array of times.
-        base_mps2: Acceleration of the surface along x; motion is then relative to it.
-        anchor_m: Position of the spring's anchor.
-        integrator: Arguments of the OpenSees command.
+    With an acceleration of the surface the motion is relative to it; the anchor is that of the
+    spring. All three are functions of an array of times.
 
     Raises:
         SolutionError: A step does not converge.

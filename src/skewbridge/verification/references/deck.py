@@ -34,11 +34,7 @@ _DESCRIPTIONS: Final = {
 
 
 def run_deck(case: DeckCase, excitation: Excitation | None = None) -> DeckHistory:
-    """Run a deck case with the solver that it names.
-
-    Args:
-        case: The case.
-        excitation: Ground acceleration; by default the pulse of the case.
+    """Run a deck case with the solver that it names; its excitation is its pulse unless given.
 
     Raises:
         SolutionError: The solver could not finish.

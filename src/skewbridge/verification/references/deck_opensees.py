@@ -51,7 +51,7 @@ def run_opensees(
     Args:
         case: The case.
         deck: Its numbers.
-        excitation: The ground acceleration.
+        excitation: Ground acceleration.
         connect: Connects the centre node to the corner nodes; by default rigid links.
         parts_on_change: Parts of a step in which a contact is expected to open or close.
 
@@ -60,8 +60,7 @@ def run_opensees(
     """
     with clean_domain():
         build_deck(deck)
-        corner_nodes = [FIRST_CORNER + k for k in range(len(CORNERS))]
-        (connect or rigid_links)(CENTRE, corner_nodes, case)
+        (connect or rigid_links)(CENTRE, [FIRST_CORNER + k for k in range(len(CORNERS))], case)
         contacts = _contacts(case, deck)
         times, accel = excite_deck(case, excitation)
         prepare_analysis(case.integrator)

@@ -45,13 +45,10 @@ class PenaltyDeck:
         for (nx, ny, nr, tx, ty, tr), stick in zip(self._rows, self.stick, strict=True):
             opening = self._gap + nx * x + ny * y + nr * r
             slip = tx * x + ty * y + tr * r
-            if opening >= 0.0:
-                result.append((0.0, 0.0, slip))
-                continue
             normal = -self._kn * opening
-            if self._dashpot:
+            if self._dashpot and opening < 0.0:
                 normal -= self._dashpot * (nx * vx + ny * vy + nr * vr)
-            if normal <= 0.0:
+            if opening >= 0.0 or normal <= 0.0:
                 result.append((0.0, 0.0, slip))
                 continue
             limit = self._cohesion + self._friction * normal

@@ -187,7 +187,6 @@ class LcpHistory:
     """Response; n times.
 
     Attributes:
-        t_s: Shape (n,).
         q: Shape (n, dofs).
         v: Shape (n, dofs).
         normal_impulses_ns: Shape (n, contacts), of the step that ends at the time.

@@ -1,14 +1,22 @@
-"""A contact unit driven along a path of displacements, in OpenSees and by the law itself."""
+"""A contact unit driven along a path of displacements, in OpenSees and by the law itself.
+
+Also `skewbridge contact`: a case file in, the forces along its path out.
+"""
 
 from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
+import pandas as pd
 
 from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLedger
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
+from skewbridge.provenance.files import writable_file
+from skewbridge.verification.references.case_files import ContactCase, beside, read_case, read_path
 from skewbridge.verification.references.live_model import Array, Solver, clean_domain, path_series
 
 # Part of the first step of a path that is made first.
@@ -43,8 +51,8 @@ def drive_unit(
         path: Shape (rows, 4): time, two tangential displacements, normal displacement (positive
             opens). Linear between rows. The first row is the state at rest: nothing has slipped.
         substeps: Steps per row.
-        scheme: See `ContactSet`.
-        coupling: See `ContactSet`.
+        scheme: Of the `ContactSet`.
+        coupling: Of the `ContactSet`.
 
     Raises:
         SolutionError: OpenSees does not make a step.
@@ -75,9 +83,7 @@ def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> PathResult
     forces = np.zeros((len(path), 3))
     stick = (float(path[0, 1]), float(path[0, 2]))
     forces[0, 2] = law.kn_n_per_m * max(0.0, -law.open_gap_m - float(path[0, 3]))
-    rows: list[list[float]] = path[:, 1:].tolist()
-    for row in range(1, len(rows)):
-        (x0, y0, z0), (x1, y1, z1) = rows[row - 1], rows[row]
+    for row, ((x0, y0, z0), (x1, y1, z1)) in enumerate(pairwise(path[:, 1:].tolist()), start=1):
         for step in range(1, substeps + 1):
             share = step / substeps
             position = (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
@@ -152,3 +158,42 @@ def _shares(substeps: int, *, is_first: bool) -> list[float]:
 def _analyze_to_next_row(row: int) -> None:
     if ops.analyze(1) != 0:
         raise SolutionError(f"OpenSees did not make the step to row {row} of the path")
+
+
+def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]:
+    """Run a contact case, write its forces, and return their peaks, work and cone violation.
+
+    The CSV has t_s, fx_n, fy_n, fz_n at the times of the path: forces with the sign of slip,
+    compression positive.
+
+    Raises:
+        InputError: The case, the path or the output folder is wrong.
+        SolutionError: OpenSees does not make a step.
+    """
+    case = read_case(case_file, ContactCase)
+    path = read_path(beside(case_file, case.path))
+    writable_file(out)
+    options = case.model_dump(include={"substeps", "scheme", "coupling"})
+    law = ContactLaw(
+        kn_n_per_m=case.normal_stiffness_n_per_m,
+        kt_n_per_m=case.tangent_stiffness_n_per_m,
+        **case.model_dump(include={"friction", "cohesion_n", "gap_m"}),
+    )
+    result = drive_unit(law, path, **options)
+    table = pd.DataFrame(result.forces_n, columns=["fx_n", "fy_n", "fz_n"])
+    table.insert(0, "t_s", path[:, 0])
+    table.to_csv(out, index=False)
+    summary: dict[str, float | int | str] = {
+        "rows": len(path),
+        "peak_friction_n": float(np.hypot(*result.forces_n[:, :2].T).max()),
+        "peak_normal_n": float(result.forces_n[:, 2].max()),
+        "friction_work_j": path_work_j(path, result.forces_n),
+    }
+    if result.ledger is not None:
+        summary |= {
+            "closures": result.ledger.closures,
+            "slip_work_j": result.ledger.slip_work_j,
+            "cone_violation_n": result.ledger.cone_violation_n,
+            "cone_violation_ratio": result.ledger.cone_violation_ratio,
+        }
+    return summary | {"out": str(out)}

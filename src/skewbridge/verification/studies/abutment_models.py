@@ -14,7 +14,6 @@ from skewbridge.statuses import RAN
 from skewbridge.units import MM
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import legend, line, time_panels
 from skewbridge.verification.studies.friction_pairs import (
     analysis,
     histories_of,
@@ -97,14 +96,14 @@ def _table(runs: Runs) -> pd.DataFrame:
 
 def _figure(runs: Runs, skew: int, motion: PaperMotion) -> Figure:
     names = ("longitudinal (mm)", "transverse (mm)", "rotation (mrad)")
-    figure, axes = time_panels(*names, height_in=5.4)
+    figure, axes = style.time_panels(*names, height_in=5.4)
     columns = {"deck_ux_m": MM, "deck_uy_m": MM, "deck_rot_rad": 1e-3}
     for axis, (column, unit) in zip(axes, columns.items(), strict=True):
         for abutment, colour in _COLOURS.items():
             table = histories_of(runs[abutment, skew])
             text = abutment.replace("_", " ")
-            line(axis, table["t_s"], table[column] / unit, colour, text, lw=0.9)
+            style.line(axis, table["t_s"], table[column] / unit, colour, text, lw=0.9)
         axis.axhline(0.0, color=style.BLACK, lw=0.4)
-    legend(axes[0], loc="upper right", ncols=5)
+    style.legend(axes[0], loc="upper right", ncols=5)
     figure.suptitle(f"OSB1, skew {skew}; {motion.label}", fontsize=9)
     return figure

@@ -15,14 +15,6 @@ from skewbridge.units import KN, MM
 from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import (
-    dots,
-    label,
-    legend,
-    panel,
-    panels,
-    time_panels,
-)
 from skewbridge.verification.studies.friction_pairs import (
     FRICTION_PCT,
     analysis,
@@ -152,33 +144,33 @@ def _key_changes(result: AnalysisResult) -> int:
 
 def _displacement_figure(pair: Pair, motion: PaperMotion) -> Figure:
     """Draw the displacement of the mass centre along both axes."""
-    figure, axes = time_panels("longitudinal (mm)", "transverse (mm)", height_in=3.8)
+    figure, axes = style.time_panels("longitudinal (mm)", "transverse (mm)", height_in=3.8)
     tables = [histories_of(result) for result in pair]
     for axis, column in zip(axes, ("deck_ux_m", "deck_uy_m"), strict=True):
         draw_pair(axis, *((table["t_s"], table[column] / MM) for table in tables))
-    legend(axes[0], loc="upper right")
+    style.legend(axes[0], loc="upper right")
     figure.suptitle(f"OSB1, mass centre, skew 0; {motion.label}", fontsize=9)
     return figure
 
 
 def _hysteresis_figure(pair: Pair, motion: PaperMotion) -> Figure:
     """Draw force against displacement of both abutments along both axes."""
-    figure, axes = panels(2, 2, height_in=5.0)
+    figure, axes = style.panels(2, 2, height_in=5.0)
     tables = [histories_of(result) for result in pair]
     for row, (axis_name, direction) in enumerate((("longitudinal", "x"), ("transverse", "y"))):
         for axis, side in zip(axes[row], ("left", "right"), strict=True):
             start = f"abutment_{side}_{direction}"
             curves = [(t[f"{start}_m"] / MM, t[f"{start}_kn"] * KN / 1e6) for t in tables]
             draw_pair(axis, *curves)
-            label(axis, "displacement (mm)", "force (MN)", f"{side} abutment, {axis_name}")
-    legend(axes[0, 0], loc="best")
+            style.label(axis, "displacement (mm)", "force (MN)", f"{side} abutment, {axis_name}")
+    style.legend(axes[0, 0], loc="best")
     figure.suptitle(f"OSB1, skew 0; {motion.label}", fontsize=9)
     return figure
 
 
 def _cycle_figure(cycles: list[HalfCycle], motion: PaperMotion) -> Figure:
     """Draw what friction changes per half cycle against how much the axes coincide."""
-    figure, axis = panel(height_in=3.0)
+    figure, axis = style.panel(height_in=3.0)
     for has_contact, colour, text in (
         (True, style.BLUE, "backwall in contact"),
         (False, style.ORANGE, "no backwall contact"),
@@ -186,10 +178,10 @@ def _cycle_figure(cycles: list[HalfCycle], motion: PaperMotion) -> Figure:
         chosen = [cycle for cycle in cycles if cycle.has_contact is has_contact]
         change_mm = [(cycle.peak_with_m - cycle.peak_without_m) / MM for cycle in chosen]
         together = [cycle.together for cycle in chosen]
-        dots(axis, together, change_mm, colour, text, ms=5, alpha=0.8)
+        style.dots(axis, together, change_mm, colour, text, ms=5, alpha=0.8)
     axis.axhline(0.0, color="0.4", lw=0.6)
     x = "both axes together: max |ux uy| of the half cycle / (max |ux| max |uy|)"
-    label(axis, x, "change of transverse\npeak by friction (mm)")
-    legend(axis)
+    style.label(axis, x, "change of transverse\npeak by friction (mm)")
+    style.legend(axis)
     figure.suptitle(f"OSB1, skew 0, transverse half cycles; {motion.label}", fontsize=9)
     return figure

@@ -38,14 +38,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Collects what a study finds.
-
-    Attributes:
-        name: Name of the study.
-        comparisons: What has been compared so far.
-        figures: Figures by name.
-        tables: Further tables by name.
-    """
+    """Collects what a study finds: comparisons so far, figures and further tables by name."""
 
     name: str
     comparisons: list[Comparison] = field(default_factory=list[Comparison])
@@ -66,13 +59,9 @@ class Study:
         references: Mapping[str, tuple[float, float]],
         source: str,
     ) -> None:
-        """Compare several values, each with its reference and relative tolerance.
+        """Compare values by name, each with its reference and relative tolerance.
 
-        Args:
-            quantity: What the names of the values follow, such as "case C1: peak".
-            values: By name; more than are compared.
-            references: Reference and relative tolerance by name.
-            source: Where the references are from.
+        The name follows the quantity, such as "case C1: peak"; values without a reference are left.
         """
         for name, (reference, tolerance) in references.items():
             self.relative(f"{quantity} {name}", values[name], reference, tolerance, source)

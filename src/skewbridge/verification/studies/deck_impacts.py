@@ -32,8 +32,7 @@ def perimeter_beams(centre: int, corners: list[int], case: DeckCase) -> None:
         (left_obtuse, right_acute),
         *((centre, corner) for corner in corners),
     ]
-    first = max(ops.getEleTags()) + 1
-    for element, (i, j) in enumerate(members, start=first):
+    for element, (i, j) in enumerate(members, start=max(ops.getEleTags()) + 1):
         ops.element("elasticBeamColumn", element, i, j, 1.0, axial, bending, 1)
 
 
@@ -67,8 +66,7 @@ def numerical_restitution(steps: tuple[float, ...] = (0.05, 0.71, 1.5, 3.0)) -> 
     tables: list[pd.DataFrame] = []
     for step in steps:
         changed = case.model_copy(update={"integrator": "houbolt", "dt_s": step / speed})
-        table = impacts(run_deck(changed))
-        tables.append(table.assign(step_times_frequency=step))
+        tables.append(impacts(run_deck(changed)).assign(step_times_frequency=step))
     return pd.concat(tables, ignore_index=True)
 
 
@@ -84,11 +82,8 @@ def locked_rotation(
 
     With the rotation locked, both corners of an end act as one contact, and the clipped
     Kelvin-Voigt penalty has to converge to the complementarity solution with the same
-    restitution, 0.6.
-
-    Args:
-        relative_stiffnesses: kn* = 2 Kn / (m w_p^2).
-        resolution: Step times the contact frequency.
+    restitution, 0.6. The relative stiffness is kn* = 2 Kn / (m w_p^2), the resolution the step
+    times the contact frequency.
 
     Returns:
         RMS and largest difference of the normal displacement over the scale, first contact.

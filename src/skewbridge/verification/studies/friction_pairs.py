@@ -13,7 +13,6 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.figure_style import line
 from skewbridge.verification.studies.paper_motions import PaperMotion
 
 type Curve = tuple[Array, Array]
@@ -65,11 +64,8 @@ def stick_slip_changes(
 ) -> int:
     """Return how often closed contacts go from sticking to slipping or back.
 
-    Args:
-        normal_n: Normal forces, shape (n, units).
-        friction_n: Friction forces, resultant, shape (n, units).
-        coefficient: Coulomb coefficient.
-        near_limit: Share of the limit that counts as slipping.
+    The normal forces and the resultants of friction have the shape (n, units); what counts as
+    slipping is a share of the limit.
     """
     closed = normal_n > 0.0
     slipping = friction_n >= near_limit * coefficient * normal_n
@@ -79,5 +75,5 @@ def stick_slip_changes(
 
 def draw_pair(axis: Axes, with_friction: Curve, without: Curve) -> None:
     """Draw the two curves of a pair, the one with friction on top."""
-    line(axis, *without, style.ORANGE, "no friction", lw=0.8)
-    line(axis, *with_friction, style.BLUE, "friction 0.5")
+    style.line(axis, *without, style.ORANGE, "no friction", lw=0.8)
+    style.line(axis, *with_friction, style.BLUE, "friction 0.5")

@@ -33,7 +33,6 @@ from skewbridge.verification.references.live_model import Array, clean_domain
 from skewbridge.verification.references.unit_path import drive_node, drive_unit, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import legend_above, line, time_panels
 
 IMPLICIT: Final = 0
 IMPLEX: Final = 1
@@ -182,10 +181,12 @@ def _compare_decks(
 
 def _figure() -> Figure:
     title = "case C5, elastic penalty"
-    figure, axes = time_panels("uy (mm)", "theta (mrad)", height_in=4.2, title=title)
+    figure, axes = style.time_panels("uy (mm)", "theta (mrad)", height_in=4.2, title=title)
     ours, native = run_deck(deck_case(C5)), run_native_deck(C5, IMPLICIT, 2e-5)
     for column, axis in enumerate(axes, start=1):
-        line(axis, native.t_s, 1e3 * native.q[:, column], style.BLUE, "native element", lw=2.2)
-        line(axis, ours.t_s, 1e3 * ours.q[:, column], style.ORANGE, "parameter updates")
-    legend_above(figure, axes[0])
+        style.line(
+            axis, native.t_s, 1e3 * native.q[:, column], style.BLUE, "native element", lw=2.2
+        )
+        style.line(axis, ours.t_s, 1e3 * ours.q[:, column], style.ORANGE, "parameter updates")
+    style.legend_above(figure, axes[0])
     return figure

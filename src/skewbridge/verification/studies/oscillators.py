@@ -24,7 +24,6 @@ from skewbridge.verification.references.closed_forms import (
 )
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import dots, label, legend, line, panels
 
 _G: Final = 9.81
 _MASS_KG: Final = 1000.0
@@ -159,20 +158,19 @@ def belt_period(history: BlockHistory) -> float:
     speed = np.diff(slip) / np.diff(history.t_s)
     fast = speed > 0.05
     starts = np.flatnonzero(fast[1:] & ~fast[:-1]) + 1
-    times = history.t_s[starts]
-    return float(np.mean(np.diff(times)))
+    return float(np.mean(np.diff(history.t_s[starts])))
 
 
 def _figure(decay: BlockHistory, belt: BlockHistory, points: list[float]) -> Figure:
-    figure, axes = panels(1, 2, height_in=2.8)
+    figure, axes = style.panels(1, 2, height_in=2.8)
     left, right = axes[0]
-    line(left, decay.t_s, decay.position_m[:, 0], style.BLUE, "OpenSees", lw=1.1)
+    style.line(left, decay.t_s, decay.position_m[:, 0], style.BLUE, "OpenSees", lw=1.1)
     half = pi / _OMEGA
-    dots(left, [k * half for k in range(len(points))], points, style.BLACK, "closed form")
-    label(left, "time (s)", "x (m)", "free decay with friction")
-    legend(left)
-    line(right, belt.t_s, 0.1 * belt.t_s, style.GREY, "end of the spring")
-    line(right, belt.t_s, belt.position_m[:, 0], style.ORANGE, "mass", lw=1.1)
-    label(right, "time (s)", "x (m)", "stick-slip")
-    legend(right)
+    style.dots(left, [k * half for k in range(len(points))], points, style.BLACK, "closed form")
+    style.label(left, "time (s)", "x (m)", "free decay with friction")
+    style.legend(left)
+    style.line(right, belt.t_s, 0.1 * belt.t_s, style.GREY, "end of the spring")
+    style.line(right, belt.t_s, belt.position_m[:, 0], style.ORANGE, "mass", lw=1.1)
+    style.label(right, "time (s)", "x (m)", "stick-slip")
+    style.legend(right)
     return figure

@@ -46,7 +46,6 @@ class PaperMotion:
     Attributes:
         motion: The motion at the factor of the study.
         label: Name for figures; says so when it is not the paper's record.
-        is_paper_record: Whether it is the record that the paper used.
     """
 
     motion: GroundMotion

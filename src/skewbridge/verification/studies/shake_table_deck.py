@@ -24,7 +24,6 @@ from skewbridge.verification.references.deck_model import (
 )
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import legend_above, line, time_panels
 from skewbridge.verification.studies.paper_motions import PaperMotion, el_centro
 
 GAPS_MM: Final = (3.18, 6.35)  # source: the paper, runs 123 and 213
@@ -129,25 +128,27 @@ def _demands(history: DeckHistory) -> dict[str, float]:
 def _deformations(history: DeckHistory, motion: PaperMotion) -> Figure:
     title = f"{motion.label}, gap {GAPS_MM[0]:g} mm"
     names = [f"{_NAMES[corner]} (mm)" for corner in CORNERS]
-    figure, axes = time_panels(*names, height_in=6.4, title=title)
+    figure, axes = style.time_panels(*names, height_in=6.4, title=title)
     shown = history.t_s <= _SHOWN_S
     slips = history.q @ make_deck(wu_case(GAPS_MM[0])).tangent_rows.T
     t = history.t_s[shown]
     for k, axis in enumerate(axes):
-        line(axis, t, slips[shown, k] / MM, style.ORANGE, "tangential")
-        line(axis, t, history.openings_m[shown, k] / MM, style.BLUE, "opening")
+        style.line(axis, t, slips[shown, k] / MM, style.ORANGE, "tangential")
+        style.line(axis, t, history.openings_m[shown, k] / MM, style.BLUE, "opening")
         axis.axhline(0.0, color=style.GREY, lw=0.8, ls="--")
-    legend_above(figure, axes[0])
+    style.legend_above(figure, axes[0])
     return figure
 
 
 def _forces(history: DeckHistory, motion: PaperMotion) -> Figure:
     title = f"{motion.label}, gap {GAPS_MM[0]:g} mm"
-    figure, axes = time_panels("compression (kN)", "friction (kN)", height_in=4.4, title=title)
+    figure, axes = style.time_panels(
+        "compression (kN)", "friction (kN)", height_in=4.4, title=title
+    )
     shown = history.t_s <= _SHOWN_S
     colours = (style.BLUE, style.ORANGE, style.GREEN, style.PINK)
     for k, (corner, colour) in enumerate(zip(CORNERS, colours, strict=True)):
         for axis, values in zip(axes, (history.normals_n, history.tangentials_n), strict=True):
-            line(axis, history.t_s[shown], values[shown, k] / 1e3, colour, _NAMES[corner])
-    legend_above(figure, axes[0])
+            style.line(axis, history.t_s[shown], values[shown, k] / 1e3, colour, _NAMES[corner])
+    style.legend_above(figure, axes[0])
     return figure

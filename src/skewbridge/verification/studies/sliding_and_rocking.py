@@ -18,12 +18,11 @@ from skewbridge.verification.references.closed_forms import (
     sine_pulse_first_slip,
     straight_loop_work_j,
 )
-from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.references.live_model import Array, first_crossing_s
 from skewbridge.verification.references.rocking import UprightBlock, UprightHistory, run_upright
 from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import dots, label, legend, line, panel, panels
 
 _G: Final = 9.81
 _KN: Final = 1.0e5
@@ -106,8 +105,8 @@ def _upright_blocks(study: Study) -> UprightHistory:
         angle = 0.5 * exact.slenderness_rad
         released = run_upright(_upright(exact, friction=1.0, angle_rad=angle), 5e-4, 0.8)
         histories.append(released)
-        name, found_s = f"block {b} x {h} m", _first_zero(released)
-        quarter_s = exact.quarter_period_s(angle)
+        name, quarter_s = f"block {b} x {h} m", exact.quarter_period_s(angle)
+        found_s = first_crossing_s(released.t_s, released.angle_rad) or np.nan
         text = f"{name}: quarter period of rocking (s)"
         study.relative(text, found_s, quarter_s, 5e-3, "B9, Housner")
         _tip_or_slide(study, name, exact)
@@ -143,40 +142,35 @@ def _tip_or_slide(study: Study, name: str, exact: RockingBlock) -> None:
             study.holds(text, truth=slid and not bool(lifted.any()), source="B9")
 
 
-def _first_zero(history: UprightHistory) -> float:
-    k = int(np.flatnonzero(history.angle_rad <= 0.0)[0])
-    before, after = history.angle_rad[k - 1], history.angle_rad[k]
-    share = before / (before - after)
-    return float(history.t_s[k - 1] + share * (history.t_s[k] - history.t_s[k - 1]))
-
-
 def _unit_figure(loops: dict[float, dict[str, tuple[Array, Array]]]) -> Figure:
-    figure, axes = panels(1, 3, height_in=2.9)
+    figure, axes = style.panels(1, 3, height_in=2.9)
     for (gap, data), colour, dashes in zip(
         loops.items(), (style.BLUE, style.ORANGE), ("-", "--"), strict=True
     ):
         path, forces = data["normal"]
         name = f"gap {1000 * gap:g} mm"
-        line(axes[0, 0], 1000 * path[:, 3], forces[:, 2] / 1000, colour, name, lw=1.2, ls=dashes)
+        style.line(
+            axes[0, 0], 1000 * path[:, 3], forces[:, 2] / 1000, colour, name, lw=1.2, ls=dashes
+        )
         for axis, key in ((axes[0, 1], "constant"), (axes[0, 2], "varying")):
             path, forces = data[key]
-            line(axis, 1000 * path[:, 1], forces[:, 0] / 1000, colour, lw=1.2, ls=dashes)
-    label(axes[0, 0], "normal displacement (mm)", "compression (kN)", "normal")
-    label(axes[0, 1], "slip (mm)", "friction (kN)", "constant compression")
-    label(axes[0, 2], "slip (mm)", "friction (kN)", "varying compression")
-    legend(axes[0, 0])
+            style.line(axis, 1000 * path[:, 1], forces[:, 0] / 1000, colour, lw=1.2, ls=dashes)
+    style.label(axes[0, 0], "normal displacement (mm)", "compression (kN)", "normal")
+    style.label(axes[0, 1], "slip (mm)", "friction (kN)", "constant compression")
+    style.label(axes[0, 2], "slip (mm)", "friction (kN)", "varying compression")
+    style.legend(axes[0, 0])
     return figure
 
 
 def _rocking_figure(history: UprightHistory) -> Figure:
     exact = RockingBlock(half_width_m=0.25, half_height_m=1.0, gravity_mps2=_G)
-    figure, axis = panel(height_in=2.6)
-    line(axis, history.t_s, history.angle_rad / exact.slenderness_rad, style.BLUE, "OpenSees")
+    figure, axis = style.panel(height_in=2.6)
+    style.line(axis, history.t_s, history.angle_rad / exact.slenderness_rad, style.BLUE, "OpenSees")
     quarter = exact.quarter_period_s(0.5 * exact.slenderness_rad)
     name = "upright after Housner's quarter"
     axis.axvline(quarter, color=style.ORANGE, ls="--", lw=1, label=name)
     axis.axhline(0.0, color=style.GREY, lw=0.6)
-    dots(axis, [0.0], [0.5], style.BLACK)
-    label(axis, "time (s)", "angle / slenderness (-)", "block 0.25 x 1 m released from rest")
-    legend(axis)
+    style.dots(axis, [0.0], [0.5], style.BLACK)
+    style.label(axis, "time (s)", "angle / slenderness (-)", "block 0.25 x 1 m released from rest")
+    style.legend(axis)
     return figure

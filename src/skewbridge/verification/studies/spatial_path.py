@@ -14,14 +14,6 @@ from skewbridge.verification.references.paths import figure_3
 from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import (
-    dots,
-    label,
-    legend,
-    line,
-    panels,
-    time_panels,
-)
 
 # ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
 LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
@@ -125,34 +117,34 @@ def _event_count(path: Array) -> int:
 
 def _histories(path: Array, forces: Array) -> Figure:
     names = ("displacement (m)", "friction (kN)", "force (kN)")
-    figure, axes = time_panels(*names, height_in=5.2)
+    figure, axes = style.time_panels(*names, height_in=5.2)
     moved, friction, total = axes
     t = path[:, 0]
     for column, (name, colour) in enumerate((("x", style.BLUE), ("y", style.ORANGE)), start=1):
-        line(moved, t, path[:, column], colour, f"u{name}")
-        line(friction, t, forces[:, column - 1] / 1000, colour, f"F{name}")
-    line(moved, t, 10.0 * path[:, 3], style.GREEN, "10 uz")
+        style.line(moved, t, path[:, column], colour, f"u{name}")
+        style.line(friction, t, forces[:, column - 1] / 1000, colour, f"F{name}")
+    style.line(moved, t, 10.0 * path[:, 3], style.GREEN, "10 uz")
     times = list(EXACT_N)
     for axis, text in enumerate(("exact", "")):
         values = [EXACT_N[time][axis] / 1000 for time in times]
-        dots(friction, times, values, style.BLACK, text, ms=3)
-    line(total, t, forces[:, 2] / 1000, style.GREEN, "N")
-    line(total, t, np.hypot(*forces[:, :2].T) / 1000, style.PINK, "|F|")
+        style.dots(friction, times, values, style.BLACK, text, ms=3)
+    style.line(total, t, forces[:, 2] / 1000, style.GREEN, "N")
+    style.line(total, t, np.hypot(*forces[:, :2].T) / 1000, style.PINK, "|F|")
     for axis, place in zip(axes, ("lower right", "upper left", "upper left"), strict=True):
-        legend(axis, ncols=3, loc=place)
+        style.legend(axis, ncols=3, loc=place)
     return figure
 
 
 def _planes(path: Array, forces: Array) -> Figure:
-    figure, axes = panels(1, 3, height_in=2.7)
+    figure, axes = style.panels(1, 3, height_in=2.7)
     for column, (name, colour) in enumerate((("x", style.BLUE), ("y", style.ORANGE))):
-        line(axes[0, column], path[:, column + 1], forces[:, column] / 1000, colour)
-        label(axes[0, column], f"u{name} (m)", f"F{name} (kN)")
+        style.line(axes[0, column], path[:, column + 1], forces[:, column] / 1000, colour)
+        style.label(axes[0, column], f"u{name} (m)", f"F{name} (kN)")
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     cone = axes[0, 2]
-    line(cone, 4.5 * np.cos(angle), 4.5 * np.sin(angle), style.GREY, "cone")
-    dots(cone, forces[:, 0] / 1000, forces[:, 1] / 1000, style.PINK, marker=".", ms=2.5)
+    style.line(cone, 4.5 * np.cos(angle), 4.5 * np.sin(angle), style.GREY, "cone")
+    style.dots(cone, forces[:, 0] / 1000, forces[:, 1] / 1000, style.PINK, marker=".", ms=2.5)
     cone.set_aspect("equal")
-    label(cone, "Fx (kN)", "Fy (kN)")
-    legend(cone, loc="center", bbox_to_anchor=(0.5, 0.3))
+    style.label(cone, "Fx (kN)", "Fy (kN)")
+    style.legend(cone, loc="center", bbox_to_anchor=(0.5, 0.3))
     return figure
