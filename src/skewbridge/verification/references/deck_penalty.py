@@ -83,15 +83,9 @@ def run_penalty(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHisto
     speed = (2.0 * case.normal_stiffness_n_per_m / case.mass_kg) ** 0.5
     inner = max(1, ceil(case.dt_s * speed / _RESOLUTION))
     # A jump of the pulse inside a step gets a step end of its own.
-    fine = np.unique(
-        np.concatenate(
-            [
-                (times[:-1, None] + case.dt_s / inner * np.arange(inner)).ravel(),
-                times[-1:],
-                [excitation.period_s] if excitation.period_s < times[-1] else [],
-            ]
-        )
-    )
+    jump = [excitation.period_s] if excitation.period_s < times[-1] else []
+    parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
+    fine = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
     fine = fine[np.append(True, np.diff(fine) > 1e-12)]
     state: State = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     states, forces = [state], [model.forces(state)]
@@ -101,9 +95,8 @@ def run_penalty(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHisto
     half = 0.5 * float(np.median(np.diff(fine)))
     for start in range(0, len(fine) - 1, _PART):
         part = fine[start : start + _PART + 1]
-        for h, accel in zip(
-            np.diff(part).tolist(), _stage_accelerations(excitation, part), strict=True
-        ):
+        stages = _stage_accelerations(excitation, part)
+        for h, accel in zip(np.diff(part).tolist(), stages, strict=True):
             state = _runge_kutta(model, state, h, accel)
             states.append(state)
             forces.append(model.forces(state))

@@ -91,16 +91,12 @@ def locked_rotation(
     rigid = run_deck(deck_case(C1, solver="lcp", restitution=0.6, dt_s=1e-4))
     normal = np.array(make_deck(deck_case(C1)).corners[0].normal_row[:2])
     rows: list[dict[str, float]] = []
+    pulse_speed = 4.0 * np.pi
+    locked = {"restitution": 0.6, "period_theta_s": _LOCKED_S}
     for ratio in relative_stiffnesses:
-        pulse_speed = 4.0 * np.pi
         stiffness = ratio * 1000.0 * pulse_speed**2 / 2.0
-        case = deck_case(
-            C1,
-            restitution=0.6,
-            period_theta_s=_LOCKED_S,
-            normal_stiffness_n_per_m=stiffness,
-            dt_s=resolution / (pulse_speed * ratio**0.5),
-        )
+        dt_s = resolution / (pulse_speed * ratio**0.5)
+        case = deck_case(C1, normal_stiffness_n_per_m=stiffness, dt_s=dt_s, **locked)
         history = run_deck(case)
         soft = np.interp(rigid.t_s, history.t_s, history.q[:, :2] @ normal)
         error = (soft - rigid.q[:, :2] @ normal) / SCALE_M

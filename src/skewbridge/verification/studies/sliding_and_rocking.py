@@ -4,6 +4,7 @@ Loops of one unit with the contact closed from the start (gap 0) and behind a ga
 and a varying normal force, against radial return; then blocks against closed forms.
 """
 
+from dataclasses import asdict
 from math import pi
 from typing import Final
 
@@ -113,16 +114,8 @@ def _upright_blocks(study: Study) -> UprightHistory:
     return histories[0]
 
 
-def _upright(exact: RockingBlock, *, friction: float, angle_rad: float = 0.0) -> UprightBlock:
-    return UprightBlock(
-        half_width_m=exact.half_width_m,
-        half_height_m=exact.half_height_m,
-        mass_kg=1000.0,
-        friction=friction,
-        penalty_n_per_m=1e9,
-        gravity_mps2=_G,
-        angle_rad=angle_rad,
-    )
+def _upright(exact: RockingBlock, **options: float) -> UprightBlock:
+    return UprightBlock(**asdict(exact), mass_kg=1000.0, penalty_n_per_m=1e9, **options)
 
 
 def _tip_or_slide(study: Study, name: str, exact: RockingBlock) -> None:

@@ -86,28 +86,22 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
     """Compare schemes and couplings at 1 ms steps without sub-steps."""
     path = figure_3(1000)
     exact = follow_law(LAW, path, substeps=20).forces_n
-    rows: list[dict[str, str | float]] = []
+    rows: list[tuple[str, str, float, float, float]] = []
     for scheme, coupling in product(_SCHEMES, _COUPLINGS):
         forces = drive_unit(LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
         error = np.hypot(*(forces - exact)[:, :2].T) / LIMIT_N
         # One step at each opening, closing and reversal is a matter of timing.
         kept = error[np.argsort(error)[: -3 * _event_count(path)]]
         rms, work = float(np.sqrt(np.mean(kept**2))), path_work_j(path, forces)
-        rows.append(
-            {
-                "scheme": scheme,
-                "coupling": coupling,
-                "rms_error_ratio": rms,
-                "work_error_ratio": work / EXACT_WORK_J - 1.0,
-                "largest_force_ratio": max(hypot(x, y) for x, y, _ in forces) / LIMIT_N,
-            }
-        )
+        largest = max(hypot(x, y) for x, y, _ in forces) / LIMIT_N
+        rows.append((scheme, coupling, rms, work / EXACT_WORK_J - 1.0, largest))
         if (scheme, coupling) == ("vector", "extrapolated"):
             study.at_most("RMS error at 1 ms steps over the limit", rms, 0.01, _SOURCE)
             study.relative("work at 1 ms steps (J)", work, EXACT_WORK_J, 2e-3, _SOURCE)
         else:
             study.report(f"{scheme}, {coupling}: RMS error at 1 ms steps", rms, 0.0, _SOURCE)
-    return pd.DataFrame(rows)
+    errors = ["rms_error_ratio", "work_error_ratio", "largest_force_ratio"]
+    return pd.DataFrame(rows, columns=["scheme", "coupling", *errors])
 
 
 def _event_count(path: Array) -> int:
