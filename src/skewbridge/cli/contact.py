@@ -18,7 +18,7 @@ def contact(
     as_json: JsonOption = False,
 ) -> None:
     """Drive one contact unit along a path of displacements and write its forces."""
-    from skewbridge.verification.references.contact_case import run_contact_case
+    from skewbridge.verification.references.unit_path import run_contact_case
 
     emit(run_contact_case(case, out), as_json=as_json)
 

@@ -16,7 +16,6 @@ from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
 from skewbridge.verification.studies.comparison import COLUMNS, Study
 
-_STUDIES_PACKAGE: Final = "skewbridge.verification.studies"
 # Name of the study, as the paper numbers its figures, and its module.
 STUDIES: Final[dict[str, str]] = {
     "gate": "gate",
@@ -39,16 +38,11 @@ STUDIES: Final[dict[str, str]] = {
 def run_studies(
     names: Sequence[str], out: Path, *, tell: Callable[[str], None] | None = None
 ) -> list[dict[str, Any]]:
-    """Run studies and write their tables and figures.
+    """Run studies, all without names, write their tables and figures, and return all rows.
 
-    Args:
-        names: Studies to run; none means all.
-        out: Folder for `<study>.parquet`, `<study>[_<name>].svg`, further tables, and
-            `<study>.json` with the rows of the comparisons; all rows in `studies.parquet`.
-        tell: Called with one line per study.
-
-    Returns:
-        The rows of all comparisons.
+    The folder gets `<study>.parquet`, `<study>[_<name>].svg`, further tables, and `<study>.json`
+    with the rows of the comparisons; all rows in `studies.parquet`. `tell` is called with one line
+    per study.
 
     Raises:
         InputError: An unknown name, or the folder cannot be made.
@@ -77,7 +71,7 @@ def run_study(name: str) -> Study:
         RuntimeError: A solver could not finish.
     """
     study = Study(name)
-    import_module(f"{_STUDIES_PACKAGE}.{STUDIES[name]}").run(study)
+    import_module(f"skewbridge.verification.studies.{STUDIES[name]}").run(study)
     return study
 
 

@@ -37,18 +37,14 @@ class Block:
 
     Attributes:
         mass_kg: Mass along x; along y too if `bounces`.
-        kn_n_per_m: Normal penalty.
-        kt_n_per_m: Tangential penalty.
+        kn_n_per_m: Normal penalty; `kt_n_per_m` the tangential one.
         friction: Coulomb coefficient.
         normal_load_n: Constant load onto the surface.
         spring_n_per_m: Spring along x to an anchor.
-        gap_m: Initial gap.
         x0_m: Initial position along x; the spring is free at zero.
         v0_mps: Initial velocity (x, y).
         bounces: The mass has inertia along y; otherwise it rests on the surface from the start.
-        drive: Drive of the contact.
-        scheme: See `ContactSet`.
-        coupling: See `ContactSet`.
+        drive: Drive of the contact; this, `scheme` and `coupling` as in `ContactSet`.
     """
 
     mass_kg: float
@@ -71,9 +67,7 @@ class BlockHistory:
     """Response of a block; n times.
 
     Attributes:
-        t_s: Shape (n,).
-        position_m: Along x and y, shape (n, 2).
-        velocity_mps: Shape (n, 2).
+        position_m: Along x and y, shape (n, 2), as is `velocity_mps`.
         friction_n: With the sign of slip, shape (n,).
         normal_n: Compression, shape (n,).
         ledger: Account of the contact.
@@ -97,16 +91,10 @@ def run_block(
     anchor_m: History | None = None,
     integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
 ) -> BlockHistory:
-    """Run a block, by the trapezoidal rule unless another integrator is given.
+    """Run a block under a force along x, by the trapezoidal rule unless told otherwise.
 
-    Args:
-        block: The block.
-        dt_s: Step.
-        duration_s: Duration.
-        force_n: Force along x as a function of an array of times.
-        base_mps2: Acceleration of the surface along x; motion is then relative to it.
-        anchor_m: Position of the spring's anchor.
-        integrator: Arguments of the OpenSees command.
+    With an acceleration of the surface the motion is relative to it; the anchor is that of the
+    spring. All three are functions of an array of times.
 
     Raises:
         SolutionError: A step does not converge.
@@ -114,9 +102,7 @@ def run_block(
     times = even_times(duration_s, dt_s)
     with clean_domain():
         contacts = _model(block)
-        force = np.zeros_like(times)
-        if force_n is not None:
-            force = force + force_n(times)
+        force = np.zeros_like(times) if force_n is None else force_n(times)
         if base_mps2 is not None:
             force = force - block.mass_kg * base_mps2(times)
         hold_load(_MASS, 1, (0.0, -block.normal_load_n))
@@ -181,12 +167,8 @@ def _settle(block: Block, contacts: ContactSet) -> None:
 
 def _row(contacts: ContactSet) -> list[float]:
     # Slip is counted along the normal turned counter-clockwise, which is minus x.
-    return [
-        *ops.nodeDisp(_MASS),
-        *ops.nodeVel(_MASS),
-        -contacts.tangentials_n[0][0],
-        contacts.normals_n[0],
-    ]
+    forces = [-contacts.tangentials_n[0][0], contacts.normals_n[0]]
+    return [*ops.nodeDisp(_MASS), *ops.nodeVel(_MASS), *forces]
 
 
 def sliding_block(friction: float, *, kt_n_per_m: float = 1e10) -> Block:

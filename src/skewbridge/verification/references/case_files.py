@@ -134,8 +134,8 @@ def read_path(file: Path) -> NDArray[np.float64]:
         raise InputError(
             f"path {file} must have the columns {', '.join(PATH_COLUMNS)}; missing {missing}"
         )
-    columns = [pd.to_numeric(table[column], errors="coerce") for column in PATH_COLUMNS]
-    values = np.column_stack([column.to_numpy(dtype=np.float64) for column in columns])
+    numbers = table[list(PATH_COLUMNS)].apply(pd.to_numeric, errors="coerce")
+    values = numbers.to_numpy(dtype=np.float64)
     if len(values) < 2:
         raise InputError(f"path {file} needs at least two rows, got {len(values)}")
     bad = np.argwhere(~np.isfinite(values))

@@ -14,11 +14,8 @@ from scipy.optimize import brentq
 def free_decay_turning_points(x0_m: float, slip_m: float) -> list[float]:
     """Return the turning points of an oscillator with Coulomb friction, the start included (B1).
 
-    Every half cycle loses 2 F / k; the mass stops where |x| <= F / k.
-
-    Args:
-        x0_m: Initial displacement, at rest.
-        slip_m: F / k.
+    It starts at rest. Every half cycle loses 2 F / k = 2 slip_m; the mass stops where
+    |x| <= slip_m.
 
     References:
         Den Hartog (1956), Mechanical Vibrations, section 8.2.
@@ -33,9 +30,7 @@ def free_decay_turning_points(x0_m: float, slip_m: float) -> list[float]:
 def forced_amplitude(frequency_ratio: float, friction_ratio: float) -> float:
     """Return amplitude / (P / k) of an oscillator under P cos(W t), motion without stops (B2).
 
-    Args:
-        frequency_ratio: r = W / w. Not 1, 1/2, 1/4 ...
-        friction_ratio: F / P.
+    The ratios are r = W / w, not 1, 1/2, 1/4 ..., and F / P.
 
     References:
         Den Hartog (1931), Transactions ASME 53; Shaw (1986), Journal of Sound and Vibration 108.
@@ -58,12 +53,7 @@ class FirstSlip:
 def sine_pulse_first_slip(
     amplitude_mps2: float, period_s: float, friction_mps2: float
 ) -> FirstSlip:
-    """Return the first slip of a block on a base under one sine wave (B3).
-
-    Args:
-        amplitude_mps2: Of the base acceleration.
-        period_s: Of the sine.
-        friction_mps2: mu g.
+    """Return the first slip of a block on a base under one sine wave (B3); friction is mu g.
 
     References:
         Newmark (1965), Geotechnique 15 (rigid sliding block).
@@ -172,19 +162,13 @@ def belt_stick_slip(
     w = sqrt(stiffness_n_per_m / mass_kg)
     drop = (static_n - kinetic_n) / stiffness_n_per_m
     return StickSlip(
-        slip_s=2.0 / w * (pi - atan(drop * w / belt_speed_mps)),
-        stick_s=2.0 * drop / belt_speed_mps,
+        slip_s=2.0 / w * (pi - atan(drop * w / belt_speed_mps)), stick_s=2.0 * drop / belt_speed_mps
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RockingBlock:
-    """A rigid rectangular block on a rigid base (B9).
-
-    Attributes:
-        half_width_m: b.
-        half_height_m: h.
-        gravity_mps2: g.
+    """A rigid rectangular block, half width b and half height h, on a rigid base (B9).
 
     References:
         Housner (1963), Bulletin of the Seismological Society of America 53.
@@ -202,8 +186,7 @@ class RockingBlock:
     @property
     def frequency_rad_per_s(self) -> float:
         """P of the equation of motion, p^2 = 3 g / (4 R)."""
-        radius = hypot(self.half_width_m, self.half_height_m)
-        return sqrt(0.75 * self.gravity_mps2 / radius)
+        return sqrt(0.75 * self.gravity_mps2 / hypot(self.half_width_m, self.half_height_m))
 
     @property
     def uplift_mps2(self) -> float:

@@ -34,21 +34,13 @@ _DESCRIPTIONS: Final = {
 
 
 def run_deck(case: DeckCase, excitation: Excitation | None = None) -> DeckHistory:
-    """Run a deck case with the solver that it names.
-
-    Args:
-        case: The case.
-        excitation: Ground acceleration; by default the pulse of the case.
+    """Run a deck case with the solver that it names; its excitation is its pulse unless given.
 
     Raises:
         SolutionError: The solver could not finish.
     """
-    deck, ground = make_deck(case), excitation or pulse_of(case)
-    if case.solver == "opensees":
-        return run_opensees(case, deck, ground)
-    if case.solver == "penalty":
-        return run_penalty(case, deck, ground)
-    return run_lcp(case, deck, ground)
+    solver = {"opensees": run_opensees, "penalty": run_penalty, "lcp": run_lcp}[case.solver]
+    return solver(case, make_deck(case), excitation or pulse_of(case))
 
 
 def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
@@ -85,8 +77,7 @@ def _excitation(case: DeckCase, case_file: Path) -> Excitation:
             raise InputError(f"motion {path} does not exist")
     motion = read_motion(first, second)
     return Excitation(
-        sample_dt_s=motion.dt_s,
-        samples_mps2=np.array([motion.accel_1_mps2, motion.accel_2_mps2]),
+        sample_dt_s=motion.dt_s, samples_mps2=np.array([motion.accel_1_mps2, motion.accel_2_mps2])
     )
 
 

@@ -41,11 +41,7 @@ def bearing_fields(
 ) -> dict[str, float]:
     """Return plan and periods of a deck on bearings spread along its skewed ends.
 
-    Args:
-        length_m: Length.
-        width_m: Width.
-        skew_deg: Skew.
-        period_s: Period along both axes; that of rotation follows from where the bearings are.
+    The period is that along both axes; that of rotation follows from where the bearings are.
     """
     skew = radians(skew_deg)
     radius2 = (length_m**2 + (width_m / cos(skew)) ** 2) / 12.0
@@ -63,9 +59,7 @@ def bearing_fields(
 def deck_case(named: NamedCase, **changes: Any) -> DeckCase:
     """Return a tabulated case: 1000 kg, Kn = 1e7 N/m, bearings of 0.5 s, 5 % damping.
 
-    Args:
-        named: The case.
-        **changes: Fields of `DeckCase` to set.
+    The changes are fields of `DeckCase`.
     """
     # ASSUME mass, periods and damping: the paper does not give them.
     fields: dict[str, Any] = {

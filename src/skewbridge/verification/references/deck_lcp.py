@@ -7,14 +7,12 @@ import numpy as np
 
 from skewbridge.verification.references.case_files import DeckCase
 from skewbridge.verification.references.deck_model import (
-    Array,
     Deck,
     DeckHistory,
     Excitation,
-    step_times,
 )
-from skewbridge.verification.references.impact import RigidContacts
-from skewbridge.verification.references.lcp import LcpHistory, moreau_jean
+from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
+from skewbridge.verification.references.live_model import Array, even_times
 
 # At this step the tabulated peaks with e <= 0.6 are within 0.05 % of the converged ones.
 _LARGEST_STEP_S: Final = 2.0e-5
@@ -29,7 +27,7 @@ def run_lcp(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHistory:
         SolutionError: A step has no solution.
     """
     parts = max(1, ceil(case.dt_s / _LARGEST_STEP_S - 1e-9))
-    times = step_times(case)
+    times = even_times(case.duration_s, case.dt_s)
     fine = case.model_copy(
         update={"dt_s": case.dt_s / parts, "duration_s": case.dt_s * (len(times) - 1)}
     )
@@ -39,10 +37,8 @@ def run_lcp(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHistory:
     # The friction impulse of an end is shared by its corners as the compression is.
     normals = _summed(history.normal_impulses_ns, parts) / case.dt_s
     tangents = _summed(history.tangent_impulses_ns, parts) / case.dt_s
-    ends = np.array([corner.end for corner in deck.corners])
     friction = np.zeros_like(normals)
-    for end in (0, 1):
-        members = ends == end
+    for end, members in enumerate((slice(0, 2), slice(2, 4))):
         total = normals[:, members].sum(axis=1)
         share = normals[:, members] / np.where(total > 0.0, total, 1.0)[:, None]
         friction[:, members] = share * tangents[:, end, None]
@@ -58,11 +54,10 @@ def run_lcp(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHistory:
 
 def lcp_history(case: DeckCase, deck: Deck, excitation: Excitation) -> LcpHistory:
     """Return positions, velocities and impulses of a deck case."""
-    rows = deck.tangent_rows
     contacts = RigidContacts(
         normal_rows=deck.normal_rows,
         gaps_m=np.full(len(deck.corners), case.gap_normal_m),
-        tangent_rows=np.array([rows[0], rows[2]]),
+        tangent_rows=deck.tangent_rows[::2],
         groups=tuple(corner.end for corner in deck.corners),
         friction=case.friction,
         cohesion_n=case.cohesion_n,
@@ -74,13 +69,12 @@ def lcp_history(case: DeckCase, deck: Deck, excitation: Excitation) -> LcpHistor
 
 def _summed(impulses_ns: Array, parts: int) -> Array:
     """Return the impulses of `parts` steps each; the first row is the start."""
-    steps = impulses_ns[1:]
-    sums = steps.reshape(-1, parts, steps.shape[1]).sum(axis=1)
-    return np.vstack([np.zeros((1, steps.shape[1])), sums])
+    start, steps = impulses_ns[:1], impulses_ns[1:]
+    return np.vstack([start, steps.reshape(len(steps) // parts, parts, -1).sum(axis=1)])
 
 
 def _loads(case: DeckCase, deck: Deck, excitation: Excitation) -> Array:
-    times = step_times(case)
+    times = even_times(case.duration_s, case.dt_s)
     accel = excitation.mean(times[:-1], times[1:])
     loads = np.zeros((len(times) - 1, 3))
     loads[:, :2] = -np.array(deck.mass[:2]) * accel.T

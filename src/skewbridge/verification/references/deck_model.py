@@ -12,17 +12,15 @@ References:
 """  # noqa: E501
 
 from dataclasses import dataclass
-from math import ceil, cos, pi, radians, sin, tan
+from math import cos, pi, radians, sin, tan
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
 from skewbridge.units import G_MPS2
 from skewbridge.verification.references.case_files import DeckCase
-
-type Array = NDArray[np.float64]
+from skewbridge.verification.references.live_model import Array, first_crossing_s
 
 # Right and left end, acute and obtuse corner.
 CORNERS: Final = ("ra", "ro", "lo", "la")
@@ -35,10 +33,7 @@ class Corner:
     Attributes:
         name: One of `CORNERS`.
         end: 0 right, 1 left.
-        x_m: Position from the mass centre.
-        y_m: Position from the mass centre.
-        normal: Outward normal of the abutment, towards the deck.
-        tangent: Direction of positive slip.
+        x_m: Position from the mass centre, as is `y_m`.
         normal_row: Opening = gap + normal_row . q.
         tangent_row: Slip = tangent_row . q.
     """
@@ -47,10 +42,13 @@ class Corner:
     end: int
     x_m: float
     y_m: float
-    normal: tuple[float, float]
-    tangent: tuple[float, float]
     normal_row: tuple[float, float, float]
     tangent_row: tuple[float, float, float]
+
+    @property
+    def normal(self) -> tuple[float, float]:
+        """Outward normal of the abutment, towards the deck."""
+        return self.normal_row[:2]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +59,6 @@ class Deck:
         mass: Diagonal of the mass matrix (kg, kg, kg m2).
         stiffness: Diagonal of the bearing stiffness.
         damping: Diagonal of the damping, 2 xi w M.
-        corners: The four contacts.
         dashpot_n_s_per_m: Dashpot of each corner for the wanted restitution.
     """
 
@@ -87,7 +84,6 @@ class DeckHistory:
     """Response of a deck; n times.
 
     Attributes:
-        t_s: Shape (n,).
         q: Displacements (ux, uy, theta), shape (n, 3).
         openings_m: Shape (n, 4), order `CORNERS`, negative in contact.
         normals_n: Compressions, shape (n, 4).
@@ -111,15 +107,7 @@ class DeckHistory:
 
     def first_contact_s(self) -> float | None:
         """Return the time at which the first gap closes, linear between samples."""
-        smallest = self.openings_m.min(axis=1)
-        closed = np.flatnonzero(smallest < 0.0)
-        if len(closed) == 0:
-            return None
-        k = int(closed[0])
-        if k == 0:
-            return float(self.t_s[0])
-        share = smallest[k - 1] / (smallest[k - 1] - smallest[k])
-        return float(self.t_s[k - 1] + share * (self.t_s[k] - self.t_s[k - 1]))
+        return first_crossing_s(self.t_s, self.openings_m.min(axis=1))
 
 
 def make_deck(case: DeckCase) -> Deck:
@@ -156,8 +144,6 @@ def _corners(length_m: float, width_m: float, skew_rad: float) -> tuple[Corner, 
                 end=0 if s > 0.0 else 1,
                 x_m=x,
                 y_m=y,
-                normal=(-s * n[0], -s * n[1]),
-                tangent=t,
                 normal_row=(-s * n[0], -s * n[1], -s * (n[1] * x - n[0] * y)),
                 tangent_row=(t[0], t[1], t[1] * x - t[0] * y),
             )
@@ -171,7 +157,7 @@ class Excitation:
 
     Attributes:
         amplitude_mps2: Of the pulse.
-        period_s: Of the pulse, which is also its length.
+        period_s: Of the pulse, and its length.
         sample_dt_s: Of the record; zero for the pulse.
         samples_mps2: Shape (2, n), linear between samples.
     """
@@ -208,12 +194,6 @@ def pulse_of(case: DeckCase) -> Excitation:
     return Excitation(amplitude_mps2=case.pulse.amplitude_g * G_MPS2, period_s=case.pulse.period_s)
 
 
-def step_times(case: DeckCase) -> Array:
-    """Return the times of the steps of a case, from zero."""
-    count = ceil(case.duration_s / case.dt_s - 1e-9)
-    return np.arange(count + 1, dtype=np.float64) * case.dt_s
-
-
 type Response = tuple[Array, Array, Array, Array, Array]
 """q and its velocity, shape (n, 3); openings, compressions and friction, shape (n, 4)."""
 
@@ -227,12 +207,7 @@ class EnergyBalance:
         self._given = self._lost = self._kept = self._largest = 0.0
 
     def add(self, response: Response, accel_mps2: Array) -> None:
-        """Add a part; the next one starts with its last time.
-
-        Args:
-            response: The part.
-            accel_mps2: Ground acceleration at the same times, shape (2, n).
-        """
+        """Add a part under a ground acceleration, shape (2, n); the next starts at its end."""
         q, v, openings, normals, tangentials = response
         step = np.diff(q, axis=0)
         force = np.zeros_like(q)

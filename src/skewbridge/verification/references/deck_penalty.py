@@ -11,14 +11,13 @@ import numpy as np
 
 from skewbridge.verification.references.case_files import DeckCase
 from skewbridge.verification.references.deck_model import (
-    Array,
     Deck,
     DeckHistory,
     EnergyBalance,
     Excitation,
     Response,
-    step_times,
 )
+from skewbridge.verification.references.live_model import Array, even_times
 
 # Step times the circular frequency of the deck on the two springs of an end.
 _RESOLUTION: Final = 0.01
@@ -46,13 +45,10 @@ class PenaltyDeck:
         for (nx, ny, nr, tx, ty, tr), stick in zip(self._rows, self.stick, strict=True):
             opening = self._gap + nx * x + ny * y + nr * r
             slip = tx * x + ty * y + tr * r
-            if opening >= 0.0:
-                result.append((0.0, 0.0, slip))
-                continue
             normal = -self._kn * opening
-            if self._dashpot:
+            if self._dashpot and opening < 0.0:
                 normal -= self._dashpot * (nx * vx + ny * vy + nr * vr)
-            if normal <= 0.0:
+            if opening >= 0.0 or normal <= 0.0:
                 result.append((0.0, 0.0, slip))
                 continue
             limit = self._cohesion + self._friction * normal
@@ -83,19 +79,13 @@ class PenaltyDeck:
 def run_penalty(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHistory:
     """Integrate a deck case with penalty contact; output at multiples of the case's dt_s."""
     model = PenaltyDeck(case, deck)
-    times = step_times(case)
+    times = even_times(case.duration_s, case.dt_s)
     speed = (2.0 * case.normal_stiffness_n_per_m / case.mass_kg) ** 0.5
     inner = max(1, ceil(case.dt_s * speed / _RESOLUTION))
     # A jump of the pulse inside a step gets a step end of its own.
-    fine = np.unique(
-        np.concatenate(
-            [
-                (times[:-1, None] + case.dt_s / inner * np.arange(inner)).ravel(),
-                times[-1:],
-                [excitation.period_s] if excitation.period_s < times[-1] else [],
-            ]
-        )
-    )
+    jump = [excitation.period_s] if excitation.period_s < times[-1] else []
+    parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
+    fine = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
     fine = fine[np.append(True, np.diff(fine) > 1e-12)]
     state: State = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     states, forces = [state], [model.forces(state)]
@@ -105,9 +95,8 @@ def run_penalty(case: DeckCase, deck: Deck, excitation: Excitation) -> DeckHisto
     half = 0.5 * float(np.median(np.diff(fine)))
     for start in range(0, len(fine) - 1, _PART):
         part = fine[start : start + _PART + 1]
-        for h, accel in zip(
-            np.diff(part).tolist(), _stage_accelerations(excitation, part), strict=True
-        ):
+        stages = _stage_accelerations(excitation, part)
+        for h, accel in zip(np.diff(part).tolist(), stages, strict=True):
             state = _runge_kutta(model, state, h, accel)
             states.append(state)
             forces.append(model.forces(state))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 import openseespy.opensees as ops
@@ -28,17 +29,10 @@ def clean_domain() -> Generator[None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solver:
-    """How the equations of a small model are solved; the trapezoidal rule unless told otherwise.
+    """Arguments of the OpenSees commands that say how the equations of a small model are solved.
 
-    Attributes:
-        constraints: OpenSees constraint handler.
-        numberer: OpenSees numberer.
-        system: OpenSees system of equations.
-        tolerance_m: Largest norm of the last displacement increment.
-        algorithm: OpenSees algorithm.
-        integrator: Arguments of the OpenSees command.
-        analysis: `Transient` or `Static`.
-        iterations: Largest number of iterations.
+    By default the trapezoidal rule. `tolerance_m` is the largest norm of the last displacement
+    increment.
     """
 
     constraints: str = "Transformation"
@@ -83,12 +77,9 @@ def hold_load(node: int, tag: int, load: tuple[float, ...]) -> None:
 
 
 def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
-    """Shake all supports along x and y; the mass has its acceleration from the start.
+    """Shake all supports by an acceleration along x and y, shape (2, n).
 
-    Args:
-        mass_node: The node with the mass.
-        dt_s: Step.
-        accel_mps2: Acceleration, shape (2, n).
+    The node of the mass has its acceleration from the start.
     """
     for dof, component in enumerate(accel_mps2, start=1):
         path_series(dof, dt_s, component)
@@ -96,9 +87,21 @@ def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
         ops.setNodeAccel(mass_node, dof, -float(component[0]), "-commit")
 
 
+def first_crossing_s(t_s: Array, values: Array) -> float | None:
+    """Return the time at which values first fall below zero, linear between samples."""
+    below = np.flatnonzero(values < 0.0)
+    if len(below) == 0:
+        return None
+    k = int(below[0])
+    if k == 0:
+        return float(t_s[0])
+    share = values[k - 1] / (values[k - 1] - values[k])
+    return float(t_s[k - 1] + share * (t_s[k] - t_s[k - 1]))
+
+
 def even_times(duration_s: float, dt_s: float) -> Array:
-    """Return the times of even steps from zero."""
-    return np.arange(round(duration_s / dt_s) + 1, dtype=np.float64) * dt_s
+    """Return the times of even steps from zero to the end or just beyond."""
+    return np.arange(ceil(duration_s / dt_s - 1e-9) + 1, dtype=np.float64) * dt_s
 
 
 def march(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, cos, pi, radians, sin
+from math import cos, pi, radians, sin
 from typing import Final
 
 import numpy as np
@@ -11,12 +11,12 @@ import openseespy.opensees as ops
 from skewbridge.contact import ContactSet, UnitLedger
 from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
-from skewbridge.verification.references.impact import RigidContacts
-from skewbridge.verification.references.lcp import LcpHistory, moreau_jean
+from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
 from skewbridge.verification.references.live_model import (
     Array,
     Solver,
     clean_domain,
+    even_times,
     march,
     shake_base,
 )
@@ -30,13 +30,12 @@ class Particle:
     """The study of Figure 4.
 
     Attributes:
-        mass_kg: Mass.
         period_s: Of the isotropic support.
         damping_ratio: Of the support.
         half_gap_m: Distance of each line from the origin.
         slope_deg: Inclination of the lines.
         friction: Coulomb coefficient.
-        restitution: Restitution; 1 is elastic.
+        restitution: 1 is elastic.
         kn_n_per_m: Normal and tangential penalty in OpenSees.
         pulse_s: Period and length of the cosine pulse of the base.
         pulse_mps2: Its amplitude along x and y.
@@ -89,7 +88,6 @@ class ParticleHistory:
     """Response; n times.
 
     Attributes:
-        t_s: Shape (n,).
         position_m: Along x and y, shape (n, 2).
         friction_n: Along the lines, with the sign of slip: lower and upper line, shape (n, 2).
         normal_n: Compression of the lower and upper line, shape (n, 2).
@@ -111,8 +109,7 @@ def run_particle(
     Raises:
         SolutionError: A step does not converge.
     """
-    count = ceil(duration_s / dt_s - 1e-9)
-    times = np.arange(count + 1, dtype=np.float64) * dt_s
+    times = even_times(duration_s, dt_s)
     with clean_domain():
         contacts = _model(particle)
         accel = particle.mean_accel(times - 0.5 * dt_s, times + 0.5 * dt_s)
@@ -124,10 +121,8 @@ def run_particle(
             if keep(k):
                 (lower, _), (upper, _) = contacts.tangentials_n
                 # The unit of the lower line counts slip along minus the tangent.
-                force = [-lower, upper]
-                rows.append(
-                    [float(times[k]), *ops.nodeDisp(_PARTICLE), *force, *contacts.normals_n]
-                )
+                forces = [-lower, upper, *contacts.normals_n]
+                rows.append([float(times[k]), *ops.nodeDisp(_PARTICLE), *forces])
         ledgers = contacts.ledger()
     table = np.array(rows)
     return ParticleHistory(
@@ -152,7 +147,7 @@ def run_particle_lcp(particle: Particle, h_s: float, duration_s: float) -> LcpHi
         cohesion_n=0.0,
         restitution=particle.restitution,
     )
-    times = np.arange(ceil(duration_s / h_s - 1e-9) + 1, dtype=np.float64) * h_s
+    times = even_times(duration_s, h_s)
     loads = -m * particle.mean_accel(times[:-1], times[1:])
     eye = np.eye(2)
     return moreau_jean((m * eye, c * eye, k * eye), contacts, loads, h_s)
@@ -172,7 +167,7 @@ def _model(particle: Particle) -> ContactSet:
         ratio = kelvin_voigt_damping_ratio(particle.restitution)
         dashpot = 2.0 * ratio * (particle.kn_n_per_m * particle.mass_kg) ** 0.5
         drive = kelvin_voigt_drive(kn_n_per_m=particle.kn_n_per_m, dashpot_n_s_per_m=dashpot)
-    nx, ny = particle.normal
+    (nx, ny), kn = particle.normal, particle.kn_n_per_m
     for normal, name in (((nx, ny), "lower line"), ((-nx, -ny), "upper line")):
         contacts.add(
             _GROUND,
@@ -180,8 +175,8 @@ def _model(particle: Particle) -> ContactSet:
             normal,
             particle.half_gap_m,
             particle.friction,
-            kn=particle.kn_n_per_m,
-            kt=particle.kn_n_per_m,
+            kn=kn,
+            kt=kn,
             drive=drive,
             name=name,
         )

@@ -42,11 +42,9 @@ class UprightBlock:
     Attributes:
         half_width_m: b.
         half_height_m: h.
-        mass_kg: Mass.
         friction: Coulomb coefficient of both corners.
         penalty_n_per_m: Normal and tangential penalty.
         angle_rad: Initial angle, at rest on its left corner when it leans to the left.
-        gravity_mps2: g.
     """
 
     half_width_m: float
@@ -63,7 +61,6 @@ class UprightHistory:
     """Response; n times.
 
     Attributes:
-        t_s: Shape (n,).
         angle_rad: Rotation, initial angle included, positive to the left (counter-clockwise).
         feet_m: Horizontal displacement of the left and right corner, shape (n, 2).
         openings_m: Shape (n, 2).
@@ -76,18 +73,9 @@ class UprightHistory:
 
 
 def run_upright(
-    block: UprightBlock,
-    dt_s: float,
-    duration_s: float,
-    base_mps2: History | None = None,
+    block: UprightBlock, dt_s: float, duration_s: float, base_mps2: History | None = None
 ) -> UprightHistory:
-    """Run a block by the trapezoidal rule, with large rotations.
-
-    Args:
-        block: The block.
-        dt_s: Step.
-        duration_s: Duration.
-        base_mps2: Horizontal acceleration of the floor.
+    """Run a block with large rotations, at rest or under a horizontal acceleration of the floor.
 
     Raises:
         SolutionError: A step does not converge.
@@ -113,17 +101,13 @@ def run_upright(
 def _model(block: UprightBlock) -> ContactSet:
     b, h, angle = block.half_width_m, block.half_height_m, block.angle_rad
     pivot = -b if angle >= 0.0 else b
+    plan = {_CENTRE: (0.0, h), _FOOT: (0.0, 0.0), _CORNERS[0]: (-b, 0.0), _CORNERS[1]: (b, 0.0)}
     turned = {
         node: (
             pivot + cos(angle) * (x - pivot) - sin(angle) * y,
             sin(angle) * (x - pivot) + cos(angle) * y,
         )
-        for node, (x, y) in (
-            (_CENTRE, (0.0, h)),
-            (_FOOT, (0.0, 0.0)),
-            (_CORNERS[0], (-b, 0.0)),
-            (_CORNERS[1], (b, 0.0)),
-        )
+        for node, (x, y) in plan.items()
     }
     ops.model("basic", "-ndm", 2, "-ndf", 3)
     for node, position in turned.items():

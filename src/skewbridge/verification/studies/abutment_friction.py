@@ -15,8 +15,8 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.units import KJ, KN, MM
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import label, legend, panels
 from skewbridge.verification.studies.friction_pairs import (
     DURATION_S,
     FRICTION_PCT,
@@ -42,12 +42,10 @@ def run(study: Study) -> None:
         _report(study, name, pair)
     straight, skewed, strong = pairs.values()
     _statements(study, straight, strong)
-    for name, pair in (
-        ("skew00", straight), ("skew25", skewed), ("skew00_monolithic", strong)
-    ):  # fmt: skip
+    for name, pair in (("skew00", straight), ("skew25", skewed)):
         study.figures[name] = _hysteresis(pair, motion)
-    study.tables["skew00_ledger"] = _ledger(straight[0])
-    study.tables["skew25_ledger"] = _ledger(skewed[0])
+        study.tables[f"{name}_ledger"] = _ledger(pair[0])
+    study.figures["skew00_monolithic"] = _hysteresis(strong, motion)
 
 
 def _pair(skew_deg: int, motion: PaperMotion, keys: Literal["sacrificial", "monolithic"]) -> Pair:
@@ -116,12 +114,12 @@ def _statements(study: Study, pair: Pair, strong: Pair) -> None:
 
 
 def _hysteresis(pair: Pair, motion: PaperMotion) -> Figure:
-    figure, axes = panels(1, 2, height_in=3.0)
+    figure, axes = style.panels(1, 2, height_in=3.0)
     for column, title in enumerate(("longitudinal (u)", "transverse (w)")):
         curves = [(h.disp_m[:, column] / MM, h.force_n[:, column] / (1000 * KN)) for h in pair]
         draw_pair(axes[0, column], *curves)
-        label(axes[0, column], "displacement (mm)", "force on the deck (MN)", title)
-    legend(axes[0, 0], loc="best")
+        style.label(axes[0, column], "displacement (mm)", "force on the deck (MN)", title)
+    style.legend(axes[0, 0], loc="best")
     figure.suptitle(motion.label, fontsize=9)
     return figure
 

@@ -9,20 +9,14 @@ from typing import Final
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
 from skewbridge.statuses import RAN
 from skewbridge.units import MM
-from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import label, legend, line, panels
-from skewbridge.verification.studies.friction_figures import histories_of
 from skewbridge.verification.studies.friction_pairs import (
-    DURATION_S,
+    analysis,
+    histories_of,
     paper_variant,
     with_and_without,
 )
@@ -55,15 +49,8 @@ type Runs = dict[tuple[str, int], AnalysisResult]
 def run(study: Study) -> None:
     """Run the study."""
     motion = waho()
-
-    def result(variant: Variant) -> AnalysisResult:
-        settings = AnalysisSettings(duration_s=DURATION_S)
-        plain = variant.normalised()
-        excitation = Excitation(motion=motion.motion)
-        return analyse(plain, excitation, settings, ModelOptions(), histories=True)
-
     runs: Runs = {
-        (abutment, skew): result(paper_variant(abutment=abutment, skew_deg=skew))
+        (abutment, skew): analysis(paper_variant(abutment=abutment, skew_deg=skew), motion)
         for abutment in _COLOURS
         for skew in SKEWS_DEG
     }
@@ -71,7 +58,9 @@ def run(study: Study) -> None:
     has_run = all(found.status in RAN for found in runs.values())
     study.holds(text, truth=has_run, source="this model")
     _skew_statements(study, runs)
-    rough, smooth = with_and_without(result, bridge="osb2s", skew_deg=20)
+    rough, smooth = with_and_without(
+        lambda variant: analysis(variant, motion), bridge="osb2s", skew_deg=20
+    )
     for demand in _DEMANDS:
         text = f"OSB2S (surrogate), skew 20: {demand}, friction 0.5 against 0"
         study.report(text, rough.demands[demand], smooth.demands[demand], "paper, section 6")
@@ -106,19 +95,15 @@ def _table(runs: Runs) -> pd.DataFrame:
 
 
 def _figure(runs: Runs, skew: int, motion: PaperMotion) -> Figure:
-    figure, axes = panels(3, 1, height_in=5.4, sharex=True)
-    for axis, column, unit, name in (
-        (axes[0, 0], "deck_ux_m", MM, "longitudinal (mm)"),
-        (axes[1, 0], "deck_uy_m", MM, "transverse (mm)"),
-        (axes[2, 0], "deck_rot_rad", 1e-3, "rotation (mrad)"),
-    ):
+    names = ("longitudinal (mm)", "transverse (mm)", "rotation (mrad)")
+    figure, axes = style.time_panels(*names, height_in=5.4)
+    columns = {"deck_ux_m": MM, "deck_uy_m": MM, "deck_rot_rad": 1e-3}
+    for axis, (column, unit) in zip(axes, columns.items(), strict=True):
         for abutment, colour in _COLOURS.items():
             table = histories_of(runs[abutment, skew])
             text = abutment.replace("_", " ")
-            line(axis, table["t_s"], table[column] / unit, colour, text, lw=0.9)
+            style.line(axis, table["t_s"], table[column] / unit, colour, text, lw=0.9)
         axis.axhline(0.0, color=style.BLACK, lw=0.4)
-        label(axis, "", name)
-    axes[2, 0].set_xlabel("time (s)", fontsize=8)
-    legend(axes[0, 0], loc="upper right", ncols=5)
+    style.legend(axes[0], loc="upper right", ncols=5)
     figure.suptitle(f"OSB1, skew {skew}; {motion.label}", fontsize=9)
     return figure

@@ -8,33 +8,22 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
-from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
-from skewbridge.analysis.settings import AnalysisSettings, Scheme
-from skewbridge.analysis.transient import analyse
-from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
+from skewbridge.units import KN, MM
+from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.friction_figures import (
-    Pair,
-    cycle_figure,
-    displacement_figure,
-    histories_of,
-    hysteresis_figure,
-)
 from skewbridge.verification.studies.friction_pairs import (
-    DURATION_S,
     FRICTION_PCT,
-    Series,
+    analysis,
+    draw_pair,
+    histories_of,
     stick_slip_changes,
     with_and_without,
 )
-from skewbridge.verification.studies.half_cycles import (
-    HalfCycle,
-    half_cycles,
-    together_correlation,
-)
+from skewbridge.verification.studies.half_cycles import HalfCycle, half_cycles, together_correlation
 from skewbridge.verification.studies.paper_motions import PaperMotion, waho
 
 FEW_PERCENT: Final = 0.05  # source: the paper gives 2-3 % for its record; others vary
@@ -50,36 +39,29 @@ _DEMANDS: Final = (
     "shear_key_force_kn",
 )
 
+type Pair = tuple[AnalysisResult, AnalysisResult]
+"""With friction, without."""
+
 
 def run(study: Study) -> None:
     """Run the study."""
     motion = waho()
-    pair = friction_pair(motion, "default")
-    report_ratios(study, "default scheme", pair)
-    report_ratios(study, "paper scheme", friction_pair(motion, "paper"))
+    pair = with_and_without(lambda variant: analysis(variant, motion))
+    _report_ratios(study, "default scheme", pair)
+    as_in_paper = with_and_without(lambda variant: analysis(variant, motion, "paper"))
+    _report_ratios(study, "paper scheme", as_in_paper)
     cycles = _cycles(pair)
     _peak_statements(study, pair)
     _contact_statements(study, pair, cycles)
-    study.figures["displacements"] = displacement_figure(pair, motion)
-    study.figures["hysteresis"] = hysteresis_figure(pair, motion)
-    study.figures["cycles"] = cycle_figure(cycles, motion)
+    study.figures["displacements"] = _displacement_figure(pair, motion)
+    study.figures["hysteresis"] = _hysteresis_figure(pair, motion)
+    study.figures["cycles"] = _cycle_figure(cycles, motion)
     study.tables["cycles"] = pd.DataFrame(
         [asdict(cycle) | {"change": cycle.change} for cycle in cycles]
     )
 
 
-def friction_pair(motion: PaperMotion, scheme: Scheme) -> Pair:
-    """Return the analyses of OSB1 without skew, with and without friction."""
-    settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
-
-    def result(variant: Variant) -> AnalysisResult:
-        excitation = Excitation(motion=motion.motion)
-        return analyse(variant, excitation, settings, ModelOptions(), histories=True)
-
-    return with_and_without(result)
-
-
-def report_ratios(study: Study, name: str, pair: Pair) -> None:
+def _report_ratios(study: Study, name: str, pair: Pair) -> None:
     """Put the demands with friction beside those without."""
     with_friction, without = (result.demands for result in pair)
     for demand in _DEMANDS:
@@ -150,7 +132,7 @@ def _key_changes(result: AnalysisResult) -> int:
     table = histories_of(result)
     keys = [name for name in table if "key" in name and name.endswith("_normal_kn")]
 
-    def column(name: str, part: str) -> Series:
+    def column(name: str, part: str) -> Array:
         return table[name.replace("normal", part)]
 
     normals = np.column_stack([table[name] for name in keys])
@@ -158,3 +140,48 @@ def _key_changes(result: AnalysisResult) -> int:
         [np.hypot(column(name, "friction_1"), column(name, "friction_2")) for name in keys]
     )
     return stick_slip_changes(normals, frictions, FRICTION_PCT / 100)
+
+
+def _displacement_figure(pair: Pair, motion: PaperMotion) -> Figure:
+    """Draw the displacement of the mass centre along both axes."""
+    figure, axes = style.time_panels("longitudinal (mm)", "transverse (mm)", height_in=3.8)
+    tables = [histories_of(result) for result in pair]
+    for axis, column in zip(axes, ("deck_ux_m", "deck_uy_m"), strict=True):
+        draw_pair(axis, *((table["t_s"], table[column] / MM) for table in tables))
+    style.legend(axes[0], loc="upper right")
+    figure.suptitle(f"OSB1, mass centre, skew 0; {motion.label}", fontsize=9)
+    return figure
+
+
+def _hysteresis_figure(pair: Pair, motion: PaperMotion) -> Figure:
+    """Draw force against displacement of both abutments along both axes."""
+    figure, axes = style.panels(2, 2, height_in=5.0)
+    tables = [histories_of(result) for result in pair]
+    for row, (axis_name, direction) in enumerate((("longitudinal", "x"), ("transverse", "y"))):
+        for axis, side in zip(axes[row], ("left", "right"), strict=True):
+            start = f"abutment_{side}_{direction}"
+            curves = [(t[f"{start}_m"] / MM, t[f"{start}_kn"] * KN / 1e6) for t in tables]
+            draw_pair(axis, *curves)
+            style.label(axis, "displacement (mm)", "force (MN)", f"{side} abutment, {axis_name}")
+    style.legend(axes[0, 0], loc="best")
+    figure.suptitle(f"OSB1, skew 0; {motion.label}", fontsize=9)
+    return figure
+
+
+def _cycle_figure(cycles: list[HalfCycle], motion: PaperMotion) -> Figure:
+    """Draw what friction changes per half cycle against how much the axes coincide."""
+    figure, axis = style.panel(height_in=3.0)
+    for has_contact, colour, text in (
+        (True, style.BLUE, "backwall in contact"),
+        (False, style.ORANGE, "no backwall contact"),
+    ):
+        chosen = [cycle for cycle in cycles if cycle.has_contact is has_contact]
+        change_mm = [(cycle.peak_with_m - cycle.peak_without_m) / MM for cycle in chosen]
+        together = [cycle.together for cycle in chosen]
+        style.dots(axis, together, change_mm, colour, text, ms=5, alpha=0.8)
+    axis.axhline(0.0, color="0.4", lw=0.6)
+    x = "both axes together: max |ux uy| of the half cycle / (max |ux| max |uy|)"
+    style.label(axis, x, "change of transverse\npeak by friction (mm)")
+    style.legend(axis)
+    figure.suptitle(f"OSB1, skew 0, transverse half cycles; {motion.label}", fontsize=9)
+    return figure

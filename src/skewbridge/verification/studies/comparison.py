@@ -38,14 +38,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Collects what a study finds.
-
-    Attributes:
-        name: Name of the study.
-        comparisons: What has been compared so far.
-        figures: Figures by name.
-        tables: Further tables by name.
-    """
+    """Collects what a study finds: comparisons so far, figures and further tables by name."""
 
     name: str
     comparisons: list[Comparison] = field(default_factory=list[Comparison])
@@ -53,10 +46,11 @@ class Study:
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
 
     def relative(
-        self, quantity: str, value: float, reference: float, tolerance: float, source: str
+        self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
-        """Compare with a tolerance relative to the reference."""
-        self._add(quantity, value, reference, tolerance * abs(reference), source)
+        """Compare with a tolerance relative to the reference; without one, only report."""
+        limit = None if tolerance is None else tolerance * abs(reference)
+        self.absolute(quantity, value, reference, limit, source)
 
     def relative_each(
         self,
@@ -65,40 +59,31 @@ class Study:
         references: Mapping[str, tuple[float, float]],
         source: str,
     ) -> None:
-        """Compare several values, each with its reference and relative tolerance.
+        """Compare values by name, each with its reference and relative tolerance.
 
-        Args:
-            quantity: What the names of the values follow, such as "case C1: peak".
-            values: By name; more than are compared.
-            references: Reference and relative tolerance by name.
-            source: Where the references are from.
+        The name follows the quantity, such as "case C1: peak"; values without a reference are left.
         """
         for name, (reference, tolerance) in references.items():
             self.relative(f"{quantity} {name}", values[name], reference, tolerance, source)
 
     def absolute(
-        self, quantity: str, value: float, reference: float, tolerance: float, source: str
+        self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
-        """Compare with an absolute tolerance."""
-        self._add(quantity, value, reference, tolerance, source)
+        """Compare with an absolute tolerance; without one, only report."""
+        found = Comparison(quantity, float(value), float(reference), tolerance, source)
+        self.comparisons.append(found)
 
     def at_most(self, quantity: str, value: float, limit: float, source: str) -> None:
         """Compare a quantity that is not negative with zero."""
-        self._add(quantity, value, 0.0, limit, source)
+        self.absolute(quantity, value, 0.0, limit, source)
 
     def holds(self, quantity: str, *, truth: bool, source: str) -> None:
         """Add a statement that is true (1) or false (0)."""
-        self._add(quantity, float(truth), 1.0, 0.0, source)
+        self.absolute(quantity, truth, 1.0, 0.0, source)
 
     def report(self, quantity: str, value: float, reference: float, source: str) -> None:
         """Report two numbers side by side without judging."""
-        self._add(quantity, value, reference, None, source)
-
-    def _add(
-        self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
-    ) -> None:
-        found = Comparison(quantity, float(value), float(reference), tolerance, source)
-        self.comparisons.append(found)
+        self.absolute(quantity, value, reference, None, source)
 
     def rows(self) -> list[dict[str, str | float | bool | None]]:
         """Return one row per comparison, with the columns of the `verify` command."""

@@ -8,20 +8,18 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, Coupling
 from skewbridge.verification.references.deck import run_deck
 from skewbridge.verification.references.deck_cases import C5, deck_case
 from skewbridge.verification.references.deck_model import make_deck, pulse_of
 from skewbridge.verification.references.deck_opensees import run_opensees
+from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.references.unit_path import drive_unit, follow_law
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.deck_impacts import contact_speed
-from skewbridge.verification.studies.figure_style import label, legend, line, panels
 
-type Matrix = NDArray[np.float64]
 type PathKind = Literal["closed", "opening and closing", "reversals"]
 
 _LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
@@ -53,7 +51,7 @@ def run(study: Study) -> None:
     study.tables["errors"] = table
 
 
-def smooth_path(rows: int, kind: PathKind) -> Matrix:
+def smooth_path(rows: int, kind: PathKind) -> Array:
     """Return two periods of 1 s of a curve in space.
 
     Args:
@@ -100,15 +98,10 @@ def _deck_errors() -> list[dict[str, Any]]:
             case = deck_case(C5, dt_s=dt, duration_s=_DECK_DURATION_S, coupling=coupling)
             found = run_opensees(case, make_deck(case), pulse_of(case), parts_on_change=parts)
             q = np.array([np.interp(exact.t_s, found.t_s, column) for column in found.q.T]).T
-            rows.append(
-                {
-                    "study": "deck C5",
-                    "coupling": coupling if parts == 1 else f"{coupling}, sub-steps",
-                    "rows": 0,
-                    "step": step,
-                    "error_ratio": float(np.sqrt(np.mean(((q - exact.q) / scale) ** 2))),
-                }
-            )
+            error = float(np.sqrt(np.mean(((q - exact.q) / scale) ** 2)))
+            name = coupling if parts == 1 else f"{coupling}, sub-steps"
+            row = {"study": "deck C5", "coupling": name, "rows": 0, "step": step}
+            rows.append(row | {"error_ratio": error})
     return rows
 
 
@@ -119,7 +112,7 @@ def _order(group: pd.DataFrame) -> float:
 
 
 def _figure(table: pd.DataFrame) -> Figure:
-    figure, axes = panels(2, 2, height_in=5.2)
+    figure, axes = style.panels(2, 2, height_in=5.2)
     titles = {
         "closed": "path that stays closed",
         "opening and closing": "path that opens and closes",
@@ -129,17 +122,17 @@ def _figure(table: pd.DataFrame) -> Figure:
     for axis, (kind, title) in zip(np.ravel(axes), titles.items(), strict=True):
         part = table[table["study"] == kind]
         for coupling, group in part.groupby("coupling"):
-            name = f"{coupling}: {_order(group):.2f}"
-            look = {"marker": "o", "ms": 3}
-            line(axis, group["step"], group["error_ratio"], _COLOURS[str(coupling)], name, **look)
+            x, y = group["step"], group["error_ratio"]
+            name, colour = f"{coupling}: {_order(group):.2f}", _COLOURS[str(coupling)]
+            style.line(axis, x, y, colour, name, marker="o", ms=3)
         steps = np.array([part["step"].min(), part["step"].max()])
         least = part["error_ratio"].min()
-        line(axis, steps, least * steps / steps[0] / 2, style.GREY, lw=0.8)
+        style.line(axis, steps, least * steps / steps[0] / 2, style.GREY, lw=0.8)
         axis.set_xscale("log")
         axis.set_yscale("log")
         axis.set_ylim(least / 4, part["error_ratio"].max() * 30)
         axis.xaxis.set_minor_formatter(NullFormatter())
-        x = "step x contact frequency (-)" if kind == "deck C5" else "step / period (-)"
-        label(axis, x, "RMS error (-)", title)
-        legend(axis, title="order of convergence", title_fontsize=7, loc="upper left")
+        of_x = "step x contact frequency (-)" if kind == "deck C5" else "step / period (-)"
+        style.label(axis, of_x, "RMS error (-)", title)
+        style.legend(axis, title="order of convergence", title_fontsize=7, loc="upper left")
     return figure

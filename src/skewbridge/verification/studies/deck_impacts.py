@@ -5,14 +5,11 @@ from typing import Final
 import numpy as np
 import openseespy.opensees as ops
 import pandas as pd
-from numpy.typing import NDArray
 
 from skewbridge.verification.references.case_files import DeckCase
 from skewbridge.verification.references.deck import run_deck
 from skewbridge.verification.references.deck_cases import C1, SCALE_M, deck_case
 from skewbridge.verification.references.deck_model import CORNERS, DeckHistory, make_deck
-
-type Array = NDArray[np.float64]
 
 # Members of the deck over the penalties: stiffer than this changes nothing.
 _RIGIDITY: Final = 1.0e4
@@ -35,8 +32,7 @@ def perimeter_beams(centre: int, corners: list[int], case: DeckCase) -> None:
         (left_obtuse, right_acute),
         *((centre, corner) for corner in corners),
     ]
-    first = max(ops.getEleTags()) + 1
-    for element, (i, j) in enumerate(members, start=first):
+    for element, (i, j) in enumerate(members, start=max(ops.getEleTags()) + 1):
         ops.element("elasticBeamColumn", element, i, j, 1.0, axial, bending, 1)
 
 
@@ -70,8 +66,7 @@ def numerical_restitution(steps: tuple[float, ...] = (0.05, 0.71, 1.5, 3.0)) -> 
     tables: list[pd.DataFrame] = []
     for step in steps:
         changed = case.model_copy(update={"integrator": "houbolt", "dt_s": step / speed})
-        table = impacts(run_deck(changed))
-        tables.append(table.assign(step_times_frequency=step))
+        tables.append(impacts(run_deck(changed)).assign(step_times_frequency=step))
     return pd.concat(tables, ignore_index=True)
 
 
@@ -87,11 +82,8 @@ def locked_rotation(
 
     With the rotation locked, both corners of an end act as one contact, and the clipped
     Kelvin-Voigt penalty has to converge to the complementarity solution with the same
-    restitution, 0.6.
-
-    Args:
-        relative_stiffnesses: kn* = 2 Kn / (m w_p^2).
-        resolution: Step times the contact frequency.
+    restitution, 0.6. The relative stiffness is kn* = 2 Kn / (m w_p^2), the resolution the step
+    times the contact frequency.
 
     Returns:
         RMS and largest difference of the normal displacement over the scale, first contact.
@@ -99,16 +91,12 @@ def locked_rotation(
     rigid = run_deck(deck_case(C1, solver="lcp", restitution=0.6, dt_s=1e-4))
     normal = np.array(make_deck(deck_case(C1)).corners[0].normal_row[:2])
     rows: list[dict[str, float]] = []
+    pulse_speed = 4.0 * np.pi
+    locked = {"restitution": 0.6, "period_theta_s": _LOCKED_S}
     for ratio in relative_stiffnesses:
-        pulse_speed = 4.0 * np.pi
         stiffness = ratio * 1000.0 * pulse_speed**2 / 2.0
-        case = deck_case(
-            C1,
-            restitution=0.6,
-            period_theta_s=_LOCKED_S,
-            normal_stiffness_n_per_m=stiffness,
-            dt_s=resolution / (pulse_speed * ratio**0.5),
-        )
+        dt_s = resolution / (pulse_speed * ratio**0.5)
+        case = deck_case(C1, normal_stiffness_n_per_m=stiffness, dt_s=dt_s, **locked)
         history = run_deck(case)
         soft = np.interp(rigid.t_s, history.t_s, history.q[:, :2] @ normal)
         error = (soft - rigid.q[:, :2] @ normal) / SCALE_M

@@ -29,6 +29,15 @@ def panels(rows: int, columns: int, *, height_in: float, **options: Any) -> tupl
     return figure, axes
 
 
+def time_panels(*names: str, height_in: float, title: str = "") -> tuple[Figure, list[Axes]]:
+    """Return a figure and its axes over time, one below the other, each with the name of its y."""
+    figure, grid = panels(len(names), 1, height_in=height_in, sharex=True)
+    axes: list[Axes] = list(grid[:, 0])
+    for axis, name in zip(axes, names, strict=True):
+        label(axis, "time (s)" if axis is axes[-1] else "", name, title if axis is axes[0] else "")
+    return figure, axes
+
+
 def panel(*, height_in: float) -> tuple[Figure, Axes]:
     """Return a figure and its only axes."""
     figure, axes = panels(1, 1, height_in=height_in)

@@ -1,18 +1,21 @@
 """What the studies of friction share: OSB1 with friction and without, drawn side by side."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
-import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.result import AnalysisResult
+from skewbridge.analysis.settings import AnalysisSettings, Scheme
+from skewbridge.analysis.transient import analyse
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.figure_style import line
+from skewbridge.verification.studies.paper_motions import PaperMotion
 
-type Series = NDArray[np.float64]
-type Curve = tuple[Series, Series]
+type Curve = tuple[Array, Array]
 
 FRICTION_PCT: Final = 50  # source: the paper, section 4
 GAP_MM: Final = 51  # source: the paper, section 4
@@ -44,16 +47,25 @@ def with_and_without[Result](
     return with_friction, run(paper_variant(bridge=bridge, skew_deg=skew_deg, friction_pct=0))
 
 
+def analysis(variant: Variant, motion: PaperMotion, scheme: Scheme = "default") -> AnalysisResult:
+    """Return the analysis of a bridge under a motion, with its histories."""
+    settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
+    excitation = Excitation(motion=motion.motion)
+    return analyse(variant, excitation, settings, ModelOptions(), histories=True)
+
+
+def histories_of(result: AnalysisResult) -> Mapping[str, Array]:
+    """Return the histories of a result that was asked for them."""
+    return result.histories or {}
+
+
 def stick_slip_changes(
-    normal_n: Series, friction_n: Series, coefficient: float, *, near_limit: float = 0.98
+    normal_n: Array, friction_n: Array, coefficient: float, *, near_limit: float = 0.98
 ) -> int:
     """Return how often closed contacts go from sticking to slipping or back.
 
-    Args:
-        normal_n: Normal forces, shape (n, units).
-        friction_n: Friction forces, resultant, shape (n, units).
-        coefficient: Coulomb coefficient.
-        near_limit: Share of the limit that counts as slipping.
+    The normal forces and the resultants of friction have the shape (n, units); what counts as
+    slipping is a share of the limit.
     """
     closed = normal_n > 0.0
     slipping = friction_n >= near_limit * coefficient * normal_n
@@ -63,5 +75,5 @@ def stick_slip_changes(
 
 def draw_pair(axis: Axes, with_friction: Curve, without: Curve) -> None:
     """Draw the two curves of a pair, the one with friction on top."""
-    line(axis, *without, style.ORANGE, "no friction", lw=0.8)
-    line(axis, *with_friction, style.BLUE, "friction 0.5")
+    style.line(axis, *without, style.ORANGE, "no friction", lw=0.8)
+    style.line(axis, *with_friction, style.BLUE, "friction 0.5")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-type Series = NDArray[np.float64]
+from skewbridge.verification.references.live_model import Array
 
 # Half cycles smaller than this share of the largest one say nothing.
 SMALLEST_CYCLE = 0.15
@@ -18,8 +18,7 @@ class HalfCycle:
     """One half cycle of the run without friction.
 
     Attributes:
-        start_s: First zero crossing.
-        end_s: Second zero crossing.
+        start_s: First zero crossing; `end_s` the second.
         peak_without_m: Largest magnitude without friction.
         peak_with_m: Largest magnitude with friction, in the same time.
         together: Largest product of longitudinal and transverse displacement at one time, over
@@ -41,20 +40,16 @@ class HalfCycle:
 
 
 def half_cycles(
-    t_s: Series,
-    without_m: Series,
-    with_m: Series,
-    other_axis_m: Series,
+    t_s: Array,
+    without_m: Array,
+    with_m: Array,
+    other_axis_m: Array,
     in_contact: NDArray[np.bool_],
 ) -> list[HalfCycle]:
     """Return the half cycles between zero crossings of a displacement without friction.
 
-    Args:
-        t_s: Times, shape (n,).
-        without_m: Displacement without friction.
-        with_m: The same with friction.
-        other_axis_m: Displacement without friction along the other axis.
-        in_contact: Where a backwall carries force.
+    All arrays have the shape (n,); the displacement along the other axis is without friction, too,
+    and in contact is where a backwall carries force.
     """
     crossings = np.flatnonzero(np.diff(np.signbit(without_m))) + 1
     bounds = np.concatenate([[0], crossings, [len(t_s)]])
@@ -63,13 +58,14 @@ def half_cycles(
     cycles: list[HalfCycle] = []
     for start, end in pairwise(bounds.tolist()):
         part = slice(start, end)
-        if end - start < 2 or np.abs(without_m[part]).max() < SMALLEST_CYCLE * largest:
+        peak_m = float(np.abs(without_m[part]).max())
+        if end - start < 2 or peak_m < SMALLEST_CYCLE * largest:
             continue
         cycles.append(
             HalfCycle(
                 start_s=float(t_s[start]),
                 end_s=float(t_s[end - 1]),
-                peak_without_m=float(np.abs(without_m[part]).max()),
+                peak_without_m=peak_m,
                 peak_with_m=float(np.abs(with_m[part]).max()),
                 together=float(np.abs(without_m[part] * other_axis_m[part]).max()) / scale,
                 has_contact=bool(in_contact[part].any()),

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from skewbridge.verification.references.block import Block, run_block
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import label, legend, line, panel
 
 PHASES: Final = 40
 _FREE_STEPS: Final = 6
@@ -58,14 +57,10 @@ def run(study: Study) -> None:
 def integrator_restitution(integrator: str, step: float, phases: int = PHASES) -> np.ndarray:
     """Return rebound over approach speed for contact at evenly spread parts of a step.
 
-    Args:
-        integrator: `houbolt` or `newmark`.
-        step: Time step x circular frequency of the mass on the penalty.
-        phases: Number of positions within the step.
+    The step is the time step x circular frequency of the mass on the penalty.
     """
     mass, stiffness, speed = 1.0, 1.0, 1.0
-    contact_steps = ceil(pi / step)
-    count = _FREE_STEPS + 2 * contact_steps + 6
+    count = _FREE_STEPS + 2 * ceil(pi / step) + 6
     result = np.empty(phases)
     for k in range(phases):
         block = Block(
@@ -83,18 +78,17 @@ def integrator_restitution(integrator: str, step: float, phases: int = PHASES) -
 
 
 def _figure(table: pd.DataFrame) -> Figure:
-    figure, axis = panel(height_in=3.0)
-    name = "reported in the paper"
-    axis.axhspan(0.45, 0.71, color=style.GREY, alpha=0.25, lw=0, label=name)
+    figure, axis = style.panel(height_in=3.0)
+    axis.axhspan(0.45, 0.71, color=style.GREY, alpha=0.25, lw=0, label="reported in the paper")
     axis.axhline(1.0, color=style.GREY, lw=0.8)
     for (integrator, group), colour in zip(
         table.groupby("integrator"), (style.BLUE, style.ORANGE), strict=True
     ):
         x = group["step_times_frequency"]
         axis.fill_between(x, group["least"], group["largest"], color=colour, alpha=0.2, lw=0)
-        line(axis, x, group["mean"], colour, str(integrator), marker="o", ms=3.5)
+        style.line(axis, x, group["mean"], colour, str(integrator), marker="o", ms=3.5)
     axis.set_xscale("log")
     title = "elastic penalty, 40 phases"
-    label(axis, "time step x contact frequency (-)", "rebound / approach (-)", title)
-    legend(axis, loc="upper left")
+    style.label(axis, "time step x contact frequency (-)", "rebound / approach (-)", title)
+    style.legend(axis, loc="upper left")
     return figure

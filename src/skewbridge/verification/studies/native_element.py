@@ -15,7 +15,6 @@ import numpy as np
 import openseespy.opensees as ops
 import pandas as pd
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw
 from skewbridge.verification.references.deck import run_deck
@@ -30,13 +29,10 @@ from skewbridge.verification.references.deck_opensees import (
     prepare_analysis,
     rigid_links,
 )
-from skewbridge.verification.references.live_model import clean_domain
+from skewbridge.verification.references.live_model import Array, clean_domain
 from skewbridge.verification.references.unit_path import drive_node, drive_unit, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import label, legend_above, line, panels
-
-type Matrix = NDArray[np.float64]
 
 IMPLICIT: Final = 0
 IMPLEX: Final = 1
@@ -61,8 +57,8 @@ _SOURCE: Final = "zeroLengthContactASDimplex"
 class NativeDeck:
     """Response of the deck with native contacts, as far as it went."""
 
-    t_s: Matrix
-    q: Matrix
+    t_s: Array
+    q: Array
 
     @property
     def time_reached_s(self) -> float:
@@ -79,20 +75,14 @@ def run(study: Study) -> None:
     study.figures["decks"] = _figure()
 
 
-def curved_path(rows_per_period: int = 1000) -> Matrix:
+def curved_path(rows_per_period: int = 1000) -> Array:
     """Return a smooth path in space that opens and closes."""
     t = np.linspace(0.0, 2.0, 2 * rows_per_period + 1)
-    return np.column_stack(
-        [
-            t,
-            0.5 * np.sin(2.0 * pi * t),
-            0.4 * np.sin(4.0 * pi * t + 0.7) - 0.4 * np.sin(0.7),
-            0.03 - 0.08 * np.sin(pi * t + 0.4),
-        ]
-    )
+    x, y = 0.5 * np.sin(2.0 * pi * t), 0.4 * np.sin(4.0 * pi * t + 0.7) - 0.4 * np.sin(0.7)
+    return np.column_stack([t, x, y, 0.03 - 0.08 * np.sin(pi * t + 0.4)])
 
 
-def drive_native(law: ContactLaw, path: Matrix, integration: int, substeps: int = 1) -> Matrix:
+def drive_native(law: ContactLaw, path: Array, integration: int, substeps: int = 1) -> Array:
     """Drive the native element along a path; forces as `drive_unit` gives them."""
     forces = np.zeros((len(path), 3))
     with clean_domain():
@@ -147,11 +137,8 @@ def run_native_deck(named: NamedCase, integration: int, dt_s: float = 1e-4) -> N
     """Run an elastic deck case with native contacts, as far as it converges."""
     case = deck_case(named, dt_s=dt_s)
     deck = make_deck(case)
-    law = ContactLaw(
-        kn_n_per_m=case.normal_stiffness_n_per_m,
-        kt_n_per_m=case.kt_n_per_m,
-        friction=case.friction,
-    )
+    kn, kt = case.normal_stiffness_n_per_m, case.kt_n_per_m
+    law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=kt, friction=case.friction)
     with clean_domain():
         build_deck(deck, wall_offset_m=case.gap_normal_m)
         rigid_links(CENTRE, [FIRST_CORNER + k for k in range(len(CORNERS))], case)
@@ -186,23 +173,20 @@ def _compare_decks(
         ("ux_m", "uy_m", "theta_rad"), peaks.tolist(), (0.01, 0.01, 0.02), strict=True
     ):
         text = f"{named.name}, {name}, dt {dt_s:g} s: peak {key}"
-        if is_judged:
-            study.relative(text, found[key], value, tolerance, _SOURCE)
-        else:
-            study.report(text, found[key], value, _SOURCE)
+        study.relative(text, found[key], value, tolerance if is_judged else None, _SOURCE)
         row = {"quantity": key, "ours": found[key], "native": value}
         rows.append(run | row | {"time_reached_s": native.time_reached_s})
     return rows
 
 
 def _figure() -> Figure:
-    figure, axes = panels(2, 1, height_in=4.2, sharex=True)
+    title = "case C5, elastic penalty"
+    figure, axes = style.time_panels("uy (mm)", "theta (mrad)", height_in=4.2, title=title)
     ours, native = run_deck(deck_case(C5)), run_native_deck(C5, IMPLICIT, 2e-5)
-    for axis, column, text in ((axes[0, 0], 1, "uy (mm)"), (axes[1, 0], 2, "theta (mrad)")):
-        line(axis, native.t_s, 1e3 * native.q[:, column], style.BLUE, "native element", lw=2.2)
-        line(axis, ours.t_s, 1e3 * ours.q[:, column], style.ORANGE, "parameter updates")
-        label(axis, "", text)
-    axes[0, 0].set_title("case C5, elastic penalty", fontsize=9, loc="left")
-    axes[1, 0].set_xlabel("time (s)", fontsize=8)
-    legend_above(figure, axes[0, 0])
+    for column, axis in enumerate(axes, start=1):
+        style.line(
+            axis, native.t_s, 1e3 * native.q[:, column], style.BLUE, "native element", lw=2.2
+        )
+        style.line(axis, ours.t_s, 1e3 * ours.q[:, column], style.ORANGE, "parameter updates")
+    style.legend_above(figure, axes[0])
     return figure

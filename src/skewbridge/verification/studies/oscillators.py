@@ -1,11 +1,11 @@
 """Oscillators with friction, impacts and a belt against their closed forms, in OpenSees units."""
 
+from dataclasses import replace
 from math import pi
 from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from skewbridge.contact.drives import (
     approach_stiffness_drive,
@@ -15,7 +15,13 @@ from skewbridge.contact.drives import (
     stribeck_drive,
 )
 from skewbridge.contact.restitution import hunt_crossley_damping, kelvin_voigt_damping_ratio
-from skewbridge.verification.references.block import Block, BlockHistory, falling_block, run_block
+from skewbridge.verification.references.block import (
+    Block,
+    BlockHistory,
+    falling_block,
+    run_block,
+    sliding_block,
+)
 from skewbridge.verification.references.closed_forms import (
     belt_stick_slip,
     falling_mass_impact,
@@ -25,9 +31,6 @@ from skewbridge.verification.references.closed_forms import (
 )
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import dots, label, legend, line, panels
-
-type Array = NDArray[np.float64]
 
 _G: Final = 9.81
 _MASS_KG: Final = 1000.0
@@ -63,17 +66,10 @@ def run(study: Study) -> None:
 
 def spring_block(**changes: Any) -> Block:
     """Return the oscillator of B1 and B2: 1000 kg, 40 kN/m, 1962 N of friction."""
-    fields: dict[str, Any] = {
-        "mass_kg": _MASS_KG,
-        "kn_n_per_m": 1e9,
-        # The reversal of friction takes the time in which the mass moves twice its elastic slip,
-        # which near a turning point grows with the root of that slip.
-        "kt_n_per_m": 1e10,
-        "friction": 0.2,
-        "normal_load_n": _FRICTION_N / 0.2,
-        "spring_n_per_m": _SPRING_N_PER_M,
-    }
-    return Block(**(fields | changes))
+    # The reversal of friction takes the time in which the mass moves twice its elastic slip,
+    # which near a turning point grows with the root of that slip: hence the stiff kt of 1e10 N/m.
+    block = sliding_block(0.2, kt_n_per_m=1e10)
+    return replace(block, spring_n_per_m=_SPRING_N_PER_M, **changes)
 
 
 def free_decay() -> BlockHistory:
@@ -105,16 +101,8 @@ def forced_response(ratio: float, friction_ratio: float, cycles: int = 30) -> tu
 
 def bounce(drive: Any, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> BlockHistory:
     """Return one impact of the mass on a contact with a drive, without gravity."""
-    block = Block(
-        mass_kg=_MASS_KG,
-        kn_n_per_m=1e7,
-        kt_n_per_m=1e7,
-        bounces=True,
-        v0_mps=(0.0, -speed_mps),
-        gap_m=0.00321,
-        drive=drive,
-    )
-    return run_block(block, dt_s, 0.1 / speed_mps)
+    weightless = replace(falling_block(), normal_load_n=0.0, v0_mps=(0.0, -speed_mps))
+    return run_block(replace(weightless, gap_m=0.00321, drive=drive), dt_s, 0.1 / speed_mps)
 
 
 def _check_impacts(study: Study) -> None:
@@ -152,7 +140,7 @@ def _check_impacts(study: Study) -> None:
 def belt_ride(duration_s: float = 6.0) -> BlockHistory:
     """Return a mass pulled over a surface by a spring whose end moves at 0.1 m/s (B8)."""
     drive = stribeck_drive(static=0.4, kinetic=0.3, stribeck_speed_mps=2e-4)
-    block = spring_block(friction=0.4, normal_load_n=_MASS_KG * _G, drive=drive)
+    block = spring_block(friction=0.4, drive=drive)
     return run_block(block, 2e-4, duration_s, anchor_m=lambda t: 0.1 * t)
 
 
@@ -162,20 +150,19 @@ def belt_period(history: BlockHistory) -> float:
     speed = np.diff(slip) / np.diff(history.t_s)
     fast = speed > 0.05
     starts = np.flatnonzero(fast[1:] & ~fast[:-1]) + 1
-    times = history.t_s[starts]
-    return float(np.mean(np.diff(times)))
+    return float(np.mean(np.diff(history.t_s[starts])))
 
 
 def _figure(decay: BlockHistory, belt: BlockHistory, points: list[float]) -> Figure:
-    figure, axes = panels(1, 2, height_in=2.8)
+    figure, axes = style.panels(1, 2, height_in=2.8)
     left, right = axes[0]
-    line(left, decay.t_s, decay.position_m[:, 0], style.BLUE, "OpenSees", lw=1.1)
+    style.line(left, decay.t_s, decay.position_m[:, 0], style.BLUE, "OpenSees", lw=1.1)
     half = pi / _OMEGA
-    dots(left, [k * half for k in range(len(points))], points, style.BLACK, "closed form")
-    label(left, "time (s)", "x (m)", "free decay with friction")
-    legend(left)
-    line(right, belt.t_s, 0.1 * belt.t_s, style.GREY, "end of the spring")
-    line(right, belt.t_s, belt.position_m[:, 0], style.ORANGE, "mass", lw=1.1)
-    label(right, "time (s)", "x (m)", "stick-slip")
-    legend(right)
+    style.dots(left, [k * half for k in range(len(points))], points, style.BLACK, "closed form")
+    style.label(left, "time (s)", "x (m)", "free decay with friction")
+    style.legend(left)
+    style.line(right, belt.t_s, 0.1 * belt.t_s, style.GREY, "end of the spring")
+    style.line(right, belt.t_s, belt.position_m[:, 0], style.ORANGE, "mass", lw=1.1)
+    style.label(right, "time (s)", "x (m)", "stick-slip")
+    style.legend(right)
     return figure

@@ -46,7 +46,6 @@ class PaperMotion:
     Attributes:
         motion: The motion at the factor of the study.
         label: Name for figures; says so when it is not the paper's record.
-        is_paper_record: Whether it is the record that the paper used.
     """
 
     motion: GroundMotion
@@ -57,9 +56,7 @@ class PaperMotion:
 def tarzana() -> PaperMotion:
     """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
     files = _find("*TAR090*"), _find("*TAR360*") or _find("*TAR000*")
-    return _record(files, "TAR", "Tarzana (TAR)") or _synthetic(
-        TARZANA_PGA_ROTD50_G, 1.0, "Tarzana"
-    )
+    return _record(files, "TAR", "Tarzana (TAR)") or _synthetic(TARZANA_PGA_ROTD50_G, "Tarzana")
 
 
 def waho() -> PaperMotion:
@@ -73,28 +70,21 @@ def waho() -> PaperMotion:
         label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
         scaled = motion.scaled(SURROGATE_FACTOR)
         return PaperMotion(motion=scaled, label=label, is_paper_record=False)
-    return _synthetic(WAHO_PGA_ROTD50_G, CLOSING_FACTOR, "WAHO")
+    return _synthetic(WAHO_PGA_ROTD50_G, "WAHO", CLOSING_FACTOR)
 
 
 def el_centro() -> PaperMotion:
     """Return El Centro with 180 longitudinal and 270 transverse, or a synthetic pair as strong."""
     files = _find("*ELC180*"), _find("*ELC270*")
-    return _record(files, "RSN6_ELC", "El Centro (ELC)") or _synthetic(
-        EL_CENTRO_PGA_G, 1.0, "El Centro"
-    )
-
-
-def _folders() -> list[Path]:
-    named = os.environ.get(FOLDERS_VARIABLE, "")
-    return [Path(part) for part in named.split(os.pathsep) if part] + [Path("motions")]
+    found = _record(files, "RSN6_ELC", "El Centro (ELC)")
+    return found or _synthetic(EL_CENTRO_PGA_G, "El Centro")
 
 
 def _find(pattern: str) -> Path | None:
     """Return the first file of that name in the folders, in order of names."""
-    for folder in _folders():
-        if found := sorted(folder.rglob(pattern)):
-            return found[0]
-    return None
+    named = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
+    found = (file for folder in (*named, "motions") for file in sorted(Path(folder).rglob(pattern)))
+    return next(found, None)
 
 
 def _record(
@@ -111,17 +101,15 @@ def _record(
     return PaperMotion(motion=motion, label=label, is_paper_record=True)
 
 
-def _synthetic(pga_rotd50_g: float, factor: float, wanted: str) -> PaperMotion:
+def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMotion:
     """Return the first motion of the package's suite, brought to a multiple of a published peak."""
-    for folder in (Path("motions"), PACKAGE.parents[1] / "motions"):
-        if (folder / "index.csv").is_file():
-            motion = read_entry(read_index(folder / "index.csv")[0])
-            break
-    else:
+    places = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
+    if (index := next(filter(Path.is_file, places), None)) is None:
         raise InputError(
             f"no record for {wanted} in {FOLDERS_VARIABLE} or motions/, and the package's own "
             "suite motions/index.csv is not in the working folder"
         )
+    motion = read_entry(read_index(index)[0])
     pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
     return PaperMotion(
         motion=motion.scaled(factor * pga_rotd50_g / pga_g),

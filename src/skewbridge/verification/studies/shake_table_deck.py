@@ -24,7 +24,6 @@ from skewbridge.verification.references.deck_model import (
 )
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import label, legend_above, line, panels
 from skewbridge.verification.studies.paper_motions import PaperMotion, el_centro
 
 GAPS_MM: Final = (3.18, 6.35)  # source: the paper, runs 123 and 213
@@ -35,12 +34,7 @@ _DT_S: Final = 2.5e-4
 _PREDICTABLE_S: Final = 2.5
 _SHOWN_S: Final = 8.0
 _STATEMENT: Final = "docs/theory/verification.md, true over the whole range of parameters"
-_NAMES: Final = {
-    "ra": "right acute",
-    "ro": "right obtuse",
-    "lo": "left obtuse",
-    "la": "left acute",
-}
+_NAMES: Final = {"ra": "right acute", "ro": "right obtuse", "lo": "left obtuse", "la": "left acute"}
 
 
 def wu_case(gap_mm: float, **changes: Any) -> DeckCase:
@@ -132,31 +126,29 @@ def _demands(history: DeckHistory) -> dict[str, float]:
 
 
 def _deformations(history: DeckHistory, motion: PaperMotion) -> Figure:
-    figure, axes = panels(4, 1, height_in=6.4, sharex=True)
+    title = f"{motion.label}, gap {GAPS_MM[0]:g} mm"
+    names = [f"{_NAMES[corner]} (mm)" for corner in CORNERS]
+    figure, axes = style.time_panels(*names, height_in=6.4, title=title)
     shown = history.t_s <= _SHOWN_S
     slips = history.q @ make_deck(wu_case(GAPS_MM[0])).tangent_rows.T
-    for k, corner in enumerate(CORNERS):
-        axis, t = axes[k, 0], history.t_s[shown]
-        line(axis, t, slips[shown, k] / MM, style.ORANGE, "tangential")
-        line(axis, t, history.openings_m[shown, k] / MM, style.BLUE, "opening")
+    t = history.t_s[shown]
+    for k, axis in enumerate(axes):
+        style.line(axis, t, slips[shown, k] / MM, style.ORANGE, "tangential")
+        style.line(axis, t, history.openings_m[shown, k] / MM, style.BLUE, "opening")
         axis.axhline(0.0, color=style.GREY, lw=0.8, ls="--")
-        label(axis, "", f"{_NAMES[corner]} (mm)")
-    axes[0, 0].set_title(f"{motion.label}, gap {GAPS_MM[0]:g} mm", fontsize=9, loc="left")
-    axes[3, 0].set_xlabel("time (s)", fontsize=8)
-    legend_above(figure, axes[0, 0])
+    style.legend_above(figure, axes[0])
     return figure
 
 
 def _forces(history: DeckHistory, motion: PaperMotion) -> Figure:
-    figure, axes = panels(2, 1, height_in=4.4, sharex=True)
+    title = f"{motion.label}, gap {GAPS_MM[0]:g} mm"
+    figure, axes = style.time_panels(
+        "compression (kN)", "friction (kN)", height_in=4.4, title=title
+    )
     shown = history.t_s <= _SHOWN_S
     colours = (style.BLUE, style.ORANGE, style.GREEN, style.PINK)
     for k, (corner, colour) in enumerate(zip(CORNERS, colours, strict=True)):
-        for axis, values in zip(
-            axes[:, 0], (history.normals_n, history.tangentials_n), strict=True
-        ):
-            line(axis, history.t_s[shown], values[shown, k] / 1e3, colour, _NAMES[corner])
-    label(axes[0, 0], "", "compression (kN)", f"{motion.label}, gap {GAPS_MM[0]:g} mm")
-    label(axes[1, 0], "time (s)", "friction (kN)")
-    legend_above(figure, axes[0, 0])
+        for axis, values in zip(axes, (history.normals_n, history.tangentials_n), strict=True):
+            style.line(axis, history.t_s[shown], values[shown, k] / 1e3, colour, _NAMES[corner])
+    style.legend_above(figure, axes[0])
     return figure

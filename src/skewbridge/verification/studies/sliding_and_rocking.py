@@ -4,12 +4,12 @@ Loops of one unit with the contact closed from the start (gap 0) and behind a ga
 and a varying normal force, against radial return; then blocks against closed forms.
 """
 
+from dataclasses import asdict
 from math import pi
 from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw
 from skewbridge.verification.references.block import run_block, sliding_block
@@ -19,13 +19,11 @@ from skewbridge.verification.references.closed_forms import (
     sine_pulse_first_slip,
     straight_loop_work_j,
 )
+from skewbridge.verification.references.live_model import Array, first_crossing_s
 from skewbridge.verification.references.rocking import UprightBlock, UprightHistory, run_upright
 from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import dots, label, legend, line, panel, panels
-
-type Matrix = NDArray[np.float64]
 
 _G: Final = 9.81
 _KN: Final = 1.0e5
@@ -45,7 +43,7 @@ def run(study: Study) -> None:
     study.figures["rocking"] = _rocking_figure(_upright_blocks(study))
 
 
-def _path(gap_m: float, variation: float) -> Matrix:
+def _path(gap_m: float, variation: float) -> Array:
     """Return two cycles along the surface while the depth varies once per half cycle."""
     t = np.linspace(0.0, 2.0, _ROWS + 1)
     depth = _DEPTH_M * (1.0 + variation * np.sin(2.0 * pi * t))
@@ -53,16 +51,16 @@ def _path(gap_m: float, variation: float) -> Matrix:
     return np.column_stack([t, slip, np.zeros_like(t), -gap_m - depth])
 
 
-def _approach(gap_m: float) -> Matrix:
+def _approach(gap_m: float) -> Array:
     """Return a path that closes and opens the pair twice, without slip."""
     t = np.linspace(0.0, 2.0, _ROWS + 1)
     z = -0.5 * (_DEPTH_M + gap_m) * (1.0 - np.cos(2.0 * pi * t)) + 0.02 * np.sin(pi * t) ** 2
     return np.column_stack([t, np.zeros_like(t), np.zeros_like(t), z])
 
 
-def _loops(gap_m: float, study: Study) -> dict[str, tuple[Matrix, Matrix]]:
+def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
     law = ContactLaw(kn_n_per_m=_KN, kt_n_per_m=_KT, friction=_FRICTION, gap_m=gap_m)
-    result: dict[str, tuple[Matrix, Matrix]] = {}
+    result: dict[str, tuple[Array, Array]] = {}
     for name, path in (
         ("normal", _approach(gap_m)),
         ("constant", _path(gap_m, 0.0)),
@@ -83,10 +81,10 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Matrix, Matrix]]:
 
 
 def _sliding_blocks(study: Study) -> None:
-    def sine_mps2(t: Matrix) -> Matrix:
+    def sine_mps2(t: Array) -> Array:
         return np.where(t <= 0.5, 0.5 * _G * np.sin(4.0 * pi * t), 0.0)
 
-    def rectangle_mps2(t: Matrix) -> Matrix:
+    def rectangle_mps2(t: Array) -> Array:
         return 0.25 * _G * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
 
     for mu in (0.1, 0.2, 0.3, 0.4):
@@ -108,24 +106,16 @@ def _upright_blocks(study: Study) -> UprightHistory:
         angle = 0.5 * exact.slenderness_rad
         released = run_upright(_upright(exact, friction=1.0, angle_rad=angle), 5e-4, 0.8)
         histories.append(released)
-        name, found_s = f"block {b} x {h} m", _first_zero(released)
-        quarter_s = exact.quarter_period_s(angle)
+        name, quarter_s = f"block {b} x {h} m", exact.quarter_period_s(angle)
+        found_s = first_crossing_s(released.t_s, released.angle_rad) or np.nan
         text = f"{name}: quarter period of rocking (s)"
         study.relative(text, found_s, quarter_s, 5e-3, "B9, Housner")
         _tip_or_slide(study, name, exact)
     return histories[0]
 
 
-def _upright(exact: RockingBlock, *, friction: float, angle_rad: float = 0.0) -> UprightBlock:
-    return UprightBlock(
-        half_width_m=exact.half_width_m,
-        half_height_m=exact.half_height_m,
-        mass_kg=1000.0,
-        friction=friction,
-        penalty_n_per_m=1e9,
-        gravity_mps2=_G,
-        angle_rad=angle_rad,
-    )
+def _upright(exact: RockingBlock, **options: float) -> UprightBlock:
+    return UprightBlock(**asdict(exact), mass_kg=1000.0, penalty_n_per_m=1e9, **options)
 
 
 def _tip_or_slide(study: Study, name: str, exact: RockingBlock) -> None:
@@ -145,40 +135,35 @@ def _tip_or_slide(study: Study, name: str, exact: RockingBlock) -> None:
             study.holds(text, truth=slid and not bool(lifted.any()), source="B9")
 
 
-def _first_zero(history: UprightHistory) -> float:
-    k = int(np.flatnonzero(history.angle_rad <= 0.0)[0])
-    before, after = history.angle_rad[k - 1], history.angle_rad[k]
-    share = before / (before - after)
-    return float(history.t_s[k - 1] + share * (history.t_s[k] - history.t_s[k - 1]))
-
-
-def _unit_figure(loops: dict[float, dict[str, tuple[Matrix, Matrix]]]) -> Figure:
-    figure, axes = panels(1, 3, height_in=2.9)
+def _unit_figure(loops: dict[float, dict[str, tuple[Array, Array]]]) -> Figure:
+    figure, axes = style.panels(1, 3, height_in=2.9)
     for (gap, data), colour, dashes in zip(
         loops.items(), (style.BLUE, style.ORANGE), ("-", "--"), strict=True
     ):
         path, forces = data["normal"]
         name = f"gap {1000 * gap:g} mm"
-        line(axes[0, 0], 1000 * path[:, 3], forces[:, 2] / 1000, colour, name, lw=1.2, ls=dashes)
+        style.line(
+            axes[0, 0], 1000 * path[:, 3], forces[:, 2] / 1000, colour, name, lw=1.2, ls=dashes
+        )
         for axis, key in ((axes[0, 1], "constant"), (axes[0, 2], "varying")):
             path, forces = data[key]
-            line(axis, 1000 * path[:, 1], forces[:, 0] / 1000, colour, lw=1.2, ls=dashes)
-    label(axes[0, 0], "normal displacement (mm)", "compression (kN)", "normal")
-    label(axes[0, 1], "slip (mm)", "friction (kN)", "constant compression")
-    label(axes[0, 2], "slip (mm)", "friction (kN)", "varying compression")
-    legend(axes[0, 0])
+            style.line(axis, 1000 * path[:, 1], forces[:, 0] / 1000, colour, lw=1.2, ls=dashes)
+    style.label(axes[0, 0], "normal displacement (mm)", "compression (kN)", "normal")
+    style.label(axes[0, 1], "slip (mm)", "friction (kN)", "constant compression")
+    style.label(axes[0, 2], "slip (mm)", "friction (kN)", "varying compression")
+    style.legend(axes[0, 0])
     return figure
 
 
 def _rocking_figure(history: UprightHistory) -> Figure:
     exact = RockingBlock(half_width_m=0.25, half_height_m=1.0, gravity_mps2=_G)
-    figure, axis = panel(height_in=2.6)
-    line(axis, history.t_s, history.angle_rad / exact.slenderness_rad, style.BLUE, "OpenSees")
+    figure, axis = style.panel(height_in=2.6)
+    style.line(axis, history.t_s, history.angle_rad / exact.slenderness_rad, style.BLUE, "OpenSees")
     quarter = exact.quarter_period_s(0.5 * exact.slenderness_rad)
     name = "upright after Housner's quarter"
     axis.axvline(quarter, color=style.ORANGE, ls="--", lw=1, label=name)
     axis.axhline(0.0, color=style.GREY, lw=0.6)
-    dots(axis, [0.0], [0.5], style.BLACK)
-    label(axis, "time (s)", "angle / slenderness (-)", "block 0.25 x 1 m released from rest")
-    legend(axis)
+    style.dots(axis, [0.0], [0.5], style.BLACK)
+    style.label(axis, "time (s)", "angle / slenderness (-)", "block 0.25 x 1 m released from rest")
+    style.legend(axis)
     return figure

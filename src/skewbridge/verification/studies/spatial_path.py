@@ -7,16 +7,13 @@ from typing import Final
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactLaw, Coupling, Scheme
+from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.references.paths import figure_3
 from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.figure_style import dots, label, legend, line, panels
-
-type Matrix = NDArray[np.float64]
 
 # ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
 LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
@@ -70,7 +67,7 @@ def run(study: Study) -> None:
     study.figures["planes"] = _planes(path[::5], forces[::5])
 
 
-def _check_cone(study: Study, forces: Matrix) -> None:
+def _check_cone(study: Study, forces: Array) -> None:
     closed = forces[:, 2] > 0.0
     limits = np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
     excess = np.hypot(forces[:, 0], forces[:, 1]) - limits
@@ -89,67 +86,59 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
     """Compare schemes and couplings at 1 ms steps without sub-steps."""
     path = figure_3(1000)
     exact = follow_law(LAW, path, substeps=20).forces_n
-    rows: list[dict[str, str | float]] = []
+    rows: list[tuple[str, str, float, float, float]] = []
     for scheme, coupling in product(_SCHEMES, _COUPLINGS):
         forces = drive_unit(LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
         error = np.hypot(*(forces - exact)[:, :2].T) / LIMIT_N
         # One step at each opening, closing and reversal is a matter of timing.
         kept = error[np.argsort(error)[: -3 * _event_count(path)]]
         rms, work = float(np.sqrt(np.mean(kept**2))), path_work_j(path, forces)
-        rows.append(
-            {
-                "scheme": scheme,
-                "coupling": coupling,
-                "rms_error_ratio": rms,
-                "work_error_ratio": work / EXACT_WORK_J - 1.0,
-                "largest_force_ratio": max(hypot(x, y) for x, y, _ in forces) / LIMIT_N,
-            }
-        )
+        largest = max(hypot(x, y) for x, y, _ in forces) / LIMIT_N
+        rows.append((scheme, coupling, rms, work / EXACT_WORK_J - 1.0, largest))
         if (scheme, coupling) == ("vector", "extrapolated"):
             study.at_most("RMS error at 1 ms steps over the limit", rms, 0.01, _SOURCE)
             study.relative("work at 1 ms steps (J)", work, EXACT_WORK_J, 2e-3, _SOURCE)
         else:
             study.report(f"{scheme}, {coupling}: RMS error at 1 ms steps", rms, 0.0, _SOURCE)
-    return pd.DataFrame(rows)
+    errors = ["rms_error_ratio", "work_error_ratio", "largest_force_ratio"]
+    return pd.DataFrame(rows, columns=["scheme", "coupling", *errors])
 
 
-def _event_count(path: Matrix) -> int:
+def _event_count(path: Array) -> int:
     step = np.sign(np.diff(path[:, 1:], axis=0).round(9))
     return int(np.count_nonzero(np.any(np.diff(step, axis=0) != 0.0, axis=1)))
 
 
-def _histories(path: Matrix, forces: Matrix) -> Figure:
-    figure, axes = panels(3, 1, height_in=5.2, sharex=True)
-    moved, friction, total = axes[:, 0]
+def _histories(path: Array, forces: Array) -> Figure:
+    names = ("displacement (m)", "friction (kN)", "force (kN)")
+    figure, axes = style.time_panels(*names, height_in=5.2)
+    moved, friction, total = axes
     t = path[:, 0]
     for column, (name, colour) in enumerate((("x", style.BLUE), ("y", style.ORANGE)), start=1):
-        line(moved, t, path[:, column], colour, f"u{name}")
-        line(friction, t, forces[:, column - 1] / 1000, colour, f"F{name}")
-    line(moved, t, 10.0 * path[:, 3], style.GREEN, "10 uz")
+        style.line(moved, t, path[:, column], colour, f"u{name}")
+        style.line(friction, t, forces[:, column - 1] / 1000, colour, f"F{name}")
+    style.line(moved, t, 10.0 * path[:, 3], style.GREEN, "10 uz")
     times = list(EXACT_N)
     for axis, text in enumerate(("exact", "")):
         values = [EXACT_N[time][axis] / 1000 for time in times]
-        dots(friction, times, values, style.BLACK, text, ms=3)
-    line(total, t, forces[:, 2] / 1000, style.GREEN, "N")
-    line(total, t, np.hypot(*forces[:, :2].T) / 1000, style.PINK, "|F|")
-    label(moved, "", "displacement (m)")
-    label(friction, "", "friction (kN)")
-    label(total, "time (s)", "force (kN)")
-    for axis, place in zip(axes[:, 0], ("lower right", "upper left", "upper left"), strict=True):
-        legend(axis, ncols=3, loc=place)
+        style.dots(friction, times, values, style.BLACK, text, ms=3)
+    style.line(total, t, forces[:, 2] / 1000, style.GREEN, "N")
+    style.line(total, t, np.hypot(*forces[:, :2].T) / 1000, style.PINK, "|F|")
+    for axis, place in zip(axes, ("lower right", "upper left", "upper left"), strict=True):
+        style.legend(axis, ncols=3, loc=place)
     return figure
 
 
-def _planes(path: Matrix, forces: Matrix) -> Figure:
-    figure, axes = panels(1, 3, height_in=2.7)
+def _planes(path: Array, forces: Array) -> Figure:
+    figure, axes = style.panels(1, 3, height_in=2.7)
     for column, (name, colour) in enumerate((("x", style.BLUE), ("y", style.ORANGE))):
-        line(axes[0, column], path[:, column + 1], forces[:, column] / 1000, colour)
-        label(axes[0, column], f"u{name} (m)", f"F{name} (kN)")
+        style.line(axes[0, column], path[:, column + 1], forces[:, column] / 1000, colour)
+        style.label(axes[0, column], f"u{name} (m)", f"F{name} (kN)")
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     cone = axes[0, 2]
-    line(cone, 4.5 * np.cos(angle), 4.5 * np.sin(angle), style.GREY, "cone")
-    dots(cone, forces[:, 0] / 1000, forces[:, 1] / 1000, style.PINK, marker=".", ms=2.5)
+    style.line(cone, 4.5 * np.cos(angle), 4.5 * np.sin(angle), style.GREY, "cone")
+    style.dots(cone, forces[:, 0] / 1000, forces[:, 1] / 1000, style.PINK, marker=".", ms=2.5)
     cone.set_aspect("equal")
-    label(cone, "Fx (kN)", "Fy (kN)")
-    legend(cone, loc="center", bbox_to_anchor=(0.5, 0.3))
+    style.label(cone, "Fx (kN)", "Fy (kN)")
+    style.legend(cone, loc="center", bbox_to_anchor=(0.5, 0.3))
     return figure
