@@ -18,8 +18,7 @@ from skewbridge.fragility.methods import cloud, cloud_models, ida, stripes, tobi
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, MAX_DISPERSION, LimitState
-from skewbridge.fragility.tables.outcomes import outcomes_of
-from skewbridge.fragility.tables.runs import Runs
+from skewbridge.fragility.tables.outcomes import Runs, outcomes_of
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.statuses import OK
@@ -245,16 +244,15 @@ def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
     outcomes = outcomes_of(demand, status, state)
     cloud.cloud_columns(im, demand, options.threshold, (~outcomes.complete).astype(np.float64))
     if options.method == "cloud":
-        fit, bounds = fit_variant_cloud(runs, outcomes, state, options.settings)
+        fit = fit_variant_cloud(runs, outcomes, state, options.settings)
     elif options.method == "ida":
-        fit, bounds = fit_record_brackets(runs, outcomes, options.settings)
+        fit = fit_record_brackets(runs, outcomes, options.settings)
     else:
-        fit, bounds = fit_exceedance(runs, outcomes, options.settings)
+        fit = fit_exceedance(runs, outcomes, options.settings)
     counts = replace(
         fit.counts or RunCounts(),
         n_records=int(np.unique(codes).size),
         n_unknown=int(np.sum(outcomes.unknown)),
-        bounds=bounds,
     )
     return replace(fit, counts=counts)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, Maximum, maximise
+from skewbridge.fragility.likelihood.newton import Kernel, Maximum, Restricted, maximise
 
 _ITERATIONS: Final = 25
 _TOLERANCE: Final = 1e-11
@@ -25,22 +25,6 @@ class ProfileEnds:
 
     ln_theta: tuple[float, float]
     slope: tuple[float, float]
-
-
-class _Slice:
-    """The kernel along a line: parameters = base + t direction, one t per row."""
-
-    def __init__(self, kernel: Kernel, base: FloatArray, direction: FloatArray) -> None:
-        self._kernel, self._base, self._direction = kernel, base, direction
-
-    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        full = self._kernel.derivatives(self._base + params * self._direction)
-        along = full.hessian @ self._direction
-        return Derivatives(
-            full.loglik,
-            (full.score @ self._direction)[:, None],
-            (along @ self._direction)[:, None, None],
-        )
 
 
 def profile_ends(
@@ -195,11 +179,11 @@ def _bracketed_end(kernel: Kernel, maximum: Maximum, target: float, index: int) 
 
     def excess(psi: float) -> float:
         if is_theta:
-            base, direction, start = np.zeros(2), np.array([-psi, 1.0]), a1
+            base, direction, start = np.zeros(2), [-psi, 1.0], a1
         else:  # start with the median unchanged
             slope = np.exp(psi)
-            base, direction, start = slope * np.array([a0 / a1, 1.0]), np.array([1.0, 0.0]), 0.0
-        along = _Slice(kernel, base, direction)
+            base, direction, start = slope * np.array([a0 / a1, 1.0]), [1.0, 0.0], 0.0
+        along = Restricted(kernel, base, np.array([direction]))
         return float(maximise(along, np.array([[start]]), covariance=False).loglik[0]) - target
 
     step = 0.1 / a1 if is_theta else 0.1

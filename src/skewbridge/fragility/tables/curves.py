@@ -14,8 +14,7 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.curve_rows import curve_row
 from skewbridge.fragility.tables.key_columns import motion_codes, variant_values
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import check_demands, outcomes_of
-from skewbridge.fragility.tables.runs import Runs
+from skewbridge.fragility.tables.outcomes import Runs, check_demands, outcomes_of
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.statuses import COLLAPSE
@@ -105,7 +104,7 @@ def _variant_rows(
             )
         absent = FragilityFit(method="cloud", status=NOT_APPLICABLE, level=settings.confidence)
         return [
-            curve_row(replace(absent, method=name), state, im_column, counts, {})
+            curve_row(replace(absent, method=name), state, im_column, counts)
             for name in ("cloud", "exceedance")
         ]
     fits = [
@@ -114,9 +113,8 @@ def _variant_rows(
     ]
     if runs.repeated and _several_levels(runs):
         fits.append(fit_record_brackets(runs, outcomes, settings))
-    line = fits[0][0].line
-    slope = None if line is None else line.b
-    return [curve_row(fit, state, im_column, counts, bounds, slope=slope) for fit, bounds in fits]
+    slope = fits[0].line.b if fits[0].line else None
+    return [curve_row(fit, state, im_column, counts, slope=slope) for fit in fits]
 
 
 def _several_levels(runs: Runs) -> bool:
