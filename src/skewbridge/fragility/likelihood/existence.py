@@ -53,6 +53,12 @@ def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
     return FITTED
 
 
+def too_little(ln_im: FloatArray, least: int = 3) -> str:
+    """Name what runs lack for a line, fewer than ``least`` or at a single intensity."""
+    single = ln_im.size >= least and np.ptp(ln_im) == 0.0
+    return SINGLE_LEVEL if single else "too_few_runs"
+
+
 def batch_exists(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> NDArray[np.bool_]:
     """Return for each replicate (rows of ``n`` and ``k``) whether an estimate exists."""
     hi0 = np.max(np.where(n - k > 0.0, ln_im, -np.inf), axis=1)

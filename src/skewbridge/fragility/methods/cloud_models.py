@@ -17,7 +17,7 @@ from scipy import special
 
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray, probability
+from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 from skewbridge.fragility.likelihood.parts import CollapseFit, LineFit, ScatterTrend
 from skewbridge.fragility.likelihood.validate import as_column, require, same_length
@@ -25,7 +25,6 @@ from skewbridge.fragility.methods.cloud import cloud_columns, fit_line, line_war
 from skewbridge.fragility.methods.curve_reading import SEARCH, FittedCurve, read_curve
 from skewbridge.fragility.settings import DEFAULTS
 
-_HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _MIN_RUNS: Final = 10  # below, scatter that vanishes at one end makes the likelihood unbounded
 _MAX_SPREAD: Final = 8.0  # of ln sigma over the runs; beyond, it does vanish
 
@@ -67,8 +66,7 @@ def fit_modified_cloud(
     n = int(x.size)
     blank = FragilityFit(method="cloud_modified", status=FITTED, n_runs=n, level=level)
     if np.sum(calm) < 3 or np.ptp(x[calm]) == 0.0:
-        single = np.ptp(x) == 0.0
-        return replace(blank, status=existence.SINGLE_LEVEL if single else "too_few_runs")
+        return replace(blank, status=existence.too_little(x, 0))
     line = fit_line(x[calm], y[calm])
     status = existence.binomial_status(x, np.ones(n), flags)
     if status != FITTED or line.b <= 0.0:
@@ -92,12 +90,12 @@ def fit_modified_cloud(
         falls = probability(p[3] + p[4] * ln_x, collapse_link)
         return demand * (1.0 - falls) + falls
 
-    params = np.array([line.ln_a, line.b, line.sigma, alpha[0], alpha[1]])
+    params = np.array([line.ln_a, line.b, line.sigma, *alpha])
     covariance = np.zeros((5, 5))
     covariance[:3, :3] = _line_covariance(line.n, line.mean_x, line.sxx, line.sigma)
     covariance[3:, 3:] = best.covariance[0]
     sigma = line.sigma * np.sqrt((line.n - 2) / line.n)
-    demand_loglik = -line.n * (_HALF_LOG_2PI + np.log(sigma) + 0.5)
+    demand_loglik = -line.n * (HALF_LOG_2PI + np.log(sigma) + 0.5)
     fitted = FittedCurve(
         method="cloud_modified",
         curve=curve,
@@ -130,8 +128,7 @@ def fit_heteroscedastic(
     n = int(x.size)
     blank = FragilityFit(method="cloud_heteroscedastic", status=FITTED, n_runs=n, level=level)
     if n < _MIN_RUNS or np.ptp(x) == 0.0:
-        status = existence.SINGLE_LEVEL if n >= _MIN_RUNS else "too_few_runs"
-        return replace(blank, status=status)
+        return replace(blank, status=existence.too_little(x, _MIN_RUNS))
     found = _harvey(x, y)
     if found is None:
         return replace(blank, status="unbounded_likelihood")
@@ -207,7 +204,7 @@ def _harvey(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, float
 
 def _loglik(residual: FloatArray, ln_sigma: FloatArray) -> float:
     scaled = residual * np.exp(-ln_sigma)
-    return float(-np.sum(0.5 * scaled**2 + ln_sigma + _HALF_LOG_2PI))
+    return float(-np.sum(0.5 * scaled**2 + ln_sigma + HALF_LOG_2PI))
 
 
 def _line_covariance(n: int, mean_x: float, sxx: float, s: float) -> FloatArray:

@@ -85,8 +85,7 @@ def fit_tobit(
     n, seen = int(x.size), top == y
     blank = FragilityFit(method="cloud_tobit", status=FITTED, n_runs=n, level=settings.confidence)
     if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
-        single = n >= 3 and np.ptp(x) == 0.0
-        return replace(blank, status=existence.SINGLE_LEVEL if single else "too_few_runs")
+        return replace(blank, status=existence.too_little(x))
     kernel = CensoredKernel(np.column_stack([np.ones(n), x]), y - ln_c, top - ln_c)
     best = maximise(kernel, _start(x, y, seen, ln_c))
     a0, a1, h = (float(value) for value in best.params[0])

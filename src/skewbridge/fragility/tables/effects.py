@@ -160,9 +160,9 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     group = [*BRIDGE_COLUMNS, *(name for name in axis_names(demands) if name != axis)]
     key = [*group, *LOADING_COLUMNS]
     table = demands[[*key, axis, "status", *columns]]
-    doubled = table.duplicated([*key, axis])
-    if doubled.any():
-        row = int(np.flatnonzero(doubled.to_numpy())[0])
+    once = ~table.duplicated([*key, axis]).to_numpy()
+    if not once.all():
+        row = int(np.argmin(once))
         raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
     lowest = table.groupby(group, dropna=False)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})

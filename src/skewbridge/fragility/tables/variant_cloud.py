@@ -84,12 +84,14 @@ def _line_fit(
 ) -> FragilityFit:
     used = data.used
     complete = outcomes.complete[used]
-    im, edp, threshold = runs.im[used], data.lower[used], state.threshold
+    im, edp, motions = runs.im[used], data.lower[used], runs.records[used]
+    threshold = state.threshold
+    resample = runs.repeated and interval
     if np.all(complete):
-        records = int(np.unique(runs.records[used]).size)
+        records = int(np.unique(motions).size)
         fit = cloud.fit_cloud(im, edp, threshold, settings=settings, n_records=records)
-        if fit.status == FITTED and runs.repeated and interval:
-            weights = _weights(runs, used, settings)
+        if fit.status == FITTED and resample:
+            weights = record_weights(motions, settings.bootstrap, settings.seed)
             again = refit_lines(np.log(im), np.log(edp), weights, np.log(threshold))
             fit = bootstrapped(fit, again)
         return fit
@@ -97,8 +99,8 @@ def _line_fit(
     fit = tobit.fit_tobit(
         im, edp, threshold, upper, settings=settings, interval=interval and not runs.repeated
     )
-    if fit.status == FITTED and runs.repeated and interval:
-        weights = _weights(runs, used, settings)
+    if fit.status == FITTED and resample:
+        weights = record_weights(motions, settings.bootstrap, settings.seed)
         fit = bootstrapped(fit, tobit.refit_tobit(im, edp, threshold, upper, weights))
     if np.sum(complete) >= 4 and np.ptp(im[complete]) > 0.0:
         line = cloud.fit_line(np.log(im[complete]), np.log(edp[complete]))
@@ -107,11 +109,6 @@ def _line_fit(
         own = fit.line or line
         fit = replace(fit, line=replace(line, ln_a=own.ln_a, b=own.b, sigma=own.sigma))
     return fit
-
-
-def _weights(runs: Runs, used: NDArray[np.bool_], settings: FitSettings) -> FloatArray:
-    _, codes = np.unique(runs.records[used], return_inverse=True)
-    return record_weights(codes, settings.bootstrap, np.random.default_rng(settings.seed))
 
 
 def _line_only(blank: FragilityFit, runs: Runs, outcomes: Outcomes) -> FragilityFit:

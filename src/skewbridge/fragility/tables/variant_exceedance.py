@@ -82,8 +82,7 @@ def with_record_bootstrap(
     """
     if fit.predictor is None or fit.predictor.a0 is None or fit.predictor.a1 is None:
         return fit
-    _, codes = np.unique(records, return_inverse=True)
-    weights = record_weights(codes, settings.bootstrap, np.random.default_rng(settings.seed))
+    weights = record_weights(records, settings.bootstrap, settings.seed)
     start = np.array([fit.predictor.a0, fit.predictor.a1])
     return bootstrapped(fit, refit_exceedance(np.log(im), weights, weights * exceed, start))
 
