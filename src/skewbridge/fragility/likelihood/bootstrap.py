@@ -43,10 +43,7 @@ def record_weights(
 ) -> FloatArray:
     """Return how often each run enters each of R replicates, shape (R, n).
 
-    Args:
-        motions: Number of the motion of each run, shape (n,); numbers may be missing.
-        replicates: R.
-        seed: Source of randomness.
+    ``motions`` is the number of the motion of each run, shape (n,); numbers may be missing.
     """
     found, codes = np.unique(motions, return_inverse=True)
     m = found.size
@@ -59,11 +56,8 @@ def refit_exceedance(
 ) -> Replicates:
     """Fit probit curves to R replicates at once.
 
-    Args:
-        ln_im: Logarithms of the intensities, shape (J,).
-        n: Weights or runs, shape (R, J).
-        k: Exceedances, shape (R, J).
-        start: (a0, a1) to start from, usually the fit of the data.
+    ``ln_im`` has shape (J,); runs (or weights) ``n`` and exceedances ``k`` have shape (R, J).
+    Newton starts at ``start``, (a0, a1), usually the fit of the data.
     """
     total, size = k.shape
     theta, beta = np.empty(total), np.empty(total)

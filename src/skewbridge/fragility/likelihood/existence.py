@@ -32,10 +32,7 @@ def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
     mirror image is ``non_increasing``. Otherwise the estimate exists and is unique, though its
     slope can still be negative, which the fit reports as ``non_increasing`` too.
 
-    Args:
-        ln_im: Logarithm of the intensity of each stripe, shape (J,), stripes with n > 0 only.
-        n: Runs, shape (J,).
-        k: Exceedances, shape (J,); fractions allowed.
+    Arrays of shape (J,), of stripes with n > 0 only; fractions of k are allowed.
     """
     if np.sum(k) <= 0.0:
         return NO_EXCEEDANCE
@@ -87,12 +84,7 @@ def median_bound(
     The bound theta solves P(data | theta, beta) = 1 - level: a lower bound when nothing
     exceeds, an upper bound when everything does.
 
-    Args:
-        ln_im: Logarithm of the intensities, shape (J,).
-        n: Runs per level, shape (J,).
-        beta: The dispersion that is assumed.
-        level: Confidence, for example 0.95.
-        exceed: True for the upper bound of data in which every run exceeds.
+    ``exceed`` asks for the upper bound of data in which every run exceeds; ``beta`` is assumed.
     """
     sign = 1.0 if exceed else -1.0
 

@@ -135,12 +135,8 @@ def estimated(
 
     The covariance of (a0, a1) is carried over to (ln theta, beta) by the delta method.
 
-    Args:
-        blank: The fit without estimate.
-        params: (a0, a1) with ln theta = -a0/a1 and beta = spread/a1, a1 > 0.
-        covariance: Covariance of (a0, a1), shape (2, 2).
-        ends: Profile intervals of ln theta and a1, None to leave them out.
-        spread: 1 for the probit link.
+    ``params`` are (a0, a1) with ln theta = -a0/a1 and beta = spread/a1, a1 > 0; ``covariance`` is
+    theirs, and ``spread`` is 1 for the probit link.
     """
     a0, a1 = (float(value) for value in params)
     jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -spread / a1**2]])

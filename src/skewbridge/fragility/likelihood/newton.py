@@ -130,10 +130,8 @@ class Restricted:
 def maximise(kernel: Kernel, start: FloatArray, *, covariance: bool = True) -> Maximum:
     """Maximise a batch of concave log-likelihoods by Newton steps with halving.
 
-    Args:
-        kernel: The log-likelihood.
-        start: Starting parameters, shape (R, p), inside the parameter space.
-        covariance: Also invert the observed information at the maximum.
+    ``start`` has shape (R, p) and lies inside the parameter space; ``covariance`` asks for the
+    inverse of the observed information at the maximum.
 
     Returns:
         The maxima; ``converged`` is False where no maximum was reached.

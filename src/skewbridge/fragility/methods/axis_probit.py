@@ -145,10 +145,8 @@ def cluster_covariance(
 ) -> FloatArray:
     """Return bread (sum of outer products of the clusters' scores) bread, times G/(G - 1).
 
-    Args:
-        bread: Inverse observed information, shape (p, p).
-        scores: Score of each run, shape (n, p).
-        clusters: Cluster of each run, shape (n,).
+    ``bread`` is the inverse observed information, shape (p, p); scores have shape (n, p), one row
+    per run, clusters shape (n,).
     """
     count = int(np.max(clusters)) + 1
     sums = np.zeros((count, scores.shape[1]))

@@ -75,10 +75,8 @@ class OrderedKernel:
 def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
     """Fit an ordered probit to counts of the worst limit state reached.
 
-    Args:
-        im: Intensities, shape (J,).
-        counts: Runs per intensity that end in no, the first, .. the last limit state,
-            shape (J, L + 1).
+    ``counts`` are the runs per intensity that end in no, the first, .. the last limit state, shape
+    (J, L + 1), ``im`` has shape (J,).
 
     Raises:
         InputError: An intensity is not positive or a count negative; names the row.

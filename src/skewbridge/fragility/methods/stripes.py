@@ -114,7 +114,9 @@ def fit_stripes(
     if not whole:
         warnings.append("fractional_counts_no_interval")
     kernel_loglik = float(best.loglik[0])
-    loglik = kernel_loglik + (_log_binomial(runs, exceed) if whole else 0.0)
+    ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
+    ways -= special.gammaln(runs - exceed + 1.0)
+    loglik = kernel_loglik + (float(np.sum(ways)) if whole else 0.0)
     terms = terms_of(design @ best.params[0] + middle)
     return replace(
         fit,
@@ -204,8 +206,3 @@ def _goodness(
         loglik_kernel=loglik_kernel,
         aic=4.0 - 2.0 * loglik,
     )
-
-
-def _log_binomial(n: FloatArray, k: FloatArray) -> float:
-    terms = special.gammaln(n + 1.0) - special.gammaln(k + 1.0) - special.gammaln(n - k + 1.0)
-    return float(np.sum(terms))

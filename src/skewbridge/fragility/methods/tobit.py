@@ -149,12 +149,8 @@ def refit_tobit(
 ) -> Replicates:
     """Fit R weighted replicates at once.
 
-    Args:
-        im: Intensities, shape (n,).
-        edp: Demands, or the values that censored ones exceed, shape (n,).
-        threshold: Median capacity.
-        upper: Upper ends of the demands, equal to ``edp`` where observed, shape (n,).
-        weights: How often each run enters each replicate, shape (R, n).
+    ``edp`` of censored runs is the value that they exceed, ``upper`` equals it where observed,
+    shape (n,); ``weights`` is how often each run enters each replicate, shape (R, n).
     """
     x, y, top, ln_c = np.log(im), np.log(edp), np.log(upper), float(np.log(threshold))
     design = np.column_stack([np.ones(x.size), x])

@@ -79,13 +79,9 @@ def curve_row(
 ) -> dict[str, Any]:
     """Return the row of one fit (without the columns that name the variant).
 
-    Args:
-        fit: The fit.
-        state: Its limit state.
-        im_column: Intensity measure.
-        counts: n_runs, n_records, n_exceed, n_unknown, n_collapse.
-        slope: b of the log-log line, which carries the dispersion of the capacity over to the
-            intensity measure; None if there is none.
+    ``counts`` are n_runs, n_records, n_exceed, n_unknown, n_collapse; ``slope`` is b of the log-
+    log line, which carries the dispersion of the capacity over to the intensity measure, if there
+    is one.
     """
     total = nan
     if slope is not None and slope > 0.0:

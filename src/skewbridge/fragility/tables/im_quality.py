@@ -41,12 +41,8 @@ def rank_measures(
     proficiency zeta = s/b. ``p_best_efficiency`` and ``p_best_proficiency`` are the shares of
     record-bootstrap replicates in which the measure is the best: a rank by point value hides ties.
 
-    Args:
-        demands: Demands table of one or more variants; completed runs are used.
-        column: Demand, positive.
-        measures: Columns; by default all ``im_`` columns.
-        motions: Table motion_id, magnitude, distance_km for sufficiency; None leaves it out.
-        settings: Replicates and seed of the bootstrap.
+    Completed runs of one or more variants are used, and all ``im_`` columns unless ``measures``
+    names some; ``motions`` (motion_id, magnitude, distance_km) is needed for sufficiency.
 
     Returns:
         One row per measure, best proficiency first; unusable measures last with a status.

@@ -35,12 +35,6 @@ def paired_capacity_effects(
     for both, so that what the motions share cancels in the ratio. A limit state that no run of
     one of the variants exceeds (or every run) has no ratio.
 
-    Args:
-        demands: Table in the contract of results/demands.parquet.
-        limit_states: Limit states.
-        im_column: Intensity measure, at the level of the run.
-        settings: Level and margin of the effects, bootstrap, seed.
-
     Returns:
         Rows with the columns of `effect_columns`, scope ``variant``.
 

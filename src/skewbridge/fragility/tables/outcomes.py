@@ -75,10 +75,7 @@ class Outcomes:
     ) -> FragilityFit:
         """Attach the fits of the treatments; refuse a median that unknown outcomes decide.
 
-        Args:
-            fit: The fit without the unknown outcomes.
-            settings: Whether to give a median in any case.
-            assume: The fit if all runs were known, of their outcomes.
+        ``assume`` gives the fit if all runs were known, of their outcomes.
         """
         bounds = dict.fromkeys(TREATMENTS, fit)
         if np.any(self.unknown):
@@ -130,10 +127,7 @@ def bootstrapped(fit: FragilityFit, again: Replicates) -> FragilityFit:
 def outcomes_of(demand: FloatArray, status: NDArray[np.str_], state: LimitState) -> Outcomes:
     """Judge runs against a limit state by its median capacity.
 
-    Args:
-        demand: Peaks (so far), shape (n,).
-        status: Status of each run, shape (n,).
-        state: The limit state.
+    ``demand`` is the peak (so far) and ``status`` the status of each run, shape (n,).
     """
     collapsed = status == COLLAPSE
     complete = status == OK

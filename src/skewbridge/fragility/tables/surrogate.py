@@ -59,9 +59,7 @@ def surrogate_terms(names: Sequence[str]) -> tuple[str, ...]:
 def fit_surrogate(demands: pd.DataFrame, column: str) -> Surrogate:
     """Fit the surrogate by least squares within blocks (motion, scale and incidence).
 
-    Args:
-        demands: Demands table; runs that did not complete are left out.
-        column: Demand, positive.
+    Runs that did not complete are left out.
 
     Returns:
         The surrogate with the terms of `surrogate_terms`; one that the variants of the table
@@ -144,12 +142,7 @@ def sobol(
 ) -> tuple[FloatArray, FloatArray]:
     """Return first-order and total Sobol indices over a box with uniform inputs.
 
-    Args:
-        function: Maps inputs of shape (d, n) to values of shape (n,).
-        low: Lower ends, d of them.
-        high: Upper ends.
-        n: Sample size, a power of two.
-        seed: Of the sequence.
+    The function maps inputs of shape (d, n) to values of shape (n,); n is a power of two.
     """
     if len(low) == 1:  # all of the variance is its; scipy fails on a single input
         return np.ones(1), np.ones(1)
@@ -162,13 +155,7 @@ def sobol(
 
 
 def surrogate_sobol(surrogate: Surrogate, demands: pd.DataFrame, seed: int) -> pd.DataFrame:
-    """Return the Sobol indices of ln demand over the box of the axes of a table.
-
-    Args:
-        surrogate: Demand over the axes.
-        demands: Demands table that spans the box.
-        seed: Of the Sobol sequence.
-    """
+    """Return the Sobol indices of ln demand over the box of the axes of a table."""
     names = varying_axes(demands)
     box = {
         name: (float(demands[name].min()), float(demands[name].max()))

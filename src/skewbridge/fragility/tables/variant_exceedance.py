@@ -73,12 +73,8 @@ def with_record_bootstrap(
 ) -> FragilityFit:
     """Replace the interval of an exceedance fit by that of the record bootstrap.
 
-    Args:
-        fit: A fit of single runs that has an estimate.
-        im: Intensities, shape (n,).
-        exceed: Outcomes, or probabilities of exceedance, shape (n,).
-        records: Number of the motion of each run.
-        settings: Replicates and seed.
+    ``exceed`` is 0 or 1, or the probability of exceedance, ``records`` the number of the motion of
+    each run, shape (n,).
     """
     if fit.predictor is None or fit.predictor.a0 is None or fit.predictor.a1 is None:
         return fit
