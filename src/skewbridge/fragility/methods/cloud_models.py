@@ -273,9 +273,7 @@ def read_curve(fitted: FittedCurve, x: FloatArray, level: float) -> FragilityFit
     out = jacobian @ fitted.covariance @ jacobian.T
     z = normal_quantile(level)
     theta = float(np.exp(ln_theta))
-    reach = [
-        exp_end(z * float(np.sqrt(v)) / by) for v, by in zip(np.diag(out), (1, beta), strict=True)
-    ]
+    reach = [exp_end(z * float(np.sqrt(out[i, i])) / by) for i, by in enumerate((1, beta))]
     ci_theta = (theta / reach[0], theta * reach[0])
     grid = theta * np.array(_GRID)
     points = CurvePoints(
