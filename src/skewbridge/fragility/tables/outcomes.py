@@ -24,7 +24,7 @@ from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitStat
 from skewbridge.statuses import COLLAPSE, OK, STATUSES
 
 #: What can be done with runs whose outcome is unknown.
-TREATMENTS: Final = ("exclude", "all_exceed", "none_exceed")
+TREATMENTS: Final[tuple[str, ...]] = ("exclude", "all_exceed", "none_exceed")
 MAX_UNKNOWN_SHARE: Final = 0.05
 # ASSUME a median is worth printing if unknown outcomes can move it by 15 % at most.
 MAX_BOUNDS_RATIO: Final = 1.15  # of the medians when unknown outcomes all, or none, exceed
