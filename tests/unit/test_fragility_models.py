@@ -21,7 +21,7 @@ from skewbridge.fragility.methods.stripes import fit_stripes
 from skewbridge.fragility.methods.tobit import fit_tobit
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.frequency_content import fourier_ratio, mean_period_s
-from skewbridge.fragility.tables.uncertain_capacity import fit_uncertain_capacity
+from skewbridge.fragility.tables.variant_exceedance import fit_uncertain_capacity
 
 
 @pytest.mark.parametrize(

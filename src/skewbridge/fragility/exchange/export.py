@@ -7,9 +7,11 @@ References:
 """
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pandas as pd
@@ -78,12 +80,8 @@ def export_curves(
             written = _write_nrml(usable, out, method)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error}") from error
-    return {
-        "file": str(out),
-        "format": form,
-        "curves": written,
-        "left_out": len(chosen) - written,
-    }
+    left_out = len(chosen) - written
+    return {"file": str(out), "format": form, "curves": written, "left_out": left_out}
 
 
 def openquake_measure(column: str) -> tuple[str, float]:
@@ -92,23 +90,34 @@ def openquake_measure(column: str) -> tuple[str, float]:
     Raises:
         InputError: OpenQuake has no such measure.
     """
-    period_s = _period_s(column)
-    if period_s:
-        return f"SA({period_s})", 1.0
     named = {"im_pga": ("PGA", 1.0), "im_pgv": ("PGV", _CMPS_PER_MPS), "im_saavg": ("AvgSA", 1.0)}
+    advice = "name in OpenQuake: fit with im_sa_1p000_rotd50_g or another Sa(T)"
+    return _named(column, ("SA({period_s})", 1.0), named, advice)
+
+
+def _pelicun_demand(column: str) -> tuple[str, str]:
+    """Return the demand type of an intensity column and its unit in pelicun."""
+    named = {
+        "im_pga": ("Peak Ground Acceleration", "g"),
+        "im_pgv": ("Peak Ground Velocity", "mps"),
+        "im_saavg": ("Spectral Acceleration|Avg", "g"),
+        "im_sa_t1": ("Spectral Acceleration|T1", "g"),
+    }
+    spectral = ("Spectral Acceleration|{period_s}", "g")
+    return _named(column, spectral, named, "demand type in pelicun")
+
+
+def _named[Unit](
+    column: str, spectral: tuple[str, Unit], named: Mapping[str, tuple[str, Unit]], what: str
+) -> tuple[str, Unit]:
+    """Return name and unit of an intensity column: a spectral acceleration, else by its start."""
+    match = re.match(r"im_sa_(\d+)p(\d+)_", column)
+    if match:
+        return spectral[0].format(period_s=f"{float(f'{match[1]}.{match[2]}'):g}"), spectral[1]
     for start, found in named.items():
         if column.startswith(start):
             return found
-    raise InputError(
-        f"{column} has no name in OpenQuake: fit with im_sa_1p000_rotd50_g or another Sa(T)",
-        column=column,
-    )
-
-
-def _period_s(column: str) -> str | None:
-    """Return the period in the name of a column of spectral accelerations, s."""
-    match = re.match(r"im_sa_(\d+)p(\d+)_", column)
-    return f"{float(f'{match[1]}.{match[2]}'):g}" if match else None
+    raise InputError(f"{column} has no {what}", column=column)
 
 
 def _frequencies(usable: pd.DataFrame, hazard: Path) -> dict[str, pd.Series]:
@@ -122,10 +131,11 @@ def _frequencies(usable: pd.DataFrame, hazard: Path) -> dict[str, pd.Series]:
         annual_frequency(theta, beta, table["im"].to_numpy(), table["rate"].to_numpy())
         for theta, beta in zip(usable["theta"], usable["beta_written"], strict=True)
     ]
-    return {
-        "annual_frequency": pd.Series([item.frequency for item in found], index=usable.index),
-        "probability_50y": pd.Series([item.probability_50y for item in found], index=usable.index),
+    values = {
+        "annual_frequency": [item.frequency for item in found],
+        "probability_50y": [item.probability_50y for item in found],
     }
+    return {name: pd.Series(column, index=usable.index) for name, column in values.items()}
 
 
 def _write_nrml(table: pd.DataFrame, out: Path, method: str) -> int:
@@ -153,46 +163,39 @@ def _write_nrml(table: pd.DataFrame, out: Path, method: str) -> int:
 def _write_nrml_file(table: pd.DataFrame, states: list[str], path: Path, method: str) -> int:
     ElementTree.register_namespace("", _NRML)
     root = ElementTree.Element(f"{{{_NRML}}}nrml")
-    model = ElementTree.SubElement(
+
+    def add(parent: Element, tag: str, text: str = "", **values: str) -> Element:
+        element = ElementTree.SubElement(parent, f"{{{_NRML}}}{tag}", values)
+        element.text = text or None
+        return element
+
+    model = add(
         root,
-        f"{{{_NRML}}}fragilityModel",
-        {"id": "skewbridge", "assetCategory": "bridges", "lossCategory": "structural"},
+        "fragilityModel",
+        id="skewbridge",
+        assetCategory="bridges",
+        lossCategory="structural",
     )
     text = f"skewbridge, {method} fits, lognormal; dispersion with that of the capacity"
-    ElementTree.SubElement(model, f"{{{_NRML}}}description").text = text
-    ElementTree.SubElement(model, f"{{{_NRML}}}limitStates").text = " ".join(states)
+    add(model, "description", text)
+    add(model, "limitStates", " ".join(states))
     written = 0
     for (variant, component), part in table.groupby(["variant", "component"], sort=True):
         rows = {str(item["limit_state"]): item for item in part.to_dict("records")}
         if set(rows) != set(states):
             continue
         measure, factor = openquake_measure(str(part["im"].iloc[0]))
-        function = ElementTree.SubElement(
-            model,
-            f"{{{_NRML}}}fragilityFunction",
-            {"id": f"{variant}.{component}", "format": "continuous", "shape": "logncdf"},
-        )
+        name = f"{variant}.{component}"
+        function = add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
         middle = part["theta"].to_numpy(dtype=np.float64) * factor
         reach = np.exp(4.0 * part["beta_written"].max())
-        ElementTree.SubElement(
-            function,
-            f"{{{_NRML}}}imls",
-            {
-                "imt": measure,
-                "noDamageLimit": f"{middle.min() / reach:.6g}",
-                "minIML": f"{middle.min() / reach:.6g}",
-                "maxIML": f"{middle.max() * reach:.6g}",
-            },
-        )
+        low, high = f"{middle.min() / reach:.6g}", f"{middle.max() * reach:.6g}"
+        add(function, "imls", imt=measure, noDamageLimit=low, minIML=low, maxIML=high)
         for state in states:
             theta, beta = float(rows[state]["theta"]) * factor, float(rows[state]["beta_written"])
             mean = theta * np.exp(0.5 * beta**2)
             deviation = mean * np.sqrt(np.expm1(beta**2))
-            ElementTree.SubElement(
-                function,
-                f"{{{_NRML}}}params",
-                {"ls": state, "mean": f"{mean:.10g}", "stddev": f"{deviation:.10g}"},
-            )
+            add(function, "params", ls=state, mean=f"{mean:.10g}", stddev=f"{deviation:.10g}")
             written += 1
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)
@@ -225,19 +228,3 @@ def _write_pelicun(table: pd.DataFrame, out: Path) -> int:
         rows.append(row)
     pd.DataFrame(rows).to_csv(out, index=False)
     return len(table)
-
-
-def _pelicun_demand(column: str) -> tuple[str, str]:
-    period_s = _period_s(column)
-    if period_s:
-        return f"Spectral Acceleration|{period_s}", "g"
-    named = {
-        "im_pga": ("Peak Ground Acceleration", "g"),
-        "im_pgv": ("Peak Ground Velocity", "mps"),
-        "im_saavg": ("Spectral Acceleration|Avg", "g"),
-        "im_sa_t1": ("Spectral Acceleration|T1", "g"),
-    }
-    for start, found in named.items():
-        if column.startswith(start):
-            return found
-    raise InputError(f"{column} has no demand type in pelicun", column=column)

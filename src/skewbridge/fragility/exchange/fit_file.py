@@ -17,9 +17,8 @@ from skewbridge.fragility.likelihood.validate import as_column
 from skewbridge.fragility.methods import cloud, cloud_models, ida, stripes, tobit
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
-from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, MAX_DISPERSION, LimitState
-from skewbridge.fragility.tables.outcomes import outcomes_of
-from skewbridge.fragility.tables.runs import Runs
+from skewbridge.fragility.tables.limit_states import MAX_DISPERSION, LimitState
+from skewbridge.fragility.tables.outcomes import Runs, outcomes_of
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.statuses import OK
@@ -27,11 +26,6 @@ from skewbridge.statuses import OK
 METHODS: Final = ("stripes", "ida", "cloud")
 MODELS: Final = ("ols", "tobit", "modified", "heteroscedastic")
 MAX_ASSUMED_BETA: Final = 5.0
-_LIMITS: Final = {
-    "level": "0.5..1",
-    "assumed_beta": f"0..{MAX_ASSUMED_BETA:g} (not 0)",
-    "capacity_dispersion": f"0..{MAX_DISPERSION:g}",
-}
 # Other spellings of the columns, as they stand in published data sets.
 _ALIASES: Final = {
     "right_censored": "censored",
@@ -81,17 +75,14 @@ class FitOptions:
             raise InputError(f"method must be one of {', '.join(METHODS)}, got {self.method!r}")
         if self.model is not None and self.model not in MODELS:
             raise InputError(f"model must be one of {', '.join(MODELS)}, got {self.model!r}")
-        for name, value, inside in (
-            ("level", self.level, 0.5 < self.level < 1.0),
-            ("assumed_beta", self.assumed_beta, 0.0 < self.assumed_beta <= MAX_ASSUMED_BETA),
-            (
-                "capacity_dispersion",
-                self.capacity_dispersion,
-                0.0 <= self.capacity_dispersion <= MAX_DISPERSION,
-            ),
+        widest, most = MAX_DISPERSION, MAX_ASSUMED_BETA
+        for name, inside, limits in (
+            ("level", 0.5 < self.level < 1.0, "0.5..1"),
+            ("assumed_beta", 0.0 < self.assumed_beta <= most, f"0..{most:g} (not 0)"),
+            ("capacity_dispersion", 0.0 <= self.capacity_dispersion <= widest, f"0..{widest:g}"),
         ):
             if not inside:
-                raise InputError(f"{name} must be within {_LIMITS[name]}, got {value:g}")
+                raise InputError(f"{name} must be within {limits}, got {getattr(self, name):g}")
 
     @property
     def settings(self) -> FitSettings:
@@ -140,27 +131,18 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFi
         return columns[name]
 
     if options.method == "stripes":
-        return stripes.fit_stripes(
-            need("im"),
-            need("n"),
-            need("k"),
-            link=options.link,
-            settings=options.settings,
-        )
+        counts = (need("im"), need("n"), need("k"))
+        return stripes.fit_stripes(*counts, link=options.link, settings=options.settings)
     if options.method == "ida":
         if "lower" in columns or "upper" in columns:
-            return ida.fit_brackets(
-                need("lower"),
-                [_endless(value) for value in need("upper")],
-                options.settings,
-            )
+            lower, upper = need("lower"), [_endless(value) for value in need("upper")]
+            return ida.fit_brackets(lower, upper, options.settings)
         return ida.fit_capacities(need("capacity"), columns.get("censored"), options.settings)
     im = np.exp(as_column(columns["ln_im"], "ln_im")) if "ln_im" in columns else need("im")
     edp = np.exp(as_column(columns["ln_edp"], "ln_edp")) if "ln_edp" in columns else need("edp")
     threshold = options.threshold
     if threshold is None:
-        given = need("threshold")
-        threshold = float(as_column([_first(given)], "threshold")[0])
+        threshold = float(as_column(np.atleast_1d(need("threshold"))[:1].tolist(), "threshold")[0])
     if "censored" in columns:
         return _fit_tobit(im, edp, threshold, columns["censored"], options)
     collapse = columns.get("collapse")
@@ -237,30 +219,22 @@ def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
         demand=options.edp,
         threshold=options.threshold,
         dispersion=options.capacity_dispersion,
-        unit="",
-        collapse=COLLAPSE_EXCEEDS,
-        citation="",
     )
     demand = as_column(table[options.edp].to_numpy(), options.edp)
     outcomes = outcomes_of(demand, status, state)
     cloud.cloud_columns(im, demand, options.threshold, (~outcomes.complete).astype(np.float64))
     if options.method == "cloud":
-        fit, bounds = fit_variant_cloud(runs, outcomes, state, options.settings)
+        fit = fit_variant_cloud(runs, outcomes, state, options.settings)
     elif options.method == "ida":
-        fit, bounds = fit_record_brackets(runs, outcomes, options.settings)
+        fit = fit_record_brackets(runs, outcomes, options.settings)
     else:
-        fit, bounds = fit_exceedance(runs, outcomes, options.settings)
+        fit = fit_exceedance(runs, outcomes, options.settings)
     counts = replace(
         fit.counts or RunCounts(),
         n_records=int(np.unique(codes).size),
         n_unknown=int(np.sum(outcomes.unknown)),
-        bounds=bounds,
     )
     return replace(fit, counts=counts)
-
-
-def _first(value: Any) -> Any:
-    return next(iter(value)) if isinstance(value, list | pd.Series) else value
 
 
 def _endless(value: Any) -> Any:

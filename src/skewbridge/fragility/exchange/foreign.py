@@ -9,6 +9,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.data_files import read_table
+from skewbridge.fragility.likelihood.validate import as_column, require_all
 from skewbridge.fragility.tables.key_columns import (
     IDENTITY_COLUMNS,
     LOADING_COLUMNS,
@@ -64,24 +65,18 @@ def read_foreign(
             out[name] = value
     texts = {*IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion"}
     for name in out.columns.difference(sorted(texts)):
-        out[name] = _numbers(out[name], columns.get(name, name)) * (factors or {}).get(name, 1.0)
+        numbers = as_column(out[name].to_numpy(), columns.get(name, name))
+        out[name] = numbers * (factors or {}).get(name, 1.0)
     if "variant" not in out:
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(texts) for texts in zip(*parts, strict=True)]
     for name in texts & set(out.columns):
         out[name] = out[name].astype(str)
-    known = out["status"].isin(STATUSES)
-    if not known.all():
-        row = int(np.flatnonzero(~known.to_numpy())[0])
-        raise InputError(
-            f"status {out['status'].iloc[row]!r} is not known (row {row})", row=row, column="status"
-        )
+    known = out["status"].isin(STATUSES).to_numpy()
+    wrong = repr(out["status"].iloc[int(np.argmin(known))])
+    require_all(known, "status", f"{wrong} is not known")
     for name in [c for c in out if str(c).startswith("im_")]:
-        bad = np.flatnonzero(~(out[name].to_numpy(dtype=np.float64) > 0.0))
-        if bad.size:
-            raise InputError(
-                f"{name} must be > 0 and finite (row {bad[0]})", row=int(bad[0]), column=str(name)
-            )
+        require_all(out[name].to_numpy() > 0.0, str(name), "must be > 0 and finite")
     doubled = out.duplicated(["variant", *LOADING_COLUMNS])
     if doubled.any():
         row = int(np.flatnonzero(doubled.to_numpy())[0])
@@ -91,14 +86,3 @@ def read_foreign(
     key = [*variant_columns(out), *LOADING_COLUMNS, "status"]
     rest = [name for name in out if name not in key]
     return out[[*key, *rest]].reset_index(drop=True)
-
-
-def _numbers(values: pd.Series, name: str) -> pd.Series:
-    numbers = pd.to_numeric(values, errors="coerce")
-    bad = np.flatnonzero((numbers.isna() & values.notna()).to_numpy())
-    if bad.size:
-        row = int(bad[0])
-        raise InputError(
-            f"{name} must be a number, got {values.iloc[row]!r} (row {row})", row=row, column=name
-        )
-    return numbers.astype(np.float64)

@@ -37,11 +37,8 @@ class AnnualFrequency:
 def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) -> AnnualFrequency:
     """Integrate a lognormal curve over a hazard table.
 
-    Args:
-        theta: Median.
-        beta: Dispersion (total, if it is to count).
-        im: Intensities of the hazard table, increasing, in the unit of theta.
-        rate: Mean annual frequency of exceeding each, decreasing.
+    ``im`` increases, in the unit of theta; ``rate`` is the mean annual frequency of exceeding each
+    and does not increase. Give the total dispersion if it is to count.
 
     Raises:
         InputError: A value is not positive, or the table is not monotone; names the row.

@@ -39,17 +39,15 @@ class Replicates:
 
 
 def record_weights(
-    codes: NDArray[np.intp], replicates: int, rng: np.random.Generator
+    motions: NDArray[np.integer], replicates: int, seed: int | np.random.Generator
 ) -> FloatArray:
-    """Return how often each run enters each replicate, shape (R, n).
+    """Return how often each run enters each of R replicates, shape (R, n).
 
-    Args:
-        codes: Number of the motion of each run, 0 .. m - 1, shape (n,).
-        replicates: R.
-        rng: Source of randomness.
+    ``motions`` is the number of the motion of each run, shape (n,); numbers may be missing.
     """
-    m = int(np.max(codes)) + 1
-    counts = rng.multinomial(m, np.full(m, 1.0 / m), size=replicates)
+    found, codes = np.unique(motions, return_inverse=True)
+    m = found.size
+    counts = np.random.default_rng(seed).multinomial(m, np.full(m, 1.0 / m), size=replicates)
     return counts[:, codes].astype(np.float64)
 
 
@@ -58,11 +56,8 @@ def refit_exceedance(
 ) -> Replicates:
     """Fit probit curves to R replicates at once.
 
-    Args:
-        ln_im: Logarithms of the intensities, shape (J,).
-        n: Weights or runs, shape (R, J).
-        k: Exceedances, shape (R, J).
-        start: (a0, a1) to start from, usually the fit of the data.
+    ``ln_im`` has shape (J,); runs (or weights) ``n`` and exceedances ``k`` have shape (R, J).
+    Newton starts at ``start``, (a0, a1), usually the fit of the data.
     """
     total, size = k.shape
     theta, beta = np.empty(total), np.empty(total)
@@ -73,7 +68,7 @@ def refit_exceedance(
     for first in range(0, total, rows):
         part = slice(first, min(first + rows, total))
         good = existence.batch_exists(ln_im, n[part], k[part])
-        theta[part], beta[part] = _separated(ln_im, n[part], k[part])
+        theta[part], beta[part] = _jump(ln_im, n[part], k[part]), 0.0
         if np.any(good):
             kernel = BinomialKernel(design, n[part][good], k[part][good])
             best = maximise(kernel, np.tile(begin, (int(np.sum(good)), 1)), covariance=False)
@@ -142,11 +137,10 @@ def parametric_counts(
     return rng.binomial(n.astype(np.int64), p, size=(replicates, p.size)).astype(np.float64)
 
 
-def _separated(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the limit of each replicate if it has no estimate: the jump, with beta = 0."""
+def _jump(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> FloatArray:
+    """Return the limit of the median of each replicate that has no estimate; beta is 0 there."""
     hi0 = np.max(np.where(n - k > 0.0, ln_im, -np.inf), axis=1)
     lo1 = np.min(np.where(k > 0.0, ln_im, np.inf), axis=1)
     with np.errstate(over="ignore", invalid="ignore"):
         middle = np.exp(0.5 * (hi0 + lo1))
-    theta = np.where(np.isinf(lo1), np.inf, np.where(np.isinf(hi0), 0.0, middle))
-    return theta, np.zeros(theta.size)
+    return np.where(np.isinf(lo1), np.inf, np.where(np.isinf(hi0), 0.0, middle))

@@ -5,16 +5,13 @@ linear in the parameters, z = h y - X delta with h = 1/sigma, so that every term
 """
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, mills_ratio
 from skewbridge.fragility.likelihood.newton import Derivatives
-
-_HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +65,7 @@ class CensoredKernel:
         weights = self.weights
         if weights.ndim == 2 and rows is not None:
             weights = weights[rows]
-        size = params.shape[1]
-        loglik = np.zeros(params.shape[0])
-        score = np.zeros(params.shape)
-        hessian = np.zeros((params.shape[0], size, size))
+        total = Sum(params)
         h = params[:, -1]
         inside = h > 0.0
         safe_h = np.where(inside, h, 1.0)
@@ -80,42 +74,57 @@ class CensoredKernel:
             w = weights[..., self._observed.columns]
             z = params @ self._observed.upper.T
             count = np.sum(np.broadcast_to(w, z.shape), axis=1)
-            loglik += np.sum(w * (-0.5 * z * z - _HALF_LOG_2PI), axis=1) + count * np.log(safe_h)
-            add_terms(score, hessian, self._observed.upper, -w * z, np.broadcast_to(-w, z.shape))
-            score[:, -1] += count / safe_h
-            hessian[:, -1, -1] -= count / safe_h**2
+            total.loglik += np.sum(w * (-0.5 * z * z - HALF_LOG_2PI), axis=1)
+            total.loglik += count * np.log(safe_h)
+            total.add(self._observed.upper, -w * z, np.broadcast_to(-w, z.shape))
+            total.score[:, -1] += count / safe_h
+            total.hessian[:, -1, -1] -= count / safe_h**2
         for block, design, sign in (
             (self._right, self._right.lower, -1.0),
             (self._left, self._left.upper, 1.0),
         ):
             if block.columns.size:
-                w = weights[..., block.columns]
-                u = sign * (params @ design.T)
-                ratio = np.sqrt(2.0 / np.pi) / special.erfcx(-u / np.sqrt(2.0))
-                loglik += np.sum(w * special.log_ndtr(u), axis=1)
-                add_terms(score, hessian, design, sign * w * ratio, -w * ratio * (u + ratio))
+                total.add_tail(design, weights[..., block.columns], sign)
         if self._both.columns.size:
-            self._add_intervals(params, weights, loglik, score, hessian)
-        return Derivatives(np.where(inside, loglik, -np.inf), score, hessian)
+            w = weights[..., self._both.columns]
+            total.add_interval(self._both.lower, self._both.upper, w)
+        loglik = np.where(inside, total.loglik, -np.inf)
+        return Derivatives(loglik, total.score, total.hessian)
 
-    def _add_intervals(
-        self,
-        params: FloatArray,
-        weights: FloatArray,
-        loglik: FloatArray,
-        score: FloatArray,
-        hessian: FloatArray,
-    ) -> None:
-        upper, lower = self._both.upper, self._both.lower
-        w = weights[..., self._both.columns]
-        zu, zl = params @ upper.T, params @ lower.T
-        log_difference = log_normal_interval(zl, zu)
-        pu, pl = normal_density(zu, log_difference), normal_density(zl, log_difference)
-        loglik += np.sum(w * log_difference, axis=1)
-        add_terms(score, hessian, upper, w * pu, -w * pu * (zu + pu))
-        add_terms(score, hessian, lower, -w * pl, w * pl * (zl - pl))
-        cross = np.einsum("rj,jp,jq->rpq", w * pu * pl, upper, lower)
-        hessian += cross + np.swapaxes(cross, 1, 2)
+
+class Sum:
+    """Log-likelihood of R parameter vectors (R, p) with its derivatives, summed term by term."""
+
+    def __init__(self, params: FloatArray) -> None:
+        self._params = params
+        self.loglik = np.zeros(params.shape[0])
+        self.score = np.zeros(params.shape)
+        self.hessian = np.zeros((*params.shape, params.shape[1]))
+
+    def add(self, design: FloatArray, d1: FloatArray, d2: FloatArray) -> None:
+        """Add sum d1 x and sum d2 x x' over the rows x of a design to score and Hessian."""
+        size = design.shape[1]
+        products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
+        self.score += d1 @ design
+        self.hessian += (d2 @ products).reshape(-1, size, size)
+
+    def add_tail(self, design: FloatArray, weights: FloatArray, sign: float) -> None:
+        """Add sum w ln Phi(sign z) over the rows, z = design params."""
+        u = sign * (self._params @ design.T)
+        ratio = mills_ratio(u)
+        self.loglik += np.sum(weights * special.log_ndtr(u), axis=1)
+        self.add(design, sign * weights * ratio, -weights * ratio * (u + ratio))
+
+    def add_interval(self, lower: FloatArray, upper: FloatArray, weights: FloatArray) -> None:
+        """Add sum w ln[Phi(z_upper) - Phi(z_lower)] over the rows of both designs."""
+        zu, zl = self._params @ upper.T, self._params @ lower.T
+        log_p = log_normal_interval(zl, zu)
+        pu, pl = normal_density(zu, log_p), normal_density(zl, log_p)
+        self.loglik += np.sum(np.where(weights > 0.0, weights * log_p, 0.0), axis=1)
+        self.add(upper, weights * pu, -weights * pu * (zu + pu))
+        self.add(lower, -weights * pl, weights * pl * (zl - pl))
+        cross = np.einsum("rj,jp,jq->rpq", weights * pu * pl, upper, lower)
+        self.hessian += cross + np.swapaxes(cross, 1, 2)
 
 
 def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
@@ -139,14 +148,4 @@ def normal_density(z: FloatArray, log_probability: FloatArray) -> FloatArray:
     there is refused: the derivatives only have to be finite.
     """
     scale = np.where(np.isfinite(log_probability), -log_probability, -np.inf)
-    return np.exp(-0.5 * z * z - _HALF_LOG_2PI + scale)
-
-
-def add_terms(
-    score: FloatArray, hessian: FloatArray, design: FloatArray, d1: FloatArray, d2: FloatArray
-) -> None:
-    """Add sum d1 x and sum d2 x x' over the rows x of a design to score and Hessian, in place."""
-    size = design.shape[1]
-    products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
-    score += d1 @ design
-    hessian += (d2 @ products).reshape(-1, size, size)
+    return np.exp(-0.5 * z * z - HALF_LOG_2PI + scale)

@@ -32,10 +32,7 @@ def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
     mirror image is ``non_increasing``. Otherwise the estimate exists and is unique, though its
     slope can still be negative, which the fit reports as ``non_increasing`` too.
 
-    Args:
-        ln_im: Logarithm of the intensity of each stripe, shape (J,), stripes with n > 0 only.
-        n: Runs, shape (J,).
-        k: Exceedances, shape (J,); fractions allowed.
+    Arrays of shape (J,), of stripes with n > 0 only; fractions of k are allowed.
     """
     if np.sum(k) <= 0.0:
         return NO_EXCEEDANCE
@@ -51,6 +48,12 @@ def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
     if np.max(with_some) <= np.min(with_none):
         return NON_INCREASING
     return FITTED
+
+
+def too_little(ln_im: FloatArray, least: int = 3) -> str:
+    """Name what runs lack for a line, fewer than ``least`` or at a single intensity."""
+    single = ln_im.size >= least and np.ptp(ln_im) == 0.0
+    return SINGLE_LEVEL if single else "too_few_runs"
 
 
 def batch_exists(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> NDArray[np.bool_]:
@@ -81,12 +84,7 @@ def median_bound(
     The bound theta solves P(data | theta, beta) = 1 - level: a lower bound when nothing
     exceeds, an upper bound when everything does.
 
-    Args:
-        ln_im: Logarithm of the intensities, shape (J,).
-        n: Runs per level, shape (J,).
-        beta: The dispersion that is assumed.
-        level: Confidence, for example 0.95.
-        exceed: True for the upper bound of data in which every run exceeds.
+    ``exceed`` asks for the upper bound of data in which every run exceeds; ``beta`` is assumed.
     """
     sign = 1.0 if exceed else -1.0
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.links import MAX_LOG, FloatArray
 from skewbridge.fragility.likelihood.parts import (
     CollapseFit,
     CurvePoints,
@@ -31,7 +31,14 @@ FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
 # A curve with beta above 50 does not rise over any range of intensities.
 FLATTEST_SLOPE: Final = 0.02
-_MAX_LOG: Final = 700.0
+_ESTIMATE: Final = (
+    "theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "ci_theta", "ci_beta",
+    "ci_method", "loglik",
+)  # fmt: skip
+_HEADLINE: Final = (
+    "status", "theta", "beta", "se_ln_theta", "se_beta", "cov_ln_theta_beta", "ci_theta", "ci_beta",
+    "ci_method", "level", "loglik", "n_runs", "method", "warnings",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,19 +92,8 @@ class FragilityFit:
 
     def without_estimate(self, status: str) -> "FragilityFit":
         """Return the fit with a status in place of median, dispersion and intervals."""
-        return replace(
-            self,
-            status=status,
-            theta=nan,
-            beta=nan,
-            var_ln_theta=nan,
-            cov_ln_theta_beta=nan,
-            var_beta=nan,
-            ci_theta=(nan, nan),
-            ci_beta=(nan, nan),
-            ci_method="",
-            loglik=nan,
-        )
+        blank = {item.name: item.default for item in fields(self) if item.name in _ESTIMATE}
+        return replace(self, **(blank | {"status": status}))
 
     @property
     def se_ln_theta(self) -> float:
@@ -117,32 +113,15 @@ class FragilityFit:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `skewbridge fit --json` prints."""
-        parts = [getattr(self, item.name) for item in fields(self)]
-        further: dict[str, Any] = {}
-        for part in parts:
-            further |= part.as_json() if isinstance(part, Part) else {}
-        return {
-            "status": self.status,
-            "theta": self.theta,
-            "beta": self.beta,
-            "se_ln_theta": self.se_ln_theta,
-            "se_beta": self.se_beta,
-            "cov_ln_theta_beta": self.cov_ln_theta_beta,
-            "ci_theta": list(self.ci_theta),
-            "ci_beta": list(self.ci_beta),
-            "ci_method": self.ci_method,
-            "level": self.level,
-            "loglik": self.loglik,
-            "n_runs": self.n_runs,
-            "method": self.method,
-            "warnings": list(self.warnings),
-            **further,
-        }
+        found: dict[str, Any] = {name: getattr(self, name) for name in _HEADLINE}
+        for part in (getattr(self, item.name) for item in fields(self)):
+            found |= part.as_json() if isinstance(part, Part) else {}
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in found.items()}
 
 
 def exp_end(value: float) -> float:
     """Return the exponential of the end of an interval, infinite where a double is too small."""
-    return float(np.exp(value)) if value < _MAX_LOG else float("inf")
+    return float(np.exp(value)) if value < MAX_LOG else float("inf")
 
 
 def estimated(
@@ -156,12 +135,8 @@ def estimated(
 
     The covariance of (a0, a1) is carried over to (ln theta, beta) by the delta method.
 
-    Args:
-        blank: The fit without estimate.
-        params: (a0, a1) with ln theta = -a0/a1 and beta = spread/a1, a1 > 0.
-        covariance: Covariance of (a0, a1), shape (2, 2).
-        ends: Profile intervals of ln theta and a1, None to leave them out.
-        spread: 1 for the probit link.
+    ``params`` are (a0, a1) with ln theta = -a0/a1 and beta = spread/a1, a1 > 0; ``covariance`` is
+    theirs, and ``spread`` is 1 for the probit link.
     """
     a0, a1 = (float(value) for value in params)
     jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -spread / a1**2]])

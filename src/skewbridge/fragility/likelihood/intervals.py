@@ -29,12 +29,8 @@ def curve_band(
     Var eta = [Var ln theta + 2 eta Cov + eta^2 Var beta]/beta^2 (delta method); the band stays
     inside 0..1 because it is transformed.
 
-    Args:
-        im: Intensities, shape (n,).
-        theta: Median.
-        beta: Dispersion.
-        covariance: Of (ln theta, beta), shape (2, 2).
-        level: Confidence level at each intensity (not of the whole curve).
+    ``covariance`` is that of (ln theta, beta), ``level`` holds at each intensity (not for the
+    whole curve).
     """
     eta = np.log(im / theta) / beta
     variance = covariance[0, 0] + 2.0 * eta * covariance[0, 1] + eta**2 * covariance[1, 1]

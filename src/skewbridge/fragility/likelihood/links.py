@@ -12,22 +12,16 @@ from skewbridge.errors import InputError
 
 type FloatArray = NDArray[np.float64]
 
-_HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
+HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _SQRT_2_OVER_PI: Final = np.sqrt(2.0 / np.pi)
-_MAX_LOG: Final = 700.0  # exp() of more overflows a double
+MAX_LOG: Final = 700.0  # exp() of more overflows a double
 
 
 @dataclass(frozen=True, slots=True)
 class LinkTerms:
     """Log-probability of exceedance and of non-exceedance at a linear predictor.
 
-    Attributes:
-        log_p: ln P(exceed).
-        log_q: ln P(not exceed).
-        d_log_p: First derivative of ``log_p`` by the predictor.
-        d_log_q: First derivative of ``log_q``.
-        d2_log_p: Second derivative of ``log_p``, never positive.
-        d2_log_q: Second derivative of ``log_q``, never positive.
+    ``d_`` is the first and ``d2_`` the second derivative by the predictor, never positive.
     """
 
     log_p: FloatArray
@@ -38,30 +32,24 @@ class LinkTerms:
     d2_log_q: FloatArray
 
 
+def mills_ratio(eta: FloatArray) -> FloatArray:
+    """Return phi/Phi(eta) = sqrt(2/pi)/erfcx(-eta/sqrt 2), which neither underflows nor cancels."""
+    return np.asarray(_SQRT_2_OVER_PI / special.erfcx(-eta / np.sqrt(2.0)))
+
+
 def probit_terms(eta: FloatArray) -> LinkTerms:
     """Return the terms of the standard normal distribution function.
-
-    The Mills ratios come from the scaled complementary error function, which neither underflows
-    nor cancels in the tails: phi/Phi(eta) = sqrt(2/pi)/erfcx(-eta/sqrt 2).
 
     References:
         Baker (2015), Earthquake Spectra 31(1), Eq. 11, for the likelihood these terms serve.
     """
-    scaled = eta / np.sqrt(2.0)
-    ratio_p = _SQRT_2_OVER_PI / special.erfcx(-scaled)
-    ratio_q = _SQRT_2_OVER_PI / special.erfcx(scaled)
-    half_square = 0.5 * eta * eta + _HALF_LOG_2PI
+    ratio_p, ratio_q = mills_ratio(eta), mills_ratio(-eta)
+    half_square = 0.5 * eta * eta + HALF_LOG_2PI
     with np.errstate(divide="ignore"):
         log_p = np.where(ratio_p > 0.0, -half_square - np.log(ratio_p), 0.0)
         log_q = np.where(ratio_q > 0.0, -half_square - np.log(ratio_q), 0.0)
-    return LinkTerms(
-        log_p,
-        log_q,
-        ratio_p,
-        -ratio_q,
-        -ratio_p * (eta + ratio_p),
-        -ratio_q * (ratio_q - eta),
-    )
+    slope_p, slope_q = -ratio_p * (eta + ratio_p), -ratio_q * (ratio_q - eta)
+    return LinkTerms(log_p, log_q, ratio_p, -ratio_q, slope_p, slope_q)
 
 
 def logit_terms(eta: FloatArray) -> LinkTerms:
@@ -73,7 +61,7 @@ def logit_terms(eta: FloatArray) -> LinkTerms:
 
 def cloglog_terms(eta: FloatArray) -> LinkTerms:
     """Return the terms of P = 1 - exp(-exp(eta)), the complementary log-log link."""
-    u = np.exp(np.minimum(eta, np.log(_MAX_LOG)))
+    u = np.exp(np.minimum(eta, np.log(MAX_LOG)))
     ratio = np.where(u > 0.0, u / np.expm1(np.maximum(u, 1e-300)), 1.0)
     log_p = np.where(u > 1e-290, np.log(-np.expm1(-np.maximum(u, 1e-300))), eta)
     return LinkTerms(log_p, -u, ratio, -u, ratio * (1.0 - u - ratio), -u)
@@ -103,7 +91,7 @@ def probability(eta: FloatArray, link: str = "probit") -> FloatArray:
         return np.asarray(special.ndtr(eta))
     if link == "logit":
         return np.asarray(special.expit(eta))
-    return np.asarray(-np.expm1(-np.exp(np.minimum(eta, _MAX_LOG))))
+    return np.asarray(-np.expm1(-np.exp(np.minimum(eta, MAX_LOG))))
 
 
 def predictor(p: float, link: str = "probit") -> float:
@@ -113,3 +101,10 @@ def predictor(p: float, link: str = "probit") -> float:
     if link == "logit":
         return float(special.logit(p))
     return float(np.log(-np.log1p(-p)))
+
+
+def half_width(link: str) -> float:
+    """Return half the distance of the predictors of 16 and 84 %, 1 for the probit link."""
+    return 0.5 * (
+        predictor(float(special.ndtr(1.0)), link) - predictor(float(special.ndtr(-1.0)), link)
+    )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from skewbridge.fragility.likelihood.links import FloatArray, LinkTerms, link_terms
 
 _DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step squares it
+_MAX_ITERATIONS: Final = 80
 _MAX_HALVINGS: Final = 40
 
 
@@ -105,16 +106,32 @@ class BinomialKernel:
         )
 
 
-def maximise(
-    kernel: Kernel, start: FloatArray, *, max_iterations: int = 80, covariance: bool = True
-) -> Maximum:
-    """Maximise a batch of concave log-likelihoods by Newton steps with halving.
+class Restricted:
+    """A kernel at parameters = base + t directions, a function of t.
 
     Args:
-        kernel: The log-likelihood.
-        start: Starting parameters, shape (R, p), inside the parameter space.
-        max_iterations: Newton iterations.
-        covariance: Also invert the observed information at the maximum.
+        kernel: The log-likelihood of p parameters.
+        base: Shape (p,), or (R, p) if each replicate has its own.
+        directions: Shape (q, p).
+    """
+
+    def __init__(self, kernel: Kernel, base: FloatArray, directions: FloatArray) -> None:
+        self._kernel, self._base, self._directions = kernel, base, directions
+
+    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+        """Evaluate at t = ``params``, shape (R, q)."""
+        base = self._base if rows is None or self._base.ndim == 1 else self._base[rows]
+        full = self._kernel.derivatives(base + params @ self._directions)
+        across = self._directions.T
+        along = np.moveaxis(full.hessian @ across, 1, 2) @ across
+        return Derivatives(full.loglik, full.score @ across, along)
+
+
+def maximise(kernel: Kernel, start: FloatArray, *, covariance: bool = True) -> Maximum:
+    """Maximise a batch of concave log-likelihoods by Newton steps with halving.
+
+    ``start`` has shape (R, p) and lies inside the parameter space; ``covariance`` asks for the
+    inverse of the observed information at the maximum.
 
     Returns:
         The maxima; ``converged`` is False where no maximum was reached.
@@ -126,7 +143,7 @@ def maximise(
     loglik = np.full(total, -np.inf)
     hessian = np.zeros((total, params.shape[1], params.shape[1]))
     now = kernel.derivatives(params, active)
-    for _ in range(max_iterations):
+    for _ in range(_MAX_ITERATIONS):
         step = _newton_step(now)
         decrement = np.sum(step * now.score, axis=1)
         trial, accepted = _step_uphill(kernel, params, active, step, now)

@@ -15,11 +15,7 @@ class Part:
     def as_json(self) -> dict[str, Any]:
         """Return the values that are there, by name."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
-        return {
-            name: list(value) if isinstance(value, tuple) else value
-            for name, value in values.items()
-            if value is not None
-        }
+        return {name: value for name, value in values.items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,6 +101,12 @@ class MedianBound(Part):
     level: float
     theta_given_beta: Mapping[float, float]
     assumed_beta: float | None = None
+
+    @property
+    def headline(self) -> tuple[float, float]:
+        """The bound for the assumed dispersion, and that dispersion; NaN if none is assumed."""
+        beta = nan if self.assumed_beta is None else self.assumed_beta
+        return self.theta_given_beta.get(beta, nan), beta
 
     def as_json(self) -> dict[str, Any]:
         """Return the bounds under the name of their side and level."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, Maximum, maximise
+from skewbridge.fragility.likelihood.newton import Kernel, Maximum, Restricted, maximise
 
 _ITERATIONS: Final = 25
 _TOLERANCE: Final = 1e-11
@@ -27,32 +27,13 @@ class ProfileEnds:
     slope: tuple[float, float]
 
 
-class _Slice:
-    """The kernel along a line: parameters = base + t direction, one t per row."""
-
-    def __init__(self, kernel: Kernel, base: FloatArray, direction: FloatArray) -> None:
-        self._kernel, self._base, self._direction = kernel, base, direction
-
-    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        full = self._kernel.derivatives(self._base + params * self._direction)
-        along = full.hessian @ self._direction
-        return Derivatives(
-            full.loglik,
-            (full.score @ self._direction)[:, None],
-            (along @ self._direction)[:, None, None],
-        )
-
-
 def profile_ends(
     kernel: Kernel, maximum: Maximum, level: float, flat_intercept: float | None
 ) -> ProfileEnds:
     """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= chi2 quantile}.
 
-    Args:
-        kernel: Log-likelihood of (a0, a1), the predictor being a0 + a1 ln x.
-        maximum: Its maximum, a batch of one with a1 > 0.
-        level: Confidence level.
-        flat_intercept: The best intercept at zero slope, None if the likelihood vanishes there.
+    The kernel is that of (a0, a1) in a0 + a1 ln x, its maximum a batch of one with a1 > 0;
+    ``flat_intercept`` is the best a0 at a1 = 0, None if the likelihood vanishes there.
 
     Returns:
         Ends; those of ln theta may be infinite and the lower end of the slope zero: then the
@@ -101,42 +82,30 @@ def _venzon_moolgavkar(
     psi, nuisance = psi[which], nuisance[which]
     # Far from the data terms vanish or overflow: what is not finite in the end is not good.
     with np.errstate(all="ignore"):
-        psi, nuisance, residual = _iterate(kernel, psi, nuisance, is_theta, target)
+        residual = np.full(psi.size, np.inf)
+        for _ in range(_ITERATIONS):
+            gap, slope, matrix = _end_equations(kernel, psi, nuisance, is_theta, target)
+            residual = np.abs(gap) + slope**2 / np.abs(matrix[:, 1, 1])
+            if np.all(residual < _TOLERANCE * (1.0 + abs(target))):
+                break
+            det = matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] * matrix[:, 1, 0]
+            det = np.where(det == 0.0, np.inf, det)
+            step_psi = -(matrix[:, 1, 1] * gap - matrix[:, 0, 1] * slope) / det
+            step_nuisance = -(matrix[:, 0, 0] * slope - matrix[:, 1, 0] * gap) / det
+            positive = np.where(is_theta, nuisance, psi)
+            step_positive = np.where(is_theta, step_nuisance, step_psi)
+            shrink = np.where(
+                step_positive < -0.7 * positive,
+                0.7 * positive / np.maximum(-step_positive, 1e-300),
+                1.0,
+            )
+            psi, nuisance = psi + shrink * step_psi, nuisance + shrink * step_nuisance
     good = (
         (residual < 1e-8 * (1.0 + abs(target)))
         & (side * (psi - centre) > 0.0)
         & (np.where(is_theta, nuisance, psi) > 0.0)
     )
     return psi, good
-
-
-def _iterate(
-    kernel: Kernel,
-    psi: FloatArray,
-    nuisance: FloatArray,
-    is_theta: NDArray[np.bool_],
-    target: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return (psi, nuisance) after Newton steps that keep the slope positive, and the residual."""
-    residual = np.full(psi.size, np.inf)
-    for _ in range(_ITERATIONS):
-        gap, slope, matrix = _end_equations(kernel, psi, nuisance, is_theta, target)
-        residual = np.abs(gap) + slope**2 / np.abs(matrix[:, 1, 1])
-        if np.all(residual < _TOLERANCE * (1.0 + abs(target))):
-            break
-        det = matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] * matrix[:, 1, 0]
-        det = np.where(det == 0.0, np.inf, det)
-        step_psi = -(matrix[:, 1, 1] * gap - matrix[:, 0, 1] * slope) / det
-        step_nuisance = -(matrix[:, 0, 0] * slope - matrix[:, 1, 0] * gap) / det
-        positive = np.where(is_theta, nuisance, psi)
-        step_positive = np.where(is_theta, step_nuisance, step_psi)
-        shrink = np.where(
-            step_positive < -0.7 * positive,
-            0.7 * positive / np.maximum(-step_positive, 1e-300),
-            1.0,
-        )
-        psi, nuisance = psi + shrink * step_psi, nuisance + shrink * step_nuisance
-    return psi, nuisance, residual
 
 
 def _ends_of_ellipse(
@@ -195,11 +164,11 @@ def _bracketed_end(kernel: Kernel, maximum: Maximum, target: float, index: int) 
 
     def excess(psi: float) -> float:
         if is_theta:
-            base, direction, start = np.zeros(2), np.array([-psi, 1.0]), a1
+            base, direction, start = np.zeros(2), [-psi, 1.0], a1
         else:  # start with the median unchanged
             slope = np.exp(psi)
-            base, direction, start = slope * np.array([a0 / a1, 1.0]), np.array([1.0, 0.0]), 0.0
-        along = _Slice(kernel, base, direction)
+            base, direction, start = slope * np.array([a0 / a1, 1.0]), [1.0, 0.0], 0.0
+        along = Restricted(kernel, base, np.array([direction]))
         return float(maximise(along, np.array([[start]]), covariance=False).loglik[0]) - target
 
     step = 0.1 / a1 if is_theta else 0.1

@@ -46,6 +46,20 @@ def require(good: NDArray[np.bool_], name: str, rule: str, values: FloatArray) -
     )
 
 
+def require_all(
+    good: NDArray[np.bool_], name: str, rule: str, values: FloatArray | None = None
+) -> None:
+    """Raise an error that names the first row in which ``good`` is False, and its value if given.
+
+    Raises:
+        InputError: Some row is not good.
+    """
+    if not np.all(good):
+        row = int(np.argmin(good))
+        shown = "" if values is None else f", got {values[row]:g}"
+        raise InputError(f"{name} {rule} (row {row}){shown}", row=row, column=name)
+
+
 def row_error(name: str, row: int, text: str) -> InputError:
     """Return an error about one row of one column."""
     return InputError(f"{name} {text} (row {row})", row=row, rows=[row], column=name)

@@ -10,7 +10,7 @@ References:
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Final
 
@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.links import FloatArray, link_terms, predictor
+from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.likelihood.links import FloatArray, half_width, link_terms, predictor
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.likelihood.validate import require_all
 from skewbridge.variant.axes import axes_of
 
 LN_IM: Final = "ln_im"
@@ -54,11 +56,8 @@ class AxisProbitFit:
     def curve_at(self, axes: Mapping[str, float]) -> tuple[float, float]:
         """Return theta and beta at scaled axis values, for example ``{"skew_deg": 0.5}``."""
         level, slope = _level_and_slope(self.terms, self.coefficients, axes)
-        spread = 0.5 * (
-            predictor(float(special.ndtr(1.0)), self.link)
-            - predictor(float(special.ndtr(-1.0)), self.link)
-        )
-        return float(np.exp((predictor(0.5, self.link) - level) / slope)), spread / slope
+        theta = float(np.exp((predictor(0.5, self.link) - level) / slope))
+        return theta, half_width(self.link) / slope
 
 
 def scaled_axes(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
@@ -74,13 +73,7 @@ def scaled_axes(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     for axis in axes_of(values):
         value = values[axis.name]
         if axis.name == "gap_mm":  # ASSUME the effect of a gap goes with its logarithm
-            if np.any(value <= 0.0):
-                row = int(np.flatnonzero(value <= 0.0)[0])
-                raise InputError(
-                    f"gap_mm must be > 0 for its logarithm (row {row}), got {value[row]:g}",
-                    row=row,
-                    column="gap_mm",
-                )
+            require_all(value > 0.0, "gap_mm", "must be > 0 for its logarithm", value)
             out[axis.name] = np.log(value / REFERENCE_GAP_MM)
         elif axis.unit == "-" or not 0.0 < axis.high < np.inf:
             out[axis.name] = value
@@ -114,50 +107,37 @@ def fit_axis_probit(
     """
     terms = ("1", LN_IM, *axes, *interactions)
     matrix = _matrix(terms, ln_im, axes)
-    blank = np.full(len(terms), np.nan)
-    square = np.full((len(terms), len(terms)), np.nan)
-
-    def refused(status: str, coefficients: FloatArray, loglik: float) -> AxisProbitFit:
-        return AxisProbitFit(
-            status=status,
-            terms=terms,
-            coefficients=coefficients,
-            se=blank,
-            se_cluster=blank,
-            covariance=square,
-            loglik=loglik,
-            link=link,
-        )
-
+    empty = np.full(len(terms), np.nan)
+    blank = AxisProbitFit(
+        status=FITTED,
+        terms=terms,
+        coefficients=empty,
+        se=empty,
+        se_cluster=empty,
+        covariance=np.full((len(terms), len(terms)), np.nan),
+        loglik=np.nan,
+        link=link,
+    )
     if separated(matrix, exceed):
-        return refused("separation", blank, np.nan)
+        return replace(blank, status="separation")
     kernel = BinomialKernel(matrix, np.ones(ln_im.size), exceed, link)
     best = maximise(kernel, np.zeros((1, len(terms))))
-    coefficients = best.params[0]
-    loglik = float(best.loglik[0])
     if not bool(best.converged[0]):
-        return refused("not_converged", blank, np.nan)
+        return replace(blank, status="not_converged")
+    coefficients = best.params[0]
+    fit = replace(blank, coefficients=coefficients, loglik=float(best.loglik[0]))
     if not _slope_positive(terms, coefficients, axes):
-        return refused("slope_not_positive", coefficients, loglik)
+        return replace(fit, status="slope_not_positive")
     values = link_terms(link)(matrix @ coefficients)
     p = np.exp(values.log_p)
     weight = (p * values.d_log_p) ** 2 / np.maximum(p * np.exp(values.log_q), 1e-300)
     expected = np.linalg.inv(matrix.T @ (matrix * weight[:, None]))
-    covariance, robust = expected, blank
-    if clusters is not None:
-        per_run = matrix * (exceed * values.d_log_p + (1.0 - exceed) * values.d_log_q)[:, None]
-        covariance = cluster_covariance(best.covariance[0], per_run, clusters)
-        robust = np.sqrt(np.diag(covariance))
-    return AxisProbitFit(
-        status="ok",
-        terms=terms,
-        coefficients=coefficients,
-        se=np.sqrt(np.diag(expected)),
-        se_cluster=robust,
-        covariance=covariance,
-        loglik=loglik,
-        link=link,
-    )
+    fit = replace(fit, se=np.sqrt(np.diag(expected)), covariance=expected)
+    if clusters is None:
+        return fit
+    per_run = matrix * (exceed * values.d_log_p + (1.0 - exceed) * values.d_log_q)[:, None]
+    covariance = cluster_covariance(best.covariance[0], per_run, clusters)
+    return replace(fit, se_cluster=np.sqrt(np.diag(covariance)), covariance=covariance)
 
 
 def cluster_covariance(
@@ -165,10 +145,8 @@ def cluster_covariance(
 ) -> FloatArray:
     """Return bread (sum of outer products of the clusters' scores) bread, times G/(G - 1).
 
-    Args:
-        bread: Inverse observed information, shape (p, p).
-        scores: Score of each run, shape (n, p).
-        clusters: Cluster of each run, shape (n,).
+    ``bread`` is the inverse observed information, shape (p, p); scores have shape (n, p), one row
+    per run, clusters shape (n,).
     """
     count = int(np.max(clusters)) + 1
     sums = np.zeros((count, scores.shape[1]))
@@ -228,12 +206,10 @@ def _level_and_slope(
 ) -> tuple[float, float]:
     level = slope = 0.0
     for term, coefficient in zip(terms, coefficients, strict=True):
-        names = [name for name in term.split(":") if name not in ("1", LN_IM)]
-        value = float(coefficient) * float(np.prod([axes[name] for name in names]))
-        if LN_IM in term.split(":"):
-            slope += value
-        else:
-            level += value
+        names = term.split(":")
+        value = float(coefficient)
+        value *= float(np.prod([axes[name] for name in names if name not in ("1", LN_IM)]))
+        level, slope = (level, slope + value) if LN_IM in names else (level + value, slope)
     return level, slope
 
 
@@ -242,8 +218,7 @@ def _slope_positive(
 ) -> bool:
     """Check the corners of the box: the slope is multilinear, so they hold its extremes."""
     ends = [(float(np.min(values)), float(np.max(values))) for values in axes.values()]
-    for corner in product(*ends):
-        at = dict(zip(axes, corner, strict=True))
-        if _level_and_slope(terms, coefficients, at)[1] <= 0.0:
-            return False
-    return True
+    return all(
+        _level_and_slope(terms, coefficients, dict(zip(axes, corner, strict=True)))[1] > 0.0
+        for corner in product(*ends)
+    )

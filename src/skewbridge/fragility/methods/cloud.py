@@ -86,23 +86,18 @@ def fit_cloud(
     """
     x, y, ln_c = cloud_columns(im, edp, threshold)
     n = int(x.size)
+    blank = FragilityFit(method="cloud_ols", status=FITTED, n_runs=n, level=settings.confidence)
     if n < 3 or np.ptp(x) == 0.0:
-        reason = existence.SINGLE_LEVEL if n >= 3 else "too_few_runs"
-        return FragilityFit(method="cloud_ols", status=reason, n_runs=n, level=settings.confidence)
+        return replace(blank, status=existence.too_little(x))
     line = fit_line(x, y)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * settings.confidence))
-    status = FITTED
+    unfitted = replace(blank, line=line)
     if line.b <= 0.0:
-        status = existence.NON_INCREASING
-    elif line.sigma <= 1e-12:
-        status = "zero_dispersion"
-    elif line.b**2 <= t**2 * line.sigma**2 / line.sxx:
-        status = SLOPE_NOT_SIGNIFICANT
-    unfitted = FragilityFit(
-        method="cloud_ols", status=status, n_runs=n, level=settings.confidence, line=line
-    )
-    if status != FITTED:
-        return unfitted
+        return replace(unfitted, status=existence.NON_INCREASING)
+    if line.sigma <= 1e-12:
+        return replace(unfitted, status="zero_dispersion")
+    if line.b**2 <= t**2 * line.sigma**2 / line.sxx:
+        return replace(unfitted, status=SLOPE_NOT_SIGNIFICANT)
     beta = float(np.hypot(line.sigma, capacity_dispersion)) / line.b
     ln_theta = (ln_c - line.ln_a) / line.b
     ends = fieller(line, ln_c, t)

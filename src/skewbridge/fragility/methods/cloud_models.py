@@ -8,24 +8,26 @@ References:
     Harvey (1976), Econometrica 44(3):461-465: multiplicative heteroscedasticity.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import special
+from scipy import optimize, special
 
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray, probability
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit, common_warnings, exp_end
+from skewbridge.fragility.likelihood.intervals import normal_quantile
+from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.likelihood.parts import CollapseFit, LineFit, ScatterTrend
+from skewbridge.fragility.likelihood.parts import CollapseFit, CurvePoints, LineFit, ScatterTrend
 from skewbridge.fragility.likelihood.validate import as_column, require, same_length
 from skewbridge.fragility.methods.cloud import cloud_columns, fit_line, line_warnings
-from skewbridge.fragility.methods.curve_reading import SEARCH, FittedCurve, read_curve
 from skewbridge.fragility.settings import DEFAULTS
 
-_HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
+_SEARCH: Final = 12.0  # half-width, in ln x, of the search for x16, x50, x84
+_GRID: Final = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # of theta, for the table of the curve
 _MIN_RUNS: Final = 10  # below, scatter that vanishes at one end makes the likelihood unbounded
 _MAX_SPREAD: Final = 8.0  # of ln sigma over the runs; beyond, it does vanish
 
@@ -44,13 +46,8 @@ def fit_modified_cloud(
     P(D > c | NC) = Phi[(ln a + b ln x - ln c)/s] by least squares on the runs without collapse, Pc
     a logistic (or probit) curve in ln x: five parameters.
 
-    Args:
-        im: Intensities, shape (n,).
-        edp: Demands; anything where collapsed.
-        threshold: Median capacity.
-        collapse: 1 where the run collapsed.
-        level: Confidence level of the delta-method intervals.
-        collapse_link: logit (as published) or probit.
+    ``collapse`` is 1 where the run collapsed (its demand may be anything), ``collapse_link`` is
+    logit (as published) or probit.
 
     Returns:
         The fit. The existence of the collapse curve is tested first: its status is returned where
@@ -67,8 +64,7 @@ def fit_modified_cloud(
     n = int(x.size)
     blank = FragilityFit(method="cloud_modified", status=FITTED, n_runs=n, level=level)
     if np.sum(calm) < 3 or np.ptp(x[calm]) == 0.0:
-        single = np.ptp(x) == 0.0
-        return replace(blank, status=existence.SINGLE_LEVEL if single else "too_few_runs")
+        return replace(blank, status=existence.too_little(x, 0))
     line = fit_line(x[calm], y[calm])
     status = existence.binomial_status(x, np.ones(n), flags)
     if status != FITTED or line.b <= 0.0:
@@ -92,12 +88,12 @@ def fit_modified_cloud(
         falls = probability(p[3] + p[4] * ln_x, collapse_link)
         return demand * (1.0 - falls) + falls
 
-    params = np.array([line.ln_a, line.b, line.sigma, alpha[0], alpha[1]])
+    params = np.array([line.ln_a, line.b, line.sigma, *alpha])
     covariance = np.zeros((5, 5))
     covariance[:3, :3] = _line_covariance(line.n, line.mean_x, line.sxx, line.sigma)
     covariance[3:, 3:] = best.covariance[0]
     sigma = line.sigma * np.sqrt((line.n - 2) / line.n)
-    demand_loglik = -line.n * (_HALF_LOG_2PI + np.log(sigma) + 0.5)
+    demand_loglik = -line.n * (HALF_LOG_2PI + np.log(sigma) + 0.5)
     fitted = FittedCurve(
         method="cloud_modified",
         curve=curve,
@@ -130,8 +126,7 @@ def fit_heteroscedastic(
     n = int(x.size)
     blank = FragilityFit(method="cloud_heteroscedastic", status=FITTED, n_runs=n, level=level)
     if n < _MIN_RUNS or np.ptp(x) == 0.0:
-        status = existence.SINGLE_LEVEL if n >= _MIN_RUNS else "too_few_runs"
-        return replace(blank, status=status)
+        return replace(blank, status=existence.too_little(x, _MIN_RUNS))
     found = _harvey(x, y)
     if found is None:
         return replace(blank, status="unbounded_likelihood")
@@ -155,8 +150,8 @@ def fit_heteroscedastic(
         # the scatter overtakes the mean where ln a + b ln x - ln c = b/g1
         turn = (p[1] / p[3] - p[0] + ln_c) / p[1] if p[3] != 0.0 else np.inf
         middle = float((ln_c - p[0]) / p[1])
-        low = max(middle - SEARCH, float(turn)) if p[3] < 0.0 else middle - SEARCH
-        high = min(middle + SEARCH, float(turn)) if p[3] > 0.0 else middle + SEARCH
+        low = max(middle - _SEARCH, float(turn)) if p[3] < 0.0 else middle - _SEARCH
+        high = min(middle + _SEARCH, float(turn)) if p[3] > 0.0 else middle + _SEARCH
         return low, high
 
     fitted = FittedCurve(
@@ -207,7 +202,7 @@ def _harvey(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, float
 
 def _loglik(residual: FloatArray, ln_sigma: FloatArray) -> float:
     scaled = residual * np.exp(-ln_sigma)
-    return float(-np.sum(0.5 * scaled**2 + ln_sigma + _HALF_LOG_2PI))
+    return float(-np.sum(0.5 * scaled**2 + ln_sigma + HALF_LOG_2PI))
 
 
 def _line_covariance(n: int, mean_x: float, sxx: float, s: float) -> FloatArray:
@@ -219,4 +214,87 @@ def _line_covariance(n: int, mean_x: float, sxx: float, s: float) -> FloatArray:
             [-mean_x * var_b, var_b, 0.0],
             [0.0, 0.0, s**2 / (2.0 * (n - 2))],
         ]
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedCurve:
+    """A fitted curve P(exceed) of any shape, of p parameters and ln x.
+
+    ``limits`` gives the range of ln x in which the curve rises, if that is not everywhere.
+    """
+
+    method: str
+    curve: Callable[[FloatArray, FloatArray], FloatArray]
+    params: FloatArray
+    covariance: FloatArray
+    loglik: float
+    warnings: tuple[str, ...] = ()
+    limits: Callable[[FloatArray], tuple[float, float]] | None = None
+
+
+def read_curve(fitted: FittedCurve, x: FloatArray, level: float) -> FragilityFit:
+    """Read x16, x50, x84 off a curve and carry the covariance of its parameters over numerically.
+
+    ``x`` are the logarithms of the intensities.
+    """
+    curve, params = fitted.curve, fitted.params
+    middle = float(np.mean(x))
+
+    def quantiles(p: FloatArray) -> FloatArray | None:
+        out: list[float] = []
+        for share in (0.16, 0.5, 0.84):
+
+            def excess(ln_x: float, share: float = share) -> float:
+                return float(curve(p, np.array([ln_x]))[0]) - share
+
+            low, high = fitted.limits(p) if fitted.limits else (middle - _SEARCH, middle + _SEARCH)
+            if excess(low) * excess(high) > 0.0:
+                return None
+            out.append(float(optimize.brentq(excess, low, high, xtol=1e-12)))
+        return np.array(out)
+
+    blank = FragilityFit(method=fitted.method, status="curve_unbounded", n_runs=x.size, level=level)
+    found = quantiles(params)
+    if found is None or np.max(np.abs(found - middle)) > 2.0 * _SEARCH:
+        return blank
+    to_pair = np.array([[0.0, 1.0, 0.0], [-0.5, 0.0, 0.5]])
+    ln_theta, beta = to_pair @ found
+    jacobian = np.zeros((2, params.size))
+    for j in range(params.size):
+        step = 1e-5 * max(abs(float(params[j])), 1e-2)
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = params.copy()
+            moved[j] += sign * step
+            shifted = quantiles(moved)
+            ends.append(to_pair @ (found if shifted is None else shifted))
+        jacobian[:, j] = (ends[0] - ends[1]) / (2.0 * step)
+    out = jacobian @ fitted.covariance @ jacobian.T
+    z = normal_quantile(level)
+    theta = float(np.exp(ln_theta))
+    reach = [exp_end(z * float(np.sqrt(out[i, i])) / by) for i, by in enumerate((1, beta))]
+    ci_theta = (theta / reach[0], theta * reach[0])
+    grid = theta * np.array(_GRID)
+    points = CurvePoints(
+        x16=float(np.exp(found[0])),
+        x50=theta,
+        x84=float(np.exp(found[2])),
+        curve_im=tuple(grid.tolist()),
+        curve_p=tuple(curve(params, np.log(grid)).tolist()),
+    )
+    return replace(
+        blank,
+        status=FITTED,
+        theta=theta,
+        beta=float(beta),
+        var_ln_theta=float(out[0, 0]),
+        cov_ln_theta_beta=float(out[0, 1]),
+        var_beta=float(out[1, 1]),
+        ci_theta=ci_theta,
+        ci_beta=(float(beta / reach[1]), float(beta * reach[1])),
+        ci_method="delta",
+        loglik=float(fitted.loglik),
+        warnings=(*common_warnings(theta, ci_theta, np.exp(x), x.size), *fitted.warnings),
+        points=points,
     )

@@ -45,10 +45,7 @@ def lilliefors(
 ) -> Lilliefors:
     """Test whether values (logarithms of capacities, residuals) are normal.
 
-    Args:
-        values: Shape (n,), n >= 4.
-        simulations: Normal samples behind the p-value.
-        seed: Of the simulation.
+    Four values or more; the p-value comes from ``simulations`` normal samples.
     """
     n = values.size
     distance = float(_distance(values[None, :])[0])
@@ -116,10 +113,8 @@ def deviance_p_value(fitted: ProbitStripes, deviance: float) -> float:
 def isotonic_p_value(fitted: ProbitStripes, k: FloatArray, loglik: float) -> tuple[float, float]:
     """Test a probit curve against any increasing curve (pool adjacent violators).
 
-    Args:
-        fitted: The fit.
-        k: Exceedances behind it, shape (J,).
-        loglik: Its log-likelihood without binomial coefficients.
+    ``k`` are the exceedances behind the fit, shape (J,), ``loglik`` is without binomial
+    coefficients.
 
     Returns:
         The likelihood-ratio statistic and its parametric-bootstrap p-value.

@@ -160,10 +160,7 @@ def brackets_of_runs(
     A later level that does not exceed again (resurrection) does not move the bracket; the number
     of such records is returned.
 
-    Args:
-        im: Intensity of each run, shape (J,).
-        exceed: 0 or 1, shape (J,).
-        record: Integer code of the motion of each run, shape (J,).
+    All arrays have shape (J,): intensity, 0 or 1, and integer code of the motion of each run.
 
     Returns:
         Lower ends, upper ends (0 and infinity where open), count of non-monotone records.

@@ -7,7 +7,7 @@ References:
     23(2):471-489, for the crossing of separately fitted curves.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,7 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.censored import add_terms, log_normal_interval, normal_density
+from skewbridge.fragility.likelihood.censored import Sum
 from skewbridge.fragility.likelihood.fit import FITTED, FLATTEST_SLOPE
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import Derivatives, maximise
@@ -61,38 +61,22 @@ class OrderedKernel:
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
         """Evaluate the batch; minus infinity where the intercepts are out of order."""
-        loglik = np.zeros(params.shape[0])
-        score, hessian = np.zeros(params.shape), np.zeros((*params.shape, params.shape[1]))
-        for state in range(self._states + 1):
-            w = self._counts[:, state]
-            if state in (0, self._states):
-                design = self._design(max(state, 1))
-                sign = -1.0 if state == 0 else 1.0
-                u = sign * (params @ design.T)
-                ratio = np.sqrt(2.0 / np.pi) / special.erfcx(-u / np.sqrt(2.0))
-                loglik += np.sum(w * special.log_ndtr(u), axis=1)
-                add_terms(score, hessian, design, sign * w * ratio, -w * ratio * (u + ratio))
-                continue
-            upper, lower = self._design(state), self._design(state + 1)
-            zu, zl = params @ upper.T, params @ lower.T
-            log_p = log_normal_interval(zl, zu)
-            pu, pl = normal_density(zu, log_p), normal_density(zl, log_p)
-            loglik += np.sum(np.where(w > 0.0, w * log_p, 0.0), axis=1)
-            add_terms(score, hessian, upper, w * pu, -w * pu * (zu + pu))
-            add_terms(score, hessian, lower, -w * pl, w * pl * (zl - pl))
-            cross = np.einsum("rj,jp,jq->rpq", w * pu * pl, upper, lower)
-            hessian += cross + np.swapaxes(cross, 1, 2)
+        total, last = Sum(params), self._states
+        total.add_tail(self._design(1), self._counts[:, 0], -1.0)
+        for state in range(1, last):
+            weights = self._counts[:, state]
+            total.add_interval(self._design(state + 1), self._design(state), weights)
+        total.add_tail(self._design(last), self._counts[:, last], 1.0)
         ordered = np.all(np.diff(params[:, :-1], axis=1) < 0.0, axis=1)
-        return Derivatives(np.where(ordered, loglik, -np.inf), score, hessian)
+        loglik = np.where(ordered, total.loglik, -np.inf)
+        return Derivatives(loglik, total.score, total.hessian)
 
 
 def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
     """Fit an ordered probit to counts of the worst limit state reached.
 
-    Args:
-        im: Intensities, shape (J,).
-        counts: Runs per intensity that end in no, the first, .. the last limit state,
-            shape (J, L + 1).
+    ``counts`` are the runs per intensity that end in no, the first, .. the last limit state, shape
+    (J, L + 1), ``im`` has shape (J,).
 
     Raises:
         InputError: An intensity is not positive or a count negative; names the row.
@@ -106,35 +90,37 @@ def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
         )
     require(np.all(table >= 0.0, axis=1), "counts", "must be >= 0", np.min(table, axis=1))
     states = table.shape[1] - 1
-    blank = np.full(states, np.nan)
     total = np.sum(table, axis=1)
     above = np.cumsum(table[:, ::-1], axis=1)[:, ::-1]
 
-    def refused(status: str) -> OrderedFit:
-        matrix = np.full((states + 1, states + 1), np.nan)
-        return OrderedFit(status=status, theta=blank, beta=np.nan, covariance=matrix, loglik=np.nan)
-
+    blank = OrderedFit(
+        status=FITTED,
+        theta=np.full(states, np.nan),
+        beta=np.nan,
+        covariance=np.full((states + 1, states + 1), np.nan),
+        loglik=np.nan,
+    )
     if np.any(np.sum(table, axis=0) == 0.0):
-        return refused("empty_state")
+        return replace(blank, status="empty_state")
     # One curve with an estimate is enough: its overlap bounds the common slope.
     found = {existence.binomial_status(x, total, above[:, state]) for state in range(1, states + 1)}
     if FITTED not in found:
-        return refused(sorted(found)[0])
+        return replace(blank, status=sorted(found)[0])
     share = np.sum(above[:, 1:], axis=0) / np.sum(total)
     start = np.append(special.ndtri(share), 0.0)
     best = maximise(OrderedKernel(x, table), start[None, :])
     params = best.params[0]
     slope = float(params[-1])
     if not bool(best.converged[0]):
-        return refused("not_converged")
+        return replace(blank, status="not_converged")
     if slope <= FLATTEST_SLOPE:
-        return refused(existence.NON_INCREASING)
+        return replace(blank, status=existence.NON_INCREASING)
     jacobian = np.zeros((states + 1, states + 1))
     jacobian[:states, :states] = -np.eye(states) / slope
     jacobian[:states, -1] = params[:-1] / slope**2
     jacobian[-1, -1] = -1.0 / slope**2
-    return OrderedFit(
-        status=FITTED,
+    return replace(
+        blank,
         theta=np.exp(-params[:-1] / slope),
         beta=1.0 / slope,
         covariance=jacobian @ best.covariance[0] @ jacobian.T,

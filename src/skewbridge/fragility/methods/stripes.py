@@ -15,7 +15,13 @@ from skewbridge.fragility.likelihood.fit import (
     common_warnings,
     estimated,
 )
-from skewbridge.fragility.likelihood.links import FloatArray, LinkTerms, link_terms, predictor
+from skewbridge.fragility.likelihood.links import (
+    FloatArray,
+    LinkTerms,
+    half_width,
+    link_terms,
+    predictor,
+)
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 from skewbridge.fragility.likelihood.parts import (
     Goodness,
@@ -87,7 +93,6 @@ def fit_stripes(
     if status != FITTED:
         return _with_bounds(unfitted, ln_im, (runs, exceed), link, settings.assumed_beta)
     middle = predictor(0.5, link)
-    spread = 0.5 * (predictor(special.ndtr(1.0), link) - predictor(special.ndtr(-1.0), link))
     design = np.column_stack([np.ones_like(ln_im), ln_im])
     offset = None if middle == 0.0 else np.full(x.size, middle)
     kernel = BinomialKernel(design, runs, exceed, link, offset)
@@ -103,13 +108,15 @@ def fit_stripes(
     whole = bool(np.all(exceed == np.round(exceed)))
     wanted = interval and whole
     ends = profile_ends(kernel, best, settings.confidence, flat) if wanted else None
-    fit = estimated(unfitted, best.params[0], best.covariance[0], ends, spread)
+    fit = estimated(unfitted, best.params[0], best.covariance[0], ends, half_width(link))
     warnings += common_warnings(fit.theta, fit.ci_theta, x, n_records or total)
     warnings += _overlap_warnings(x, runs, exceed)
     if not whole:
         warnings.append("fractional_counts_no_interval")
     kernel_loglik = float(best.loglik[0])
-    loglik = kernel_loglik + (_log_binomial(runs, exceed) if whole else 0.0)
+    ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
+    ways -= special.gammaln(runs - exceed + 1.0)
+    loglik = kernel_loglik + (float(np.sum(ways)) if whole else 0.0)
     terms = terms_of(design @ best.params[0] + middle)
     return replace(
         fit,
@@ -199,8 +206,3 @@ def _goodness(
         loglik_kernel=loglik_kernel,
         aic=4.0 - 2.0 * loglik,
     )
-
-
-def _log_binomial(n: FloatArray, k: FloatArray) -> float:
-    terms = special.gammaln(n + 1.0) - special.gammaln(k + 1.0) - special.gammaln(n - k + 1.0)
-    return float(np.sum(terms))

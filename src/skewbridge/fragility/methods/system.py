@@ -45,11 +45,8 @@ def joint_demand(
     S is the covariance of the residuals: that of ln D itself contains the trend with intensity
     and inflates every dispersion.
 
-    Args:
-        im: Intensities, shape (n,).
-        demands: Positive demands of the components, shape (n, m).
-        capacity: Median capacities, shape (m,).
-        capacity_dispersion: Their dispersions, shape (m,).
+    ``demands`` are positive, shape (n, m), ``im`` has shape (n,), median capacities and their
+    dispersions have shape (m,).
     """
     x, y = np.log(im), np.log(demands)
     lines = [fit_line(x, y[:, i]) for i in range(y.shape[1])]
@@ -76,10 +73,6 @@ def series_system(im: FloatArray, joint: JointDemand) -> FloatArray:
 
     Two components by quadrature (1e-12); more by separation of variables on a lattice whose points
     are common to all intensities, so that the curve is smooth.
-
-    Args:
-        im: Intensities, shape (n,).
-        joint: The components.
     """
     return _union(np.log(im[:, None] / joint.theta) / joint.beta, joint.correlation)
 

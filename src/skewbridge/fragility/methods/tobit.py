@@ -22,7 +22,7 @@ from skewbridge.fragility.likelihood.fit import (
     estimated,
 )
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, maximise
+from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, Restricted, maximise
 from skewbridge.fragility.likelihood.parts import LineFit, RunCounts
 from skewbridge.fragility.likelihood.profile import profile_ends
 from skewbridge.fragility.likelihood.validate import as_column, positive, same_length
@@ -39,27 +39,12 @@ class ProfiledKernel:
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
         """Evaluate at the best h; the Hessian is the Schur complement of its entry."""
         start = np.full((params.shape[0], 1), self._start)
-        inner = Restricted(self._kernel, np.hstack([params, start]), slice(2, 3))
-        best = maximise(inner, start, covariance=False)
+        base = np.hstack([params, np.zeros_like(start)])
+        best = maximise(Restricted(self._kernel, base, np.eye(3)[2:]), start, covariance=False)
         full = self._kernel.derivatives(np.hstack([params, best.params]))
         cross = full.hessian[:, :2, 2]
         schur = cross[:, :, None] * cross[:, None, :] / full.hessian[:, 2, 2][:, None, None]
         return Derivatives(full.loglik, full.score[:, :2], full.hessian[:, :2, :2] - schur)
-
-
-class Restricted:
-    """A kernel as a function of some of its parameters, the others fixed per row."""
-
-    def __init__(self, kernel: Kernel, fixed: FloatArray, free: slice) -> None:
-        self._kernel, self._fixed, self._free = kernel, fixed, free
-
-    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        """Evaluate with the free parameters of each row in place."""
-        free = self._free
-        whole = np.array(self._fixed if rows is None else self._fixed[rows])
-        whole[:, free] = params
-        full = self._kernel.derivatives(whole)
-        return Derivatives(full.loglik, full.score[:, free], full.hessian[:, free, free])
 
 
 def fit_tobit(
@@ -100,8 +85,7 @@ def fit_tobit(
     n, seen = int(x.size), top == y
     blank = FragilityFit(method="cloud_tobit", status=FITTED, n_runs=n, level=settings.confidence)
     if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
-        single = n >= 3 and np.ptp(x) == 0.0
-        return replace(blank, status=existence.SINGLE_LEVEL if single else "too_few_runs")
+        return replace(blank, status=existence.too_little(x))
     kernel = CensoredKernel(np.column_stack([np.ones(n), x]), y - ln_c, top - ln_c)
     best = maximise(kernel, _start(x, y, seen, ln_c))
     a0, a1, h = (float(value) for value in best.params[0])
@@ -119,7 +103,7 @@ def fit_tobit(
     if interval:
         profiled = ProfiledKernel(kernel, h)
         reduced = maximise(profiled, best.params[:, :2])
-        level_only = Restricted(profiled, np.zeros((1, 2)), slice(0, 1))
+        level_only = Restricted(profiled, np.zeros(2), np.eye(2)[:1])
         flat = maximise(level_only, np.array([[0.0]]), covariance=False).params[0, 0]
         ends = profile_ends(profiled, reduced, settings.confidence, float(flat))
     fit = estimated(blank, best.params[0][:2], best.covariance[0][:2, :2], ends, widen)
@@ -165,12 +149,8 @@ def refit_tobit(
 ) -> Replicates:
     """Fit R weighted replicates at once.
 
-    Args:
-        im: Intensities, shape (n,).
-        edp: Demands, or the values that censored ones exceed, shape (n,).
-        threshold: Median capacity.
-        upper: Upper ends of the demands, equal to ``edp`` where observed, shape (n,).
-        weights: How often each run enters each replicate, shape (R, n).
+    ``edp`` of censored runs is the value that they exceed, ``upper`` equals it where observed,
+    shape (n,); ``weights`` is how often each run enters each replicate, shape (R, n).
     """
     x, y, top, ln_c = np.log(im), np.log(edp), np.log(upper), float(np.log(threshold))
     design = np.column_stack([np.ones(x.size), x])

@@ -9,6 +9,7 @@ import numpy as np
 from skewbridge.fragility.likelihood.fit import FragilityFit
 from skewbridge.fragility.likelihood.parts import LineFit
 from skewbridge.fragility.tables.limit_states import LimitState
+from skewbridge.fragility.tables.outcomes import TREATMENTS
 from skewbridge.variant.axes import AXES
 
 CURVE_COLUMNS: Final[dict[str, str]] = {
@@ -62,6 +63,10 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "collapse_rule": "exceeds | peak: whether a collapsed run exceeds by definition",
     "citation": "source of the capacity",
 }
+_LINE: Final = ("ln_a", "b", "sigma", "curvature_p", "scatter_p")
+_BOUNDS: Final = tuple(
+    f"{parameter}_{treatment}" for treatment in TREATMENTS for parameter in ("theta", "beta")
+)
 
 
 def curve_row(
@@ -69,69 +74,50 @@ def curve_row(
     state: LimitState,
     im_column: str,
     counts: Mapping[str, int],
-    bounds: Mapping[str, float],
     *,
     slope: float | None = None,
 ) -> dict[str, Any]:
     """Return the row of one fit (without the columns that name the variant).
 
-    Args:
-        fit: The fit.
-        state: Its limit state.
-        im_column: Intensity measure.
-        counts: n_runs, n_records, n_exceed, n_unknown, n_collapse.
-        bounds: Medians and dispersions of the three treatments of unknown outcomes.
-        slope: b of the log-log line, which carries the dispersion of the capacity over to the
-            intensity measure; None if there is none.
+    ``counts`` are n_runs, n_records, n_exceed, n_unknown, n_collapse; ``slope`` is b of the log-
+    log line, which carries the dispersion of the capacity over to the intensity measure, if there
+    is one.
     """
     total = nan
     if slope is not None and slope > 0.0:
         # ASSUME capacity independent of demand; b carries its dispersion over to the intensity
         total = float(np.hypot(fit.beta, state.dispersion / slope))
-    bound, bound_beta = _headline_bound(fit)
+    bound, bound_beta = fit.bound.headline if fit.bound else (nan, nan)
     firth = (fit.separation.firth if fit.separation else None) or {}
     line = fit.line or LineFit()
     row: dict[str, Any] = {
+        **{name: getattr(fit, name) for name in CURVE_COLUMNS if hasattr(fit, name)},
+        **{
+            name: getattr(line, name) for name in ("ln_a", "b", "sigma", "curvature_p", "scatter_p")
+        },
         "component": state.component,
         "limit_state": state.name,
-        "method": fit.method,
         "model": _model(fit),
-        "status": fit.status,
-        "theta": fit.theta,
-        "beta": fit.beta,
         "beta_total": total,
-        "var_ln_theta": fit.var_ln_theta,
-        "cov_ln_theta_beta": fit.cov_ln_theta_beta,
-        "var_beta": fit.var_beta,
         "theta_low": fit.ci_theta[0],
         "theta_high": fit.ci_theta[1],
         "beta_low": fit.ci_beta[0],
         "beta_high": fit.ci_beta[1],
-        "ci_method": fit.ci_method,
-        "level": fit.level,
-        "loglik": fit.loglik,
         "warnings": ";".join(dict.fromkeys((*fit.warnings, *state.warnings))),
         **counts,
         "theta_bound": bound,
         "theta_bound_beta": bound_beta,
         "theta_firth": firth.get("theta", nan),
         "beta_firth": firth.get("beta", nan),
-        "ln_a": line.ln_a,
-        "b": line.b,
-        "sigma": line.sigma,
-        "curvature_p": line.curvature_p,
-        "scatter_p": line.scatter_p,
         "im": im_column,
         "demand": state.demand,
         "threshold": state.threshold,
         "capacity_dispersion": state.dispersion,
         "collapse_rule": state.collapse,
         "citation": state.citation,
+        **dict.fromkeys(_BOUNDS, nan),
+        **((fit.counts.bounds if fit.counts else None) or {}),
     }
-    for name in ("exclude", "all_exceed", "none_exceed"):
-        for parameter in ("theta", "beta"):
-            key = f"{parameter}_{name}"
-            row[key] = bounds.get(key, nan)
     return {name: row[name] for name in CURVE_COLUMNS if name in row}
 
 
@@ -143,11 +129,3 @@ def _model(fit: FragilityFit) -> str:
         censored = fit.counts is not None and fit.counts.n_censored is not None
         return "cloud_tobit" if censored else "cloud_ols"
     return fit.method
-
-
-def _headline_bound(fit: FragilityFit) -> tuple[float, float]:
-    """Return the one-sided bound of the median for the assumed dispersion, and that dispersion."""
-    if fit.bound is None or fit.bound.assumed_beta is None:
-        return nan, nan
-    beta = fit.bound.assumed_beta
-    return fit.bound.theta_given_beta.get(beta, nan), beta

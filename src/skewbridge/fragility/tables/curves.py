@@ -1,7 +1,6 @@
 """Fits of a whole study: every variant and limit state of a demands table, by every method."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -14,8 +13,7 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.curve_rows import curve_row
 from skewbridge.fragility.tables.key_columns import motion_codes, variant_values
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import check_demands, outcomes_of
-from skewbridge.fragility.tables.runs import Runs
+from skewbridge.fragility.tables.outcomes import Runs, check_demands, outcomes_of
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.statuses import COLLAPSE
@@ -35,12 +33,6 @@ def fit_study(
     ``exceedance`` (probit on exceeded or not); where motions repeat at several levels also
     ``ida_interval``. Intervals are Fieller's (cloud) and profile (others), but by record
     bootstrap where motions repeat, since runs are not independent then.
-
-    Args:
-        demands: Table in the contract of results/demands.parquet.
-        limit_states: What to fit.
-        im_column: Intensity measure, a column of the table, at the level of the run.
-        settings: Level, bootstrap, seed and what is done where no estimate exists.
 
     Returns:
         One row per (variant, component, limit state, method); columns in
@@ -103,22 +95,16 @@ def _variant_rows(
                 row=row,
                 column=state.demand,
             )
-        absent = FragilityFit(method="cloud", status=NOT_APPLICABLE, level=settings.confidence)
-        return [
-            curve_row(replace(absent, method=name), state, im_column, counts, {})
+        absent = [
+            FragilityFit(method=name, status=NOT_APPLICABLE, level=settings.confidence)
             for name in ("cloud", "exceedance")
         ]
+        return [curve_row(fit, state, im_column, counts) for fit in absent]
     fits = [
         fit_variant_cloud(runs, outcomes, state, settings),
         fit_exceedance(runs, outcomes, settings),
     ]
-    if runs.repeated and _several_levels(runs):
+    if (pd.Series(runs.im).groupby(runs.records).nunique() > 1).any():
         fits.append(fit_record_brackets(runs, outcomes, settings))
-    line = fits[0][0].line
-    slope = None if line is None else line.b
-    return [curve_row(fit, state, im_column, counts, bounds, slope=slope) for fit, bounds in fits]
-
-
-def _several_levels(runs: Runs) -> bool:
-    spread = pd.Series(runs.im).groupby(runs.records).nunique()
-    return bool((spread > 1).any())
+    slope = fits[0].line.b if fits[0].line else None
+    return [curve_row(fit, state, im_column, counts, slope=slope) for fit in fits]

@@ -96,10 +96,7 @@ def paired_effects(
     it ran); the smallest value of the axis is the reference. Pairs in which a run collapsed or
     failed, or a demand is zero, have no ratio: they are left out and counted.
 
-    Args:
-        demands: Table in the contract of results/demands.parquet.
-        columns: Demand columns; by default those with the role ``effect`` that the table has.
-        settings: Level and margin of the effects, bootstrap, seed.
+    By default the demand columns are those with the role ``effect`` that the table has.
 
     Returns:
         Rows with the columns `effect_columns`, per pair of variants and pooled over them.
@@ -127,10 +124,7 @@ def pair_groups(
 ) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
     """Yield the pairs of runs along each axis, together per pair of variants or pooled over them.
 
-    Args:
-        demands: Demands table.
-        columns: Columns whose values are paired.
-        scopes: ``variant``, ``pooled`` or both.
+    Scopes are ``variant`` and ``pooled``; ``columns`` are those whose values are paired.
 
     Yields:
         Axis, scope, bridge, abutment, from_value, to_value and the other axes; and the pairs of
@@ -160,9 +154,9 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     group = [*BRIDGE_COLUMNS, *(name for name in axis_names(demands) if name != axis)]
     key = [*group, *LOADING_COLUMNS]
     table = demands[[*key, axis, "status", *columns]]
-    doubled = table.duplicated([*key, axis])
-    if doubled.any():
-        row = int(np.flatnonzero(doubled.to_numpy())[0])
+    once = ~table.duplicated([*key, axis]).to_numpy()
+    if not once.all():
+        row = int(np.argmin(once))
         raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
     lowest = table.groupby(group, dropna=False)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
@@ -173,7 +167,8 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 def _effect(part: pd.DataFrame, name: str, settings: FitSettings) -> dict[str, Any]:
     top, bottom, usable = usable_pairs(part, name)
     usable &= np.isfinite(top) & np.isfinite(bottom)
-    discordant = _discordant(part, top, bottom)
+    discordant = (part["status_to"] != part["status_from"]).to_numpy()
+    discordant |= (top > 0.0) != (bottom > 0.0)
     logs = pd.Series(np.log(top[usable] / bottom[usable]))
     motions = part["motion_id"].to_numpy()[usable]
     # sorted by motion, so that the result does not depend on the order of the rows
@@ -211,20 +206,12 @@ def pair_counts(part: pd.DataFrame, usable: NDArray[np.bool_]) -> dict[str, int]
 def paired_verdict(ln_low: float, ln_high: float, discordant: float, margin: float) -> str:
     """Judge an interval of ln ratio; never ``negligible`` where many pairs have no ratio.
 
-    Args:
-        ln_low: Lower end.
-        ln_high: Upper end.
-        discordant: Share of the pairs in which one side alone collapsed, failed or is zero.
-        margin: Relative change that counts as negligible.
+    ``discordant`` is the share of the pairs in which one side alone collapsed, failed or is zero,
+    ``margin`` the relative change that counts as negligible.
     """
     found = verdict_of(float(np.exp(ln_low)), float(np.exp(ln_high)), margin)
     # ASSUME ratios of the other pairs say nothing about those in which one side has none
     return UNDECIDED if found == NEGLIGIBLE and discordant > MAX_DISCORDANT else found
-
-
-def _discordant(part: pd.DataFrame, top: FloatArray, bottom: FloatArray) -> NDArray[np.bool_]:
-    same = (part["status_to"] == part["status_from"]).to_numpy()
-    return ~same | ((top > 0.0) != (bottom > 0.0))
 
 
 @lru_cache(maxsize=8)

@@ -48,10 +48,7 @@ def factor_summary(
 
     Demands that are zero in some completed run are left out: they have no logarithm.
 
-    Args:
-        demands: Table in the contract of results/demands.parquet, two variants or more.
-        columns: Demand columns.
-        settings: Seed of the Sobol sequence.
+    The table holds two variants or more; ``settings`` seeds the Sobol sequence.
     """
     rows: list[dict[str, Any]] = []
     factors = varying_axes(demands)
@@ -88,12 +85,6 @@ def parameterised_curve(
     Main effects first; an interaction (with another axis or with ln x) is added if its
     likelihood ratio has p < 5 % and its coefficient exceeds 1.96 cluster-robust errors: with
     motions that repeat over the variants the ratio alone finds too many.
-
-    Args:
-        demands: Table in the contract of results/demands.parquet.
-        state: Limit state.
-        im_column: Intensity measure.
-        link: Link.
 
     Raises:
         InputError: A column is missing, a value unusable, or no axis varies.

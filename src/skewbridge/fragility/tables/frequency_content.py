@@ -21,10 +21,7 @@ def mean_period_s(
 ) -> float:
     """Return the mean period sum(A^2/f)/sum(A^2) of a history, for example of the deck, s.
 
-    Args:
-        values: Shape (n,), equally spaced; the mean is taken off.
-        dt_s: Time step.
-        band_hz: Frequencies that count.
+    The history has shape (n,) and is equally spaced; its mean is taken off.
 
     Raises:
         InputError: The history is constant, too short or not finite.
@@ -38,7 +35,13 @@ def fourier_amplitude(
     values: FloatArray, dt_s: float, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
 ) -> tuple[FloatArray, FloatArray]:
     """Return frequencies in the band and Fourier amplitudes (unit of the history times s)."""
-    centred = _checked(values, dt_s)
+    if values.ndim != 1 or values.size < 16 or not np.all(np.isfinite(values)):
+        raise InputError(f"a history needs 16 or more finite values, got shape {values.shape}")
+    if not dt_s > 0.0:
+        raise InputError(f"dt_s must be > 0, got {dt_s:g}")
+    centred = values - np.mean(values)
+    if np.ptp(centred) == 0.0:
+        raise InputError("a constant history has no frequency content")
     # padded to a power of two above twice the length, so that the band is finely sampled
     size = 1 << (2 * centred.size - 1).bit_length()
     spectrum = np.abs(np.fft.rfft(centred, size)) * dt_s
@@ -60,12 +63,7 @@ def fourier_ratio(
 ) -> FloatArray:
     """Return the ratio of smoothed Fourier amplitudes of two histories at given frequencies.
 
-    Args:
-        with_friction: Numerator history, shape (n,).
-        without: Denominator history of the same motion, shape (n,).
-        dt_s: Time step of both.
-        grid_hz: Frequencies of the answer, inside the band.
-        band_hz: Frequencies used.
+    Both histories, shape (n,), are of the same motion; ``grid_hz`` lies inside the band.
     """
     f_top, top = fourier_amplitude(with_friction, dt_s, band_hz)
     f_bottom, bottom = fourier_amplitude(without, dt_s, band_hz)
@@ -77,14 +75,3 @@ def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, grid: FloatArray
     argument = _BANDWIDTH * np.log10(frequency / grid[:, None])
     window = np.sinc(argument / np.pi) ** 4
     return window @ amplitude / np.sum(window, axis=1)
-
-
-def _checked(values: FloatArray, dt_s: float) -> FloatArray:
-    if values.ndim != 1 or values.size < 16 or not np.all(np.isfinite(values)):
-        raise InputError(f"a history needs 16 or more finite values, got shape {values.shape}")
-    if not dt_s > 0.0:
-        raise InputError(f"dt_s must be > 0, got {dt_s:g}")
-    centred = values - np.mean(values)
-    if np.ptp(centred) == 0.0:
-        raise InputError("a constant history has no frequency content")
-    return centred

@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 from scipy import special
 
-from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.bootstrap import record_weights, weighted_lines
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.parts import LineFit
+from skewbridge.fragility.likelihood.validate import require_all
 from skewbridge.fragility.methods.cloud import fit_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
@@ -41,12 +41,8 @@ def rank_measures(
     proficiency zeta = s/b. ``p_best_efficiency`` and ``p_best_proficiency`` are the shares of
     record-bootstrap replicates in which the measure is the best: a rank by point value hides ties.
 
-    Args:
-        demands: Demands table of one or more variants; completed runs are used.
-        column: Demand, positive.
-        measures: Columns; by default all ``im_`` columns.
-        motions: Table motion_id, magnitude, distance_km for sufficiency; None leaves it out.
-        settings: Replicates and seed of the bootstrap.
+    Completed runs of one or more variants are used, and all ``im_`` columns unless ``measures``
+    names some; ``motions`` (motion_id, magnitude, distance_km) is needed for sufficiency.
 
     Returns:
         One row per measure, best proficiency first; unusable measures last with a status.
@@ -59,16 +55,9 @@ def rank_measures(
     need_columns(demands, (column, "motion_id", "status", *names))
     table = demands[demands["status"] == OK].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
-    if not np.all(demand > 0.0):
-        row = int(np.flatnonzero(~(demand > 0.0))[0])
-        raise InputError(
-            f"{column} must be > 0 in completed runs (row {row}), got {demand[row]:g}",
-            row=row,
-            column=column,
-        )
+    require_all(demand > 0.0, column, "must be > 0 in completed runs", demand)
     y = np.log(demand)
-    rng = np.random.default_rng(settings.seed)
-    weights = record_weights(motion_codes(table), settings.bootstrap, rng)
+    weights = record_weights(motion_codes(table), settings.bootstrap, settings.seed)
     rows: list[dict[str, Any]] = []
     scatter: dict[str, FloatArray] = {}
     residuals: dict[str, tuple[FloatArray, float]] = {}
@@ -143,13 +132,12 @@ def _replicate_scatter(x: FloatArray, y: FloatArray, weights: FloatArray) -> Flo
 def _add_probabilities(rows: list[dict[str, Any]], scatter: dict[str, FloatArray]) -> None:
     if not scatter:
         return
-    names = list(scatter)
-    best = np.argmin(np.stack([scatter[name] for name in names]), axis=0)
+    best = np.argmin(np.stack(list(scatter.values())), axis=0)
+    index = {name: number for number, name in enumerate(scatter)}
     for row in rows:
         if row["im"] in scatter:
-            index = names.index(row["im"])
-            row["p_best_efficiency"] = float(np.mean(best[0] == index))
-            row["p_best_proficiency"] = float(np.mean(best[1] == index))
+            shares = np.mean(best == index[row["im"]], axis=1)
+            row["p_best_efficiency"], row["p_best_proficiency"] = shares.tolist()
 
 
 def _add_relative_sufficiency(

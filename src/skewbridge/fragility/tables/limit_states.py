@@ -26,6 +26,7 @@ MAX_DISPERSION: Final = 2.0
 # Below this a dispersion is more likely a slip of units (0.25 written in thousandths).
 SMALL_DISPERSION: Final = 0.05
 _PERCENT: Final = 0.01
+_STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 # dimension and factor to the SI unit
 _UNITS: Final[dict[str, tuple[str, float]]] = {
@@ -70,9 +71,9 @@ class LimitState:
     demand: str
     threshold: float
     dispersion: float
-    unit: str
-    collapse: str
-    citation: str
+    unit: str = ""
+    collapse: str = COLLAPSE_EXCEEDS
+    citation: str = ""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -96,7 +97,7 @@ type Dispersion = Annotated[float, Field(ge=0.0, le=MAX_DISPERSION)]
 class StateEntry(BaseModel):
     """Median capacity of one degree of damage, with a dispersion of its own if it has one."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = _STRICT
 
     median: float = Field(gt=0.0, description="median capacity in the unit of the entry")
     dispersion: Dispersion | None = Field(default=None, description="in place of the entry's")
@@ -105,7 +106,7 @@ class StateEntry(BaseModel):
 class LimitStateEntry(BaseModel):
     """One entry of a file of limit states: the capacities of one component."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = _STRICT
 
     component: str = Field(min_length=1, description="what is damaged")
     demand: str = Field(min_length=1, description="column of the demands table")

@@ -16,6 +16,7 @@ from skewbridge.fragility.tables.effects import (
     usable_pairs,
     verdict_of,
 )
+from skewbridge.fragility.tables.key_columns import motion_codes
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import check_demands
 
@@ -33,12 +34,6 @@ def paired_capacity_effects(
     theta of both variants is fitted to the same motions; a bootstrap replicate draws motions once
     for both, so that what the motions share cancels in the ratio. A limit state that no run of
     one of the variants exceeds (or every run) has no ratio.
-
-    Args:
-        demands: Table in the contract of results/demands.parquet.
-        limit_states: Limit states.
-        im_column: Intensity measure, at the level of the run.
-        settings: Level and margin of the effects, bootstrap, seed.
 
     Returns:
         Rows with the columns of `effect_columns`, scope ``variant``.
@@ -68,12 +63,12 @@ def _ratio(
         above = values[usable] > state.threshold
         if not np.any(above) or np.all(above):
             return None
-    motions, codes = np.unique(part["motion_id"].to_numpy(dtype=str)[usable], return_inverse=True)
-    if motions.size < _MIN_MOTIONS:
+    motions = motion_codes(part[usable])
+    if np.unique(motions).size < _MIN_MOTIONS:
         return None
     x = np.log(part[f"{im_column}_to"].to_numpy(dtype=np.float64)[usable])
-    weights = record_weights(codes, settings.bootstrap, np.random.default_rng(settings.seed))
-    weights = np.vstack([np.ones(codes.size), weights])
+    weights = record_weights(motions, settings.bootstrap, settings.seed)
+    weights = np.vstack([np.ones(motions.size), weights])
     theta = {
         end: refit_lines(x, np.log(values[usable]), weights, np.log(state.threshold)).theta
         for end, values in ends.items()
@@ -96,7 +91,7 @@ def _ratio(
         "ci_low": low,
         "ci_high": high,
         "level": settings.effect_confidence,
-        "n_motions": int(motions.size),
+        "n_motions": int(np.unique(motions).size),
         "n_discordant": int((part["status_to"] != part["status_from"]).sum()),
         **pair_counts(part, usable),
         "verdict": verdict_of(low, high, settings.margin),

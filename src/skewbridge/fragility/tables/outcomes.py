@@ -1,21 +1,54 @@
-"""What each run says about a limit state: exceeded, not exceeded, or unknown.
+"""What each run says about a limit state (exceeded, not, or unknown) and what unknowns do to fits.
 
 A failed run is never dropped in silence. Its peak so far decides where it exceeds already; else
 its outcome is unknown and its demand is known only to exceed that peak.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Final
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.bootstrap import Replicates
+from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.parts import RunCounts
+from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, need_columns
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.statuses import COLLAPSE, OK, STATUSES
+
+#: What can be done with runs whose outcome is unknown.
+TREATMENTS: Final[tuple[str, ...]] = ("exclude", "all_exceed", "none_exceed")
+MAX_UNKNOWN_SHARE: Final = 0.05
+# ASSUME a median is worth printing if unknown outcomes can move it by 15 % at most.
+MAX_BOUNDS_RATIO: Final = 1.15  # of the medians when unknown outcomes all, or none, exceed
+BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Runs:
+    """The runs of one variant, arrays of shape (n,).
+
+    Attributes:
+        im: Intensity of each run.
+        status: Its status.
+        records: Number of its motion, 0 .. m - 1.
+    """
+
+    im: FloatArray
+    status: NDArray[np.str_]
+    records: NDArray[np.intp]
+
+    @property
+    def repeated(self) -> bool:
+        """Whether some motion ran more than once."""
+        return int(np.max(self.records)) + 1 < self.records.size
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,14 +67,67 @@ class Outcomes:
     demand: FloatArray
     complete: NDArray[np.bool_]
 
+    def judge(
+        self,
+        fit: FragilityFit,
+        settings: FitSettings,
+        assume: Callable[[NDArray[np.bool_]], FragilityFit],
+    ) -> FragilityFit:
+        """Attach the fits of the treatments; refuse a median that unknown outcomes decide.
+
+        ``assume`` gives the fit if all runs were known, of their outcomes.
+        """
+        bounds = dict.fromkeys(TREATMENTS, fit)
+        if np.any(self.unknown):
+            bounds["all_exceed"] = assume(self.exceed | self.unknown)
+            bounds["none_exceed"] = assume(self.exceed)
+        return self.judge_bounds(fit, settings, bounds)
+
+    def judge_bounds(
+        self, fit: FragilityFit, settings: FitSettings, bounds: Mapping[str, FragilityFit]
+    ) -> FragilityFit:
+        """Attach the fits by treatment; refuse a median that unknown outcomes decide."""
+        numbers: dict[str, float] = {}
+        for name, bound in bounds.items():
+            numbers |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
+        fit = replace(fit, counts=replace(fit.counts or RunCounts(), bounds=numbers))
+        share = float(np.mean(self.unknown))
+        if share == 0.0:
+            return fit
+        above = ("unknown_above_5_percent",) if share > MAX_UNKNOWN_SHARE else ()
+        fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes", *above))
+        if fit.status != FITTED:
+            return fit
+        pair = (bounds["all_exceed"].theta, bounds["none_exceed"].theta)
+        ratio = max(pair) / min(pair) if all(np.isfinite(pair)) else inf
+        wide = ratio > MAX_BOUNDS_RATIO and not settings.accept_bounds
+        return fit.without_estimate(BOUNDS_TOO_WIDE) if wide else fit
+
+
+def bootstrapped(fit: FragilityFit, again: Replicates) -> FragilityFit:
+    """Replace interval and covariance by those of the replicates that have an estimate."""
+    theta, beta = again.theta, again.beta
+    ci_theta, ci_beta = again.intervals(fit.level)
+    good = np.isfinite(theta) & (theta > 0.0) & np.isfinite(beta)
+    lacking = float(1.0 - np.mean(good & (beta > 0.0)))
+    covariance = np.cov(np.log(theta[good]), beta[good])
+    extra = ("bootstrap_without_estimate",) if lacking > MAX_UNKNOWN_SHARE else ()
+    return replace(
+        fit,
+        ci_theta=ci_theta,
+        ci_beta=ci_beta,
+        ci_method="record_bootstrap",
+        var_ln_theta=float(covariance[0, 0]),
+        cov_ln_theta_beta=float(covariance[0, 1]),
+        var_beta=float(covariance[1, 1]),
+        warnings=(*fit.warnings, *extra),
+    )
+
 
 def outcomes_of(demand: FloatArray, status: NDArray[np.str_], state: LimitState) -> Outcomes:
     """Judge runs against a limit state by its median capacity.
 
-    Args:
-        demand: Peaks (so far), shape (n,).
-        status: Status of each run, shape (n,).
-        state: The limit state.
+    ``demand`` is the peak (so far) and ``status`` the status of each run, shape (n,).
     """
     collapsed = status == COLLAPSE
     complete = status == OK

@@ -10,6 +10,7 @@ References:
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, cast
 
 import numpy as np
@@ -18,6 +19,7 @@ from scipy import special, stats
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.validate import require_all
 from skewbridge.fragility.methods.axis_probit import scaled_axes
 from skewbridge.fragility.tables.key_columns import axis_names, varying_axes
 from skewbridge.statuses import OK
@@ -57,9 +59,7 @@ def surrogate_terms(names: Sequence[str]) -> tuple[str, ...]:
 def fit_surrogate(demands: pd.DataFrame, column: str) -> Surrogate:
     """Fit the surrogate by least squares within blocks (motion, scale and incidence).
 
-    Args:
-        demands: Demands table; runs that did not complete are left out.
-        column: Demand, positive.
+    Runs that did not complete are left out.
 
     Returns:
         The surrogate with the terms of `surrogate_terms`; one that the variants of the table
@@ -102,11 +102,9 @@ def anova(demands: pd.DataFrame, column: str) -> pd.DataFrame:
     y = _within(np.log(table[column].to_numpy(dtype=np.float64))[:, None], table)[:, 0]
     factors = varying_axes(table)
     parts = {name: _dummies(table[name]) for name in factors}
-    for i, first in enumerate(factors):
-        for second in factors[i + 1 :]:
-            left, right = parts[first], parts[second]
-            both = left[:, :, None] * right[:, None, :]
-            parts[f"{first}:{second}"] = both.reshape(y.size, -1)
+    for first, second in combinations(factors, 2):
+        both = parts[first][:, :, None] * parts[second][:, None, :]
+        parts[f"{first}:{second}"] = both.reshape(y.size, -1)
     parts = {name: _within(value, table) for name, value in parts.items()}
     full, rank = _residual(y, list(parts.values()))
     blocks = int(np.max(_block_codes(table))) + 1
@@ -144,12 +142,7 @@ def sobol(
 ) -> tuple[FloatArray, FloatArray]:
     """Return first-order and total Sobol indices over a box with uniform inputs.
 
-    Args:
-        function: Maps inputs of shape (d, n) to values of shape (n,).
-        low: Lower ends, d of them.
-        high: Upper ends.
-        n: Sample size, a power of two.
-        seed: Of the sequence.
+    The function maps inputs of shape (d, n) to values of shape (n,); n is a power of two.
     """
     if len(low) == 1:  # all of the variance is its; scipy fails on a single input
         return np.ones(1), np.ones(1)
@@ -162,13 +155,7 @@ def sobol(
 
 
 def surrogate_sobol(surrogate: Surrogate, demands: pd.DataFrame, seed: int) -> pd.DataFrame:
-    """Return the Sobol indices of ln demand over the box of the axes of a table.
-
-    Args:
-        surrogate: Demand over the axes.
-        demands: Demands table that spans the box.
-        seed: Of the Sobol sequence.
-    """
+    """Return the Sobol indices of ln demand over the box of the axes of a table."""
     names = varying_axes(demands)
     box = {
         name: (float(demands[name].min()), float(demands[name].max()))
@@ -210,12 +197,10 @@ def leave_one_variant_out(demands: pd.DataFrame, column: str) -> pd.DataFrame:
 
 def _usable(demands: pd.DataFrame, column: str) -> pd.DataFrame:
     table = demands[(demands["status"] == OK) & demands[column].notna()].reset_index(drop=True)
-    bad = np.flatnonzero(~(table[column].to_numpy(dtype=np.float64) > 0.0))
-    if bad.size or table.empty:
-        row = int(bad[0]) if bad.size else 0
-        raise InputError(
-            f"{column} must be > 0 in completed runs (row {row})", row=row, column=column
-        )
+    good = table[column].to_numpy(dtype=np.float64) > 0.0
+    if table.empty:
+        good = np.zeros(1, dtype=np.bool_)
+    require_all(good, column, "must be > 0 in completed runs")
     return table
 
 
@@ -247,9 +232,7 @@ def _within(values: FloatArray, table: pd.DataFrame) -> FloatArray:
     """Subtract the mean of each block."""
     codes = _block_codes(table)
     count = np.bincount(codes)
-    means = np.stack(
-        [np.bincount(codes, values[:, j]) / count for j in range(values.shape[1])], axis=1
-    )
+    means = np.stack([np.bincount(codes, column) / count for column in values.T], axis=1)
     return values - means[codes]
 
 

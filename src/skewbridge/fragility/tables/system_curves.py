@@ -36,12 +36,8 @@ def system_curves(
     names the others. The cloud of the completed runs is used (``n_runs``): where runs collapsed
     the curve is a lower bound of the fragility, and ``n_not_ok`` says how many.
 
-    Args:
-        demands: Table in the contract of results/demands.parquet.
-        limit_states: Limit states; those of one ``name`` form a system.
-        im_column: Intensity measure.
-        exclude: Components left out, by default the demand-capacity ratios, which have names of
-            their own.
+    Limit states of one ``name`` form a system. ``exclude`` names the components left out, by
+    default the demand-capacity ratios, which have names of their own.
 
     Returns:
         One row per (variant, limit_state): components, left_out, status, theta, beta (lognormal
@@ -85,7 +81,8 @@ def _system(part: pd.DataFrame, members: Sequence[LimitState], im_column: str) -
         return row | blank | {"status": "non_increasing"}
     lowest = float(np.min(joint.theta))
     # Without a run beyond the weakest component the system curve would be an extrapolation.
-    if lowest > im.max() and not _any_exceeds(done, usable):
+    exceeded = any((done[state.demand] > state.threshold).any() for state in usable)
+    if lowest > im.max() and not exceeded:
         return row | blank | {"status": "no_exceedance"}
     reach = float(np.exp(4.0 * np.max(joint.beta)))
     grid = np.geomspace(lowest / reach, lowest * reach, _POINTS)
@@ -106,7 +103,3 @@ def _system(part: pd.DataFrame, members: Sequence[LimitState], im_column: str) -
 def _usable(done: pd.DataFrame, state: LimitState) -> bool:
     values = done[state.demand].to_numpy(dtype=np.float64)
     return bool(values.size and np.all(np.isfinite(values) & (values > 0.0)))
-
-
-def _any_exceeds(done: pd.DataFrame, states: Sequence[LimitState]) -> bool:
-    return any(bool((done[state.demand] > state.threshold).any()) for state in states)

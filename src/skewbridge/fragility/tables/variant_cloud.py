@@ -10,11 +10,11 @@ from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_lines
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.parts import RunCounts
 from skewbridge.fragility.methods import cloud, tobit
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitState
-from skewbridge.fragility.tables.outcomes import Outcomes
-from skewbridge.fragility.tables.runs import Runs, bootstrapped, judge_unknown
+from skewbridge.fragility.tables.outcomes import TREATMENTS, Outcomes, Runs, bootstrapped
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +34,14 @@ class _Cloud:
 
 def fit_variant_cloud(
     runs: Runs, outcomes: Outcomes, state: LimitState, settings: FitSettings
-) -> tuple[FragilityFit, dict[str, float]]:
+) -> FragilityFit:
     """Fit the line; a run that did not complete is censored at its peak so far."""
     blank = FragilityFit(
         method="cloud", status=FITTED, n_runs=runs.im.size, level=settings.confidence
     )
     if np.any(outcomes.complete & (outcomes.demand <= 0.0)):
-        return replace(blank, status="non_positive_demand"), {}
+        unusable = replace(blank, status="non_positive_demand")
+        return replace(unusable, counts=RunCounts(bounds={}))
     known = ~outcomes.unknown
     exceed = outcomes.exceed[known]
     # ASSUME a study states no median that no run reached: without one exceedance (or
@@ -48,13 +49,13 @@ def fit_variant_cloud(
     if not np.any(exceed) or np.all(exceed):
         reason = existence.ALL_EXCEED if np.any(exceed) else existence.NO_EXCEEDANCE
         refused = replace(_line_only(blank, runs, outcomes), status=reason)
-        return judge_unknown(refused, {}, outcomes, settings)
+        return outcomes.judge_bounds(refused, settings, {})
     peak = np.nan_to_num(outcomes.demand, nan=0.0)
     defined = ~outcomes.complete & outcomes.exceed & (state.collapse == COLLAPSE_EXCEEDS)
     lower = np.where(defined, np.maximum(peak, state.threshold), peak)
     endless = np.full(lower.size, inf)
     fit = _line_fit(runs, outcomes, _Cloud(lower, endless, lower > 0.0), state, settings)
-    bounds = {"exclude": fit, "all_exceed": fit, "none_exceed": fit}
+    bounds = dict.fromkeys(TREATMENTS, fit)
     if np.any(outcomes.unknown):
         c = state.threshold
         raised = np.where(outcomes.unknown, np.maximum(lower, c), lower)
@@ -69,7 +70,7 @@ def fit_variant_cloud(
             name: _line_fit(runs, outcomes, end, state, settings, interval=False)
             for name, end in ends.items()
         }
-    return judge_unknown(replace(fit, method="cloud"), bounds, outcomes, settings)
+    return outcomes.judge_bounds(replace(fit, method="cloud"), settings, bounds)
 
 
 def _line_fit(
@@ -83,12 +84,14 @@ def _line_fit(
 ) -> FragilityFit:
     used = data.used
     complete = outcomes.complete[used]
-    im, edp, threshold = runs.im[used], data.lower[used], state.threshold
+    im, edp, motions = runs.im[used], data.lower[used], runs.records[used]
+    threshold = state.threshold
+    resample = runs.repeated and interval
     if np.all(complete):
-        records = int(np.unique(runs.records[used]).size)
+        records = int(np.unique(motions).size)
         fit = cloud.fit_cloud(im, edp, threshold, settings=settings, n_records=records)
-        if fit.status == FITTED and runs.repeated and interval:
-            weights = _weights(runs, used, settings)
+        if fit.status == FITTED and resample:
+            weights = record_weights(motions, settings.bootstrap, settings.seed)
             again = refit_lines(np.log(im), np.log(edp), weights, np.log(threshold))
             fit = bootstrapped(fit, again)
         return fit
@@ -96,8 +99,8 @@ def _line_fit(
     fit = tobit.fit_tobit(
         im, edp, threshold, upper, settings=settings, interval=interval and not runs.repeated
     )
-    if fit.status == FITTED and runs.repeated and interval:
-        weights = _weights(runs, used, settings)
+    if fit.status == FITTED and resample:
+        weights = record_weights(motions, settings.bootstrap, settings.seed)
         fit = bootstrapped(fit, tobit.refit_tobit(im, edp, threshold, upper, weights))
     if np.sum(complete) >= 4 and np.ptp(im[complete]) > 0.0:
         line = cloud.fit_line(np.log(im[complete]), np.log(edp[complete]))
@@ -106,11 +109,6 @@ def _line_fit(
         own = fit.line or line
         fit = replace(fit, line=replace(line, ln_a=own.ln_a, b=own.b, sigma=own.sigma))
     return fit
-
-
-def _weights(runs: Runs, used: NDArray[np.bool_], settings: FitSettings) -> FloatArray:
-    _, codes = np.unique(runs.records[used], return_inverse=True)
-    return record_weights(codes, settings.bootstrap, np.random.default_rng(settings.seed))
 
 
 def _line_only(blank: FragilityFit, runs: Runs, outcomes: Outcomes) -> FragilityFit:
