@@ -10,15 +10,12 @@ from fractions import Fraction
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import firwin, resample_poly
 
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import displacement, pair_arias_build_up, velocity
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import pair_psa
-
-type Vector = NDArray[np.float64]
 
 TAPER_S: Final = 0.5
 QUIET_SHARE: Final = 1.0e-5

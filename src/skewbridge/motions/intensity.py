@@ -8,14 +8,11 @@ build-up of both (which no rotation changes).
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import component_psa, orbit_rotd50, pair_psa, sa_avg_periods
 from skewbridge.units import G_MPS2
-
-type Vector = NDArray[np.float64]
 
 # Power of the scale factor by which a measure grows.
 SCALE_POWERS: Final = {

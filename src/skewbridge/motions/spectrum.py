@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
 from skewbridge.errors import InputError
-
-type Vector = NDArray[np.float64]
+from skewbridge.motions.record import Vector
 
 DAMPING_RATIO: Final = 0.05
 STEPS_PER_PERIOD: Final = 10

@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.motions.examine import peak_g
 from skewbridge.motions.formats.trace import Given
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import component_measures, housner_intensity, motion_measures
 from skewbridge.motions.read import read_motion, read_trace
+from skewbridge.motions.record import Vector
 from skewbridge.motions.spectrum import component_psa, pair_psa, sa_avg_periods
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.synthesis.bssa14 import bssa14
@@ -72,9 +72,7 @@ def component_summary(
     }
 
 
-def _conditioned(
-    accel_mps2: NDArray[np.float64], dt_s: float, t1_s: float | None
-) -> dict[str, float]:
+def _conditioned(accel_mps2: Vector, dt_s: float, t1_s: float | None) -> dict[str, float]:
     if t1_s is None:
         return {}
     psa_g = component_psa(accel_mps2, dt_s, np.append(sa_avg_periods(t1_s), t1_s)) / G_MPS2
@@ -84,9 +82,7 @@ def _conditioned(
     }
 
 
-def read_components(
-    files: list[Path], given: Given
-) -> tuple[str, float, dict[str, NDArray[np.float64]]]:
+def read_components(files: list[Path], given: Given) -> tuple[str, float, dict[str, Vector]]:
     """Return name, time step and components (m/s2, by file name) of one or two files."""
     if len(files) == 1:
         trace = read_trace(files[0], given)
@@ -108,9 +104,9 @@ class SuiteTable:
             are of one synthetic scenario; else None.
     """
 
-    periods_s: NDArray[np.float64]
-    rotd50_g: NDArray[np.float64]
-    model: tuple[str, NDArray[np.float64], NDArray[np.float64]] | None
+    periods_s: Vector
+    rotd50_g: Vector
+    model: tuple[str, Vector, Vector] | None
 
 
 def suite_table(folder: Path) -> SuiteTable:

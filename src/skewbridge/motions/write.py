@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.motions.index import COLUMNS
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.provenance.files import writable_folder
 from skewbridge.units import G_MPS2
 
@@ -61,7 +60,7 @@ def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
         raise InputError(f"{index} can't be written: {error}", file=str(index)) from error
 
 
-def _rows(accel_g: NDArray[np.float64]) -> str:
+def _rows(accel_g: Vector) -> str:
     # Tiny numbers would need a three-digit exponent
     values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g)
     cells = [f"{value:15.7E}" for value in values.tolist()]

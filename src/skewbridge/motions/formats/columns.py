@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.motions.formats.numbers import FLOAT, fortran_float, parse_numbers
@@ -22,6 +21,7 @@ from skewbridge.motions.formats.trace import (
     dt_of,
     unit_of,
 )
+from skewbridge.motions.record import Vector
 
 NAME: Final = "two_column"
 HEADER_LINES: Final = 10
@@ -94,9 +94,7 @@ def _count(line: str) -> int:
     return len([cell for cell in _SEPARATOR.split(line[:HEADER_WIDTH]) if cell])
 
 
-def _time_step(
-    time_s: NDArray[np.float64], rows: list[tuple[int, str]], path: Path
-) -> tuple[float, list[str]]:
+def _time_step(time_s: Vector, rows: list[tuple[int, str]], path: Path) -> tuple[float, list[str]]:
     """Return the time step of a column of times, and whether they are rounded."""
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
+from skewbridge.motions.record import Vector
 from skewbridge.units import G_MPS2, GAL
 
 UNIT_FACTORS: Final = {"g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0}
@@ -71,7 +71,7 @@ class Trace:
 
     path: Path
     format: str
-    accel_mps2: NDArray[np.float64]
+    accel_mps2: Vector
     dt_s: float
     unit: str
     sha256: str = ""

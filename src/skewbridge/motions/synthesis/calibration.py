@@ -9,16 +9,14 @@ non-stationarity stay as they are.
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from skewbridge.motions.record import Vector
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
 from skewbridge.motions.synthesis.process import high_pass
 from skewbridge.motions.synthesis.scenario import Scenario
-
-type Vector = NDArray[np.float64]
 
 PERIODS_S: Final = (
     0.05, 0.075, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.5,

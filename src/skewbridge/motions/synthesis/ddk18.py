@@ -11,12 +11,10 @@ from functools import cache
 from importlib.resources import files
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaincinv, ndtr
 
+from skewbridge.motions.record import Vector
 from skewbridge.motions.synthesis.scenario import Scenario
-
-type Vector = NDArray[np.float64]
 
 _REDRAW_LIMIT = 2.0  # source: DDK18, errors beyond two standard deviations are drawn again
 

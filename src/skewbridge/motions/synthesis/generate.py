@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.synthesis.calibration import calibrate_pair, target_spectrum
 from skewbridge.motions.synthesis.ddk18 import draw_parameters
 from skewbridge.motions.synthesis.process import (
@@ -17,8 +16,6 @@ from skewbridge.motions.synthesis.process import (
 )
 from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.units import G_MPS2
-
-type Vector = NDArray[np.float64]
 
 DT_S: Final = 0.01
 SOURCE: Final = "synthetic: model of Dabaghi and Der Kiureghian (2018)"

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from skewbridge.motions.intensity import arias_build_up
+from skewbridge.motions.record import Vector
 from skewbridge.motions.synthesis.ddk18 import Background, ModelParameters, Pulse
 from skewbridge.units import G_MPS2, GAL
-
-type Vector = NDArray[np.float64]
 
 MIN_FREQUENCY_HZ: Final = 0.3  # source: DDK18, floor of the filter frequency
 DURATION_OF_D0_95: Final = 2.5
