@@ -57,10 +57,8 @@ def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, 
         role: What the study does with them.
         present: Only those among these names; None for all.
     """
-    names = tuple(column.name for column in DEMAND_COLUMNS if role in column.roles)
-    if present is None:
-        return names
-    known = set(present)
+    names = [column.name for column in DEMAND_COLUMNS if role in column.roles]
+    known = set(names if present is None else present)
     return tuple(name for name in names if name in known)
 
 
