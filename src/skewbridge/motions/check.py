@@ -17,7 +17,7 @@ from skewbridge.motions.index import (
 from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
 from skewbridge.motions.read import PairError, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
-from skewbridge.motions.write import write_index
+from skewbridge.motions.write import index_row, write_index
 
 type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 _PASSING: Final = frozenset({"ok", "warn"})
@@ -92,11 +92,9 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
         InputError: A motion that can't be read, an unpaired file.
     """
     index = folder / INDEX_NAME
+    known: dict[str, dict[str, object]] = {}
     if index.is_file():
-        table = read_index_table(index)
-        known = {str(row["motion_id"]): dict(row) for _, row in table.iterrows()}
-    else:
-        known = {}
+        known = {str(row["motion_id"]): dict(row) for _, row in read_index_table(index).iterrows()}
     rows: list[dict[str, object]] = []
     for listed in list_motions(folder):
         entry = replace(
@@ -105,23 +103,10 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
             given_1=_completed(listed.given_1, given),
             given_2=_completed(listed.given_2, given),
         )
-        motion = read_entry(entry)
-        rows.append(
-            {
-                "motion_id": entry.motion_id,
-                "file_1": entry.file_1.relative_to(folder).as_posix(),
-                "file_2": entry.file_2.relative_to(folder).as_posix(),
-                "event": motion.event,
-                "station": motion.station,
-                "azimuth_1_deg": motion.azimuth_1_deg,
-                "azimuth_2_deg": motion.azimuth_2_deg,
-                "unit": _unit_of(entry),
-                "dt_s": motion.dt_s,
-                **{k: v for k, v in known.get(entry.motion_id, {}).items() if v},
-                "npts": motion.npts,
-                "sha256": motion.sha256,
-            }
-        )
+        row = index_row(read_entry(entry), (entry.file_1, entry.file_2), folder)
+        cells = known.get(entry.motion_id, {}).items()
+        kept = {name: text for name, text in cells if text and name not in {"npts", "sha256"}}
+        rows.append({**row, "unit": _unit_of(entry), "source": "", **kept})
     write_index(index, rows)
     return index
 
@@ -196,7 +181,7 @@ def _check_pair(first: Trace, second: Trace, checks: dict[Path, FileCheck]) -> N
         for trace in (first, second):
             checks[trace.path] = _with(checks[trace.path], str(error), "error")
     else:
-        for message in motion.messages[len(_own(first)) + len(_own(second)) :]:
+        for message in motion.messages[len(first.messages) + len(second.messages) :]:
             for one, other in ((first, second), (second, first)):
                 checks[one.path] = _with(checks[one.path], f"with {other.path.name}: {message}")
 
@@ -210,12 +195,8 @@ def _check_of(trace: Trace, *, strict: bool) -> FileCheck:
         dt_s=trace.dt_s,
         npts=int(trace.accel_mps2.size),
         pga_g=peak_g(trace.accel_mps2),
-        messages=_own(trace),
+        messages=trace.messages,
     )
-
-
-def _own(trace: Trace) -> tuple[str, ...]:
-    return (*trace.warnings, *trace.notes)
 
 
 def _with(check: FileCheck, message: str, verdict: Verdict | None = None) -> FileCheck:

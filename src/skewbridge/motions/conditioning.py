@@ -150,17 +150,12 @@ def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, f
     Returns:
         ``arias_ratio`` and ``psa_<period>_ratio`` of RotD50 at a few periods.
     """
-    arias = [float(pair_arias_build_up(m)[-1]) for m in (before, after)]
-    psa = [
-        pair_psa(m.accel_1_mps2, m.accel_2_mps2, m.dt_s, EFFECT_PERIODS_S).rotd50_mps2
-        for m in (before, after)
-    ]
-    ratios = psa[1] / psa[0]
-    named = {
-        f"psa_{period_s:g}_ratio": float(ratio)
-        for period_s, ratio in zip(EFFECT_PERIODS_S, ratios, strict=True)
-    }
-    return {"arias_ratio": arias[1] / arias[0]} | named
+    both = (before, after)
+    arias = [float(pair_arias_build_up(motion)[-1]) for motion in both]
+    psa = [pair_psa(*m.components, m.dt_s, EFFECT_PERIODS_S).rotd50_mps2 for m in both]
+    names = [f"psa_{period_s:g}_ratio" for period_s in EFFECT_PERIODS_S]
+    ratios = (psa[1] / psa[0]).tolist()
+    return {"arias_ratio": arias[1] / arias[0], **dict(zip(names, ratios, strict=True))}
 
 
 def _window(motion: GroundMotion, first: int, size: int, tail: int) -> GroundMotion:

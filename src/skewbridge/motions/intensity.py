@@ -39,13 +39,11 @@ def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float
         t1_s: Conditioning period; without it Sa(T1) and Sa_avg are nan.
     """
     dt_s = motion.dt_s
-    pair = (motion.accel_1_mps2, motion.accel_2_mps2)
+    pair = motion.components
     sa_t1_g = sa_avg_g = float("nan")
     if t1_s is not None:
-        periods_s = np.append(sa_avg_periods(t1_s), t1_s)
-        rotd50_g = pair_psa(*pair, dt_s, periods_s).rotd50_mps2 / G_MPS2
-        sa_t1_g = float(rotd50_g[-1])
-        sa_avg_g = float(np.exp(np.log(rotd50_g[:-1]).mean()))
+        spectrum = pair_psa(*pair, dt_s, conditioned_periods(t1_s))
+        sa_t1_g, sa_avg_g = conditioned_levels(spectrum.rotd50_mps2 / G_MPS2)
     both = pair_arias_build_up(motion)
     return {
         "im_pga_rotd50_g": orbit_rotd50(*pair) / G_MPS2,
@@ -58,6 +56,16 @@ def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float
         "im_d5_75_s": significant_duration(both, dt_s, 0.05, 0.75),
         "im_d5_95_s": significant_duration(both, dt_s, 0.05, 0.95),
     }
+
+
+def conditioned_periods(t1_s: float) -> Vector:
+    """Return the periods that `conditioned_levels` takes: those of Sa_avg, then T1, in s."""
+    return np.append(sa_avg_periods(t1_s), t1_s)
+
+
+def conditioned_levels(psa_g: Vector) -> tuple[float, float]:
+    """Return Sa(T1) and Sa_avg in g of PSA at `conditioned_periods`."""
+    return float(psa_g[-1]), float(np.exp(np.log(psa_g[:-1]).mean()))
 
 
 def scaled_measures(measures: dict[str, float], scale: float) -> dict[str, float]:
@@ -97,8 +105,8 @@ def arias_build_up(accel_mps2: Vector, dt_s: float) -> Vector:
 
 def pair_arias_build_up(motion: GroundMotion) -> Vector:
     """Return the Arias build-ups of both components added, which no rotation changes."""
-    first, second = motion.accel_1_mps2, motion.accel_2_mps2
-    return arias_build_up(first, motion.dt_s) + arias_build_up(second, motion.dt_s)
+    first, second = (arias_build_up(accel, motion.dt_s) for accel in motion.components)
+    return first + second
 
 
 def cav(accel_mps2: Vector, dt_s: float) -> float:

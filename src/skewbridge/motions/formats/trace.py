@@ -81,6 +81,11 @@ class Trace:
     warnings: tuple[str, ...] = field(default=())
     notes: tuple[str, ...] = field(default=())
 
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """All that there is to say of the file."""
+        return (*self.warnings, *self.notes)
+
 
 def unit_of(given: Given, in_file: str | None) -> tuple[str, list[str]]:
     """Return the unit to use and what to say about it; the caller's unit goes first, then g."""

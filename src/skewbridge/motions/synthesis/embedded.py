@@ -6,12 +6,12 @@ from typing import Final
 
 from skewbridge.motions.conditioning import cut_to_strongest, effect_on_measures
 from skewbridge.motions.intensity import motion_measures, pair_arias_build_up
-from skewbridge.motions.read import files_digest, read_motion
+from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import LEVEL_RANGE_G, block_factors
-from skewbridge.motions.synthesis.generate import SOURCE, SynthesisOptions, synthesize
+from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
 from skewbridge.motions.synthesis.scenario import Scenario
-from skewbridge.motions.write import write_at2, write_index
+from skewbridge.motions.write import index_row, write_at2, write_index
 
 # ASSUME one strong strike-slip earthquake near the bridge on firm soil: its median Sa_avg is the
 # middle of the default levels (0.1 to 1.5 g), which keeps scale factors near 1.
@@ -56,32 +56,17 @@ def write_default_suite(
     for whole, cut in default_motions():
         effects.append(effect_on_measures(whole, cut))
         files = write_at2(cut, folder / "synthetic")
-        rows.append(index_row(cut, files, folder))
+        rows.append(synthetic_row(cut, files, folder))
     add_scale_factors(rows, folder, t1_s, level_range_g)
     write_index(folder / "index.csv", rows)
     return effects
 
 
-def index_row(motion: GroundMotion, files: tuple[Path, Path], folder: Path) -> dict[str, object]:
-    """Return the index row of a motion written to two files."""
-    return {
-        "motion_id": motion.motion_id,
-        "file_1": files[0].relative_to(folder).as_posix(),
-        "file_2": files[1].relative_to(folder).as_posix(),
-        "event": motion.event,
-        "magnitude": motion.magnitude,
-        "distance_km": motion.distance_km,
-        "vs30_mps": motion.vs30_mps,
-        "station": motion.station,
-        "azimuth_1_deg": motion.azimuth_1_deg,
-        "azimuth_2_deg": motion.azimuth_2_deg,
-        "unit": "g",
-        "dt_s": motion.dt_s,
-        "npts": motion.npts,
-        "sha256": files_digest(*files),
-        "licence": LICENCE if motion.source == SOURCE else "",
-        "source": motion.source,
-    }
+def synthetic_row(
+    motion: GroundMotion, files: tuple[Path, Path], folder: Path
+) -> dict[str, object]:
+    """Return the index row of a synthetic motion written to two files."""
+    return index_row(motion, files, folder) | {"unit": "g", "licence": LICENCE}
 
 
 def add_scale_factors(

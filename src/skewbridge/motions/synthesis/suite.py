@@ -4,12 +4,8 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.motions.conditioning import (
-    add_free_vibration,
-    cut_to_strongest,
-    trim_quiet_ends,
-)
-from skewbridge.motions.synthesis.embedded import index_row
+from skewbridge.motions.conditioning import add_free_vibration, cut_to_strongest, trim_quiet_ends
+from skewbridge.motions.synthesis.embedded import synthetic_row
 from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
 from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.motions.write import write_at2, write_index
@@ -52,7 +48,7 @@ def write_synthetic_suite(
             motion = add_free_vibration(trim_quiet_ends(motion), free_vibration_s)
         else:
             motion = cut_to_strongest(motion, shaking_s, free_vibration_s)
-        rows.append(index_row(motion, write_at2(motion, folder), folder))
+        rows.append(synthetic_row(motion, write_at2(motion, folder), folder))
     index_path = folder / "index.csv"
     write_index(index_path, rows)
     return index_path
