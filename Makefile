@@ -40,6 +40,7 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python src
 	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/deptry src
 
 test: setup lint
 	$(BIN)/pytest -n $(CORES) --dist loadfile -m "not slow" tests/workflow tests

@@ -90,7 +90,7 @@ def test_unwritable_folder_is_bad_input(tmp_path, command):
     }
     code, _, err = _run(command, *options[command], "--out", blocked / "below")
     assert code == 2
-    assert "written" in err
+    assert "cannot write to the folder" in err
 
 
 def test_check_holds_files_against_their_index(tmp_path):

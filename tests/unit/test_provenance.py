@@ -35,7 +35,8 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "errors.py": (ALL, set()),
     "provenance/tables.py": ({*ANALYSING, *FITS, *PAGES}, {ANALYSES}),
     "variant/variant.py": ({ANALYSES, *ANALYSING}, set()),
-    "variant/options.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", *FITS}),
+    # its numeric fields are axes, which the fits read, too
+    "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, {"verify_contact"}),
     "motions/settings.py": ({"prepare_motions", *ANALYSING}, {ANALYSES, *FITS}),
     "fragility/settings.py": (FITS, {ANALYSES, *ANALYSING, "prepare_motions"}),
     "study/config.py": (set(), ALL),

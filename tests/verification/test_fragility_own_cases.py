@@ -10,7 +10,7 @@ import statsmodels.api as sm
 from scipy import optimize, stats
 from statsmodels.tools.numdiff import approx_hess
 
-from skewbridge.fragility.methods.axis_probit import DesignFit
+from skewbridge.fragility.methods.axis_probit import AxisProbitFit
 from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
 from skewbridge.fragility.methods.stripes import fit_stripes
 
@@ -110,9 +110,9 @@ def test_stripes_agree_with_an_independent_likelihood(name):
     assert fit.status == "ok"
     assert (np.log(fit.theta), fit.beta) == pytest.approx(oracle.best, rel=1e-6)
     assert fit.loglik == pytest.approx(oracle.fit.llf, rel=1e-6)
-    assert fit.details["deviance"] == pytest.approx(oracle.fit.deviance, rel=1e-6)
-    assert fit.details["pearson"] == pytest.approx(oracle.fit.pearson_chi2, rel=1e-6)
-    assert fit.details["aic"] == pytest.approx(oracle.fit.aic, rel=1e-6)
+    assert fit.as_json()["deviance"] == pytest.approx(oracle.fit.deviance, rel=1e-6)
+    assert fit.as_json()["pearson"] == pytest.approx(oracle.fit.pearson_chi2, rel=1e-6)
+    assert fit.as_json()["aic"] == pytest.approx(oracle.fit.aic, rel=1e-6)
     assert fit.se_ln_theta == pytest.approx(np.sqrt(cov[0, 0]), rel=1e-4)
     assert fit.se_beta == pytest.approx(np.sqrt(cov[1, 1]), rel=1e-4)
     assert fit.cov_ln_theta_beta == pytest.approx(cov[0, 1], rel=1e-4)
@@ -188,13 +188,13 @@ def test_single_runs_give_the_fit_of_their_stripes():
     grouped = fit_stripes(im, n, k)
     assert (fit.theta, fit.beta) == pytest.approx((grouped.theta, grouped.beta), rel=1e-9)
     # The number of orders in which a stripe's runs can exceed is not in the single runs.
-    assert fit.loglik == pytest.approx(grouped.details["loglik_kernel"], rel=1e-9)
+    assert fit.loglik == pytest.approx(grouped.as_json()["loglik_kernel"], rel=1e-9)
 
 
 def test_coefficients_of_a_logit_model_give_its_median_in_closed_form():
     covariates = {"strength": (-0.024, 33.8), "width": (0.0019, 4070.0), "gap": (0.0143, 38.1)}
     constant, slope = -9.8, 2.74
-    model = DesignFit(
+    model = AxisProbitFit(
         status="ok",
         terms=("1", "ln_im", *covariates),
         coefficients=np.array([constant, slope, *(pair[0] for pair in covariates.values())]),

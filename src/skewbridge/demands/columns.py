@@ -5,7 +5,7 @@ from typing import Final
 
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, Role
 from skewbridge.statuses import STATUSES
-from skewbridge.variant.axes import AXES, Axis
+from skewbridge.variant.axes import AXES, Axis, axes_of
 
 
 def axis_column(axis: Axis) -> Column:
@@ -63,17 +63,18 @@ def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, 
 
 
 def column_of(name: str) -> Column | None:
-    """Return what is known of a column, None of a foreign one."""
-    return _BY_NAME.get(name)
+    """Return what is known of a column or of an axis of the grid, None of a foreign column."""
+    axes = axes_of([name])
+    return _BY_NAME.get(name) or (axis_column(axes[0]) if axes else None)
 
 
 def label_of(name: str) -> str:
     """Return the label of a column with its unit; a foreign column is named in plain words."""
-    column = column_of(name)
-    return name.replace("_", " ") if column is None else column.label_with_unit
+    known = column_of(name)
+    return known.label_with_unit if known else name.replace("_", " ")
 
 
 def unit_of(name: str) -> str:
     """Return the unit of a column; empty for a ratio and for a foreign column."""
-    column = _BY_NAME.get(name)
+    column = column_of(name)
     return "" if column is None or column.unit == "-" else column.unit

@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import Any, Final
 
 import yaml
+from pydantic import TypeAdapter
 
 from skewbridge.bridge.catalogue.schema import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS
+from skewbridge.fragility.tables.limit_states import LimitStateEntry
 from skewbridge.study.config import StudyConfig
 
 ROOT: Final = Path(__file__).parents[3]
@@ -126,6 +128,7 @@ PAGES: Final[dict[str, Callable[[], str]]] = {
     "config/README.md": config_page,
     "config/schema.json": _schema(StudyConfig.model_json_schema),
     "config/bridge.schema.json": _schema(bridge_schema),
+    "config/limit_states.schema.json": _schema(TypeAdapter(list[LimitStateEntry]).json_schema),
     "docs/columns.md": columns_page,
 }
 
