@@ -9,7 +9,7 @@ from skewbridge.motions.intensity import motion_measures, pair_arias_build_up
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import LEVEL_RANGE_G, block_factors
-from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
+from skewbridge.motions.synthesis.generate import synthesize
 from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.motions.write import index_row, write_at2, write_index
 
@@ -26,11 +26,11 @@ MIN_ARIAS_KEPT: Final = 0.95
 LICENCE: Final = "BSD-3-Clause"
 
 
-def default_motions(count: int = COUNT) -> Iterator[tuple[GroundMotion, GroundMotion]]:
+def default_motions() -> Iterator[tuple[GroundMotion, GroundMotion]]:
     """Yield each motion of the default suite, as synthesized and as cut."""
     found = index = 0
-    while found < count:
-        whole = synthesize(SCENARIO, index=index, seed=SEED, options=SynthesisOptions())
+    while found < COUNT:
+        whole = synthesize(SCENARIO, index=index, seed=SEED)
         cut = cut_to_strongest(whole, SHAKING_S, FREE_VIBRATION_S)
         if pair_arias_build_up(cut)[-1] >= MIN_ARIAS_KEPT * pair_arias_build_up(whole)[-1]:
             found += 1
@@ -38,26 +38,29 @@ def default_motions(count: int = COUNT) -> Iterator[tuple[GroundMotion, GroundMo
         index += 1
 
 
-def write_default_suite(
-    folder: Path, t1_s: float, level_range_g: tuple[float, float] = LEVEL_RANGE_G
-) -> list[dict[str, float]]:
+def write_default_suite(folder: Path, t1_s: float) -> list[dict[str, float]]:
     """Write the default suite: `synthetic/*.AT2` and `index.csv` in a folder.
 
     Args:
         folder: Where to write.
         t1_s: Conditioning period of osb1, for the scale factors; kept in the index.
-        level_range_g: Sa_avg levels the factors spread the motions over.
 
     Returns:
         The effect of the cut on each motion, see `effect_on_measures`.
     """
     effects: list[dict[str, float]] = []
     rows: list[dict[str, object]] = []
+    levels_g: list[float] = []
     for whole, cut in default_motions():
         effects.append(effect_on_measures(whole, cut))
         files = write_at2(cut, folder / "synthetic")
         rows.append(synthetic_row(cut, files, folder))
-    add_scale_factors(rows, folder, t1_s, level_range_g)
+        # a factor is that of the motion as written, with 8 digits
+        levels_g.append(motion_measures(read_motion(*files), t1_s)["im_saavg_rotd50_g"])
+    for row, factor in zip(rows, block_factors(levels_g), strict=True):
+        row["scale"] = float(f"{factor:.6g}")
+        row["scale_t1_s"] = t1_s
+        row["scale_low_g"], row["scale_high_g"] = LEVEL_RANGE_G
     write_index(folder / "index.csv", rows)
     return effects
 
@@ -67,21 +70,3 @@ def synthetic_row(
 ) -> dict[str, object]:
     """Return the index row of a synthetic motion written to two files."""
     return index_row(motion, files, folder) | {"unit": "g", "licence": LICENCE}
-
-
-def add_scale_factors(
-    rows: list[dict[str, object]],
-    folder: Path,
-    t1_s: float,
-    level_range_g: tuple[float, float] = LEVEL_RANGE_G,
-) -> None:
-    """Put the factor of each motion, and what it was computed for, into index rows."""
-    levels_g: list[float] = []
-    for row in rows:
-        motion = read_motion(folder / str(row["file_1"]), folder / str(row["file_2"]))
-        levels_g.append(motion_measures(motion, t1_s)["im_saavg_rotd50_g"])
-    factors = block_factors(levels_g, level_range_g)
-    for row, factor in zip(rows, factors, strict=True):
-        row["scale"] = float(f"{factor:.6g}")
-        row["scale_t1_s"] = t1_s
-        row["scale_low_g"], row["scale_high_g"] = level_range_g
