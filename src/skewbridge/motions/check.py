@@ -32,11 +32,7 @@ class FileCheck:
         verdict: ``ok``, ``warn`` (usable, but doubtful), ``error`` (unusable), ``needs_dt``
             (values only: the time step must be given) or ``pair_error`` (does not go with its
             other component).
-        format: Name of the format, None if not read.
-        dt_s: Time step.
-        npts: Number of values.
-        pga_g: Largest absolute acceleration.
-        messages: In words.
+        format: Name of the format; this and the numbers are None of a file that was not read.
     """
 
     file: str
@@ -58,10 +54,7 @@ def check_paths(
 ) -> list[FileCheck]:
     """Check files and folders; files that belong together by name are checked as pairs too.
 
-    Args:
-        paths: Files or folders. A folder with an `index.csv` is held against it.
-        given: Time step and unit for files without.
-        strict: Make errors of warnings.
+    A folder with an `index.csv` is held against it. Strictly, warnings are errors.
 
     Raises:
         InputError: A path that does not exist, or an index that can't be read.
@@ -84,9 +77,7 @@ def check_paths(
 def write_folder_index(folder: Path, given: Given | None = None) -> Path:
     """Write the `index.csv` of a folder, or bring the digests of an existing one up to date.
 
-    Args:
-        folder: Folder with motions.
-        given: Time step and unit of files the index does not have them for; they go into it.
+    Time step and unit given for files that the index does not have them for go into it.
 
     Raises:
         InputError: A motion that can't be read, an unpaired file.
@@ -153,10 +144,9 @@ def _check_files(
     for path in paths:
         try:
             trace = read_trace(path, given)
-        except DtMissingError as error:
-            checks[path] = FileCheck(file=str(path), verdict="needs_dt", messages=(str(error),))
         except InputError as error:
-            checks[path] = FileCheck(file=str(path), verdict="error", messages=(str(error),))
+            verdict = "needs_dt" if isinstance(error, DtMissingError) else "error"
+            checks[path] = FileCheck(file=str(path), verdict=verdict, messages=(str(error),))
         else:
             traces[path] = trace
             checks[path] = _check_of(trace, strict=strict)

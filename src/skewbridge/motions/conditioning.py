@@ -63,12 +63,8 @@ def cut_to_strongest(
 
     The window of the given length with the most Arias intensity (of both components) is kept, its
     ends are tapered by half a cosine, and what velocity and displacement are left at its end are
-    removed by two smooth accelerations over the window, a symmetric and an antisymmetric one.
-
-    Args:
-        motion: The motion.
-        shaking_s: Longest part kept; a shorter motion is kept whole.
-        free_vibration_s: Zeros added, in s.
+    removed by two smooth accelerations over the window, a symmetric and an antisymmetric one. A
+    shorter motion is kept whole.
 
     Raises:
         InputError: A length that is not positive.

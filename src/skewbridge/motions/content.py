@@ -20,17 +20,10 @@ def content_digest(
     level_range_g: tuple[float, float],
     cache: Path,
 ) -> str:
-    """Return the digest of the index entries and files that a suite is made of.
+    """Return the digest of the index entries and files that a suite (see `prepare_suite`) has.
 
     The files are read only if a name, a size or a time in the folder has changed since the digest
-    was kept.
-
-    Args:
-        folder: Folder of the motions.
-        count: How many motions, from the first; None for all.
-        t1_s: Conditioning period, s.
-        level_range_g: Range of Sa_avg of the suite, g.
-        cache: File that keeps the digest.
+    was kept in the file `cache`.
 
     Raises:
         InputError: As `entries_to_read`, or a file that cannot be read.

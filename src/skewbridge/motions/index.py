@@ -36,25 +36,18 @@ _REQUIRED: Final = ("motion_id", "file_1", "file_2")
 class IndexEntry:
     """One motion of a folder; what is unknown is nan or empty.
 
+    Attributes not named here are those of `GroundMotion`.
+
     Attributes:
-        motion_id: Name of the motion.
         file_1: File of component 1 (bridge x at incidence 0).
         file_2: File of component 2.
         given_1: Time step, unit and channel of file 1 where the index has them.
         given_2: The same of file 2.
-        event: Earthquake.
-        magnitude: Moment magnitude.
-        distance_km: Closest distance to the rupture.
-        vs30_mps: Average shear-wave velocity of the upper 30 m.
-        station: Recording station.
-        azimuth_1_deg: Direction of component 1.
-        azimuth_2_deg: Direction of component 2.
         sha256: Expected digest of the files; empty: not checked.
         scale: Factor of the study; nan: computed.
         scale_t1_s: Period the factor was made with; nan: any.
         scale_low_g: Lowest level the factor was made for; nan: any.
         scale_high_g: Highest level the factor was made for; nan: any.
-        source: Licence and origin.
     """
 
     motion_id: str

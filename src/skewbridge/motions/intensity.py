@@ -32,12 +32,7 @@ HOUSNER_PERIODS_S: Final = np.linspace(0.1, 2.5, 121)
 
 
 def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float]:
-    """Return the intensity measures of a pair, keyed by column name.
-
-    Args:
-        motion: The motion as it is.
-        t1_s: Conditioning period; without it Sa(T1) and Sa_avg are nan.
-    """
+    """Return the intensity measures of a pair by column; Sa(T1) and Sa_avg are nan without T1."""
     dt_s = motion.dt_s
     pair = motion.components
     sa_t1_g = sa_avg_g = float("nan")

@@ -27,16 +27,10 @@ def striped(
     measure: str = "im_saavg_rotd50_g",
     factor_limits: tuple[float, float] = FACTOR_LIMITS,
 ) -> pd.DataFrame:
-    """Return a suite with a row for each motion and stripe within the factor limits.
-
-    Args:
-        suite: Table of `prepare_suite`.
-        stripes_g: Levels of the measure in g.
-        measure: Which measure is brought to the levels.
-        factor_limits: Smallest and largest factor; rows outside are left out.
+    """Return a suite with a row for each motion and level of a measure within the factor limits.
 
     Returns:
-        The rows of the suite, repeated, with their `scale` and a further column `stripe_g`; by
+        The rows of `prepare_suite`, repeated, with their `scale` and a column `stripe_g`; by
         stripe, then in suite order. `attrs["left_out"]` counts the rows outside the limits.
 
     Raises:
@@ -100,13 +94,8 @@ def bracket_capacity(
 
     Ten analyses at most for the default limits and tolerance: nine halvings of a range of 100 leave
     0.9 %, and an end of the range that the search ran into is tried once. Where the response is
-    not monotonic (resurrection), one of the crossings is found.
-
-    Args:
-        exceeds: Runs the analysis at a factor and says whether the limit is exceeded; a run that
-            collapses exceeds.
-        limits: Factors to search between.
-        tolerance: Width of the bracket relative to its lower end.
+    not monotonic (resurrection), one of the crossings is found. A run that collapses exceeds. The
+    tolerance is the width of the bracket relative to its lower end.
 
     Raises:
         InputError: Limits or tolerance that make no sense.

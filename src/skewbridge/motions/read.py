@@ -47,12 +47,7 @@ _FOREIGN: Final = (
 
 
 def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) -> Trace:
-    """Read one component.
-
-    Args:
-        path: The file.
-        given: Time step, unit, channel where the file has none or is wrong.
-        strict: Refuse what would only be a warning.
+    """Read one component; strictly, what would only be a warning is refused.
 
     Raises:
         InputError: The file can't be read as an acceleration; the message names it.
@@ -79,14 +74,9 @@ def read_motion(
     motion_id: str | None = None,
     strict: bool = False,
 ) -> GroundMotion:
-    """Read two component files as one motion.
+    """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
-    Args:
-        first: File of component 1 (bridge x at incidence 0).
-        second: File of component 2 (bridge y).
-        given: Time step and unit where the files have none.
-        motion_id: Name of the motion; what the file names share if not given.
-        strict: Refuse what would only be a warning.
+    Without a `motion_id` it is named by what the file names share.
 
     Raises:
         InputError: A file can't be read, or the time steps differ.

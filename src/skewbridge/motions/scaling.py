@@ -41,10 +41,6 @@ def block_factors(
     levels, which keeps the factors near 1. A block does not depend on the others: a longer suite
     keeps the factors of its full blocks.
 
-    Args:
-        level_at_1_g: Level (Sa_avg) of each motion as recorded, in g.
-        level_range_g: Lowest and highest level in g.
-
     Raises:
         InputError: A range that is not ascending and positive.
     """

@@ -69,14 +69,12 @@ def prepare_suite(
         folder: Folder with an `index.csv`, or with component files that pair by name.
         count: How many motions, from the first; None for all.
         t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
-        level_range_g: Range of Sa_avg the motions are spread over, where the index has no factor
-            for these levels and this period.
+        level_range_g: Sa_avg the motions are spread over where the index has no factor for it.
         conditioning: Cutting and resampling, none by default.
 
     Returns:
-        One row per motion in suite order: motion_id, scale, dt_s, npts, sha256, event, magnitude,
-        distance_km, vs30_mps, station, the intensity columns at factor 1, accel_1_mps2 and
-        accel_2_mps2 (lists), messages.
+        One row per motion in suite order: metadata, scale, the intensity columns at factor 1,
+        accel_1_mps2 and accel_2_mps2 (lists), messages.
 
     Raises:
         InputError: Fewer motions than asked for, or anything wrong with one of them, by name.

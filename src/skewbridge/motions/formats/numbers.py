@@ -33,11 +33,6 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vect
     Blanks, commas and semicolons separate; Fortran ``D`` exponents and numbers run together at a
     sign (``.12E-01-.76E-02``) are understood.
 
-    Args:
-        lines: Lines of text.
-        path: File they came from, for the message.
-        first_line: Line number of the first of them.
-
     Raises:
         InputError: Something that is not a finite number, with file and line.
     """

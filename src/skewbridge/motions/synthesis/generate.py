@@ -51,13 +51,9 @@ class SynthesisOptions:
 def synthesize(
     scenario: Scenario, *, index: int, seed: int, options: SynthesisOptions | None = None
 ) -> GroundMotion:
-    """Return one synthetic motion; it depends on the seed and its own index only.
+    """Return one synthetic motion; it depends on the seed and its own index (from 0) only.
 
-    Args:
-        scenario: Earthquake and site.
-        index: Number of the motion in its suite, from 0.
-        seed: Seed of the suite; the random stream is that of ``SeedSequence([seed, index])``.
-        options: Calibration, orientation, time step.
+    The random stream is that of ``SeedSequence([seed, index])``.
 
     Raises:
         InputError: A negative seed or index.
