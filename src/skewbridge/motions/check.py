@@ -114,12 +114,8 @@ def _completed(known: Given, otherwise: Given | None) -> Given:
 
 def _unit_of(entry: IndexEntry) -> str:
     """Return the unit of the files of a motion, empty if they differ."""
-    units = {read_trace(path, given).unit for path, given in _components(entry)}
+    units = {read_trace(*each).unit for each in entry.components}
     return units.pop() if len(units) == 1 else ""
-
-
-def _components(entry: IndexEntry) -> tuple[tuple[Path, Given], tuple[Path, Given]]:
-    return (entry.file_1, entry.given_1), (entry.file_2, entry.given_2)
 
 
 def _files_of(folder: Path) -> list[Path]:
@@ -198,7 +194,7 @@ def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
     for entry in list_motions(folder):
         pair = [
             check
-            for path, given in _components(entry)
+            for path, given in entry.components
             for check in _check_files([path], given, strict=strict)
         ]
         if all(check.passes for check in pair):

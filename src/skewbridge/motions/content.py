@@ -47,9 +47,9 @@ def _said(entry: "IndexEntry", folder: Path) -> tuple[object, ...]:
     """Return what the index and the files say of one motion."""
     from skewbridge.motions.read import files_digest
 
-    said = asdict(entry)
     files = (entry.file_1, entry.file_2)
-    said |= {"file_1": files[0].relative_to(folder), "file_2": files[1].relative_to(folder)}
+    named = {"file_1": files[0].relative_to(folder), "file_2": files[1].relative_to(folder)}
+    said = asdict(entry) | named
     return (*((name, str(value)) for name, value in said.items()), files_digest(*files))
 
 

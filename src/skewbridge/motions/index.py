@@ -69,6 +69,11 @@ class IndexEntry:
     scale_high_g: float = float("nan")
     source: str = ""
 
+    @property
+    def components(self) -> tuple[tuple[Path, Given], tuple[Path, Given]]:
+        """Each file with what the index knows of it."""
+        return (self.file_1, self.given_1), (self.file_2, self.given_2)
+
 
 def list_motions(folder: Path) -> list[IndexEntry]:
     """Return the motions of a folder, by its `index.csv` or, without one, by file name and header.

@@ -68,13 +68,11 @@ class CapacityBracket:
         lower: Highest factor known not to exceed; 0 if the lowest one tried exceeds.
         upper: Lowest factor known to exceed; inf if the highest one tried does not.
         analyses: How many analyses it took.
-        trials: Each factor tried, in order, and whether it exceeded.
     """
 
     lower: float
     upper: float
     analyses: int
-    trials: tuple[tuple[float, bool], ...]
 
     @property
     def capacity(self) -> float:
@@ -105,11 +103,11 @@ def bracket_capacity(
         raise InputError(f"limits must be two ascending positive factors, got {limits}")
     if not 1.0e-6 <= tolerance < 1.0:
         raise InputError(f"tolerance must be within 1e-6 and below 1, got {tolerance}")
-    trials: list[tuple[float, bool]] = []
+    trials: list[bool] = []
 
     def trial(factor: float) -> bool:
-        trials.append((factor, bool(exceeds(factor))))
-        return trials[-1][1]
+        trials.append(bool(exceeds(factor)))
+        return trials[-1]
 
     lower, upper = low, high
     while upper / lower > 1.0 + tolerance:
@@ -122,4 +120,4 @@ def bracket_capacity(
         lower, upper = high, float("inf")
     elif lower == low and trial(low):
         lower, upper = 0.0, low
-    return CapacityBracket(lower=lower, upper=upper, analyses=len(trials), trials=tuple(trials))
+    return CapacityBracket(lower=lower, upper=upper, analyses=len(trials))

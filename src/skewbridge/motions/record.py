@@ -100,11 +100,6 @@ class GroundMotion:
         """Time of the last value in s, the first being at 0."""
         return (self.npts - 1) * self.dt_s
 
-    @property
-    def time_s(self) -> Vector:
-        """Times of the values in s, shape (npts,)."""
-        return np.arange(self.npts, dtype=np.float64) * self.dt_s
-
     def scaled(self, factor: float) -> "GroundMotion":
         """Return the motion with both components multiplied by one factor.
 

@@ -28,11 +28,8 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     Raises:
         InputError: Unreadable files, a digest that differs, a false claim to be the WAHO record.
     """
-    motion = join_traces(
-        read_trace(entry.file_1, entry.given_1),
-        read_trace(entry.file_2, entry.given_2),
-        motion_id=entry.motion_id,
-    )
+    one, two = (read_trace(path, given) for path, given in entry.components)
+    motion = join_traces(one, two, motion_id=entry.motion_id)
     if entry.sha256 and entry.sha256 != motion.sha256:
         raise InputError(
             f"motion {entry.motion_id}: the files {entry.file_1.name} and {entry.file_2.name} "
