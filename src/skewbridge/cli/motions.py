@@ -138,9 +138,9 @@ def synthesize(
     as_json: JsonOption = False,
 ) -> None:
     """Make pairs of motions by the model of Dabaghi and Der Kiureghian (2018)."""
+    from skewbridge.motions.synthesis.embedded import write_synthetic_suite
     from skewbridge.motions.synthesis.generate import SynthesisOptions
     from skewbridge.motions.synthesis.scenario import Scenario
-    from skewbridge.motions.synthesis.suite import write_synthetic_suite
 
     scenario = Scenario(
         magnitude=magnitude,

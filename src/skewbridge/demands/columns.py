@@ -3,8 +3,7 @@
 from collections.abc import Iterable
 from typing import Final
 
-from skewbridge.demands.column import Column, Role
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, Role
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import AXES, Axis, axes_of
 
@@ -20,67 +19,16 @@ def axis_column(axis: Axis) -> Column:
     )
 
 
-VARIANT_COLUMNS: Final = (
+COLUMNS: Final = (
     Column("variant", kind="text", description="name of the bridge variant"),
     Column("bridge", kind="text", description="catalogue name of the bridge"),
     Column("abutment", kind="text", description="abutment model"),
     *(axis_column(axis) for axis in AXES),
-)
-
-LOADING_COLUMNS: Final = (
     Column("motion_id", kind="text", description="ground motion"),
     Column("scale", description="factor on both components"),
     Column("incidence_deg", unit="deg", description="angle from bridge x to component 1"),
-)
-
-INTENSITY_COLUMNS: Final = (
-    Column(
-        "im_pga_rotd50_g",
-        unit="g",
-        label="PGA RotD50",
-        description="peak ground acceleration, RotD50",
-    ),
-    Column(
-        "im_pgv_rotd50_mps",
-        unit="m/s",
-        label="PGV RotD50",
-        description="peak ground velocity, RotD50",
-    ),
-    Column(
-        "im_sa_t1_rotd50_g",
-        unit="g",
-        label="$S_a(T_1)$ RotD50",
-        description="5 % PSA at the bridge's conditioning T1, RotD50",
-    ),
-    Column(
-        "im_sa_1p000_rotd50_g",
-        unit="g",
-        label=r"$S_a(1.0\,\mathrm{s})$ RotD50",
-        description="5 % PSA at 1.0 s, RotD50",
-    ),
-    Column(
-        "im_saavg_rotd50_g",
-        unit="g",
-        label=r"$S_{a,\mathrm{avg}}$ RotD50",
-        description="geometric mean of PSA RotD50 at 20 log-spaced periods from 0.2 T1 to 3 T1",
-    ),
-    Column("im_arias_mps", unit="m/s", label="Arias intensity", description="Arias intensity"),
-    Column("im_cav_mps", unit="m/s", label="CAV", description="cumulative absolute velocity"),
-    Column(
-        "im_d5_75_s",
-        unit="s",
-        label="$D_{5-75}$",
-        description="significant duration, 5 to 75 % of Arias intensity",
-    ),
-    Column(
-        "im_d5_95_s",
-        unit="s",
-        label="$D_{5-95}$",
-        description="significant duration, 5 to 95 % of Arias intensity",
-    ),
-)
-
-RUN_COLUMNS: Final = (
+    *INTENSITY_COLUMNS,
+    *DEMAND_COLUMNS,
     Column("status", kind="text", description=f"one of {', '.join(STATUSES)}"),
     Column(
         "collapse_criterion",
@@ -99,14 +47,6 @@ RUN_COLUMNS: Final = (
     Column("cpu_s", unit="s", description="processor time of the analysis"),
     Column("run_key", kind="text", description="digest of everything that the row depends on"),
 )
-
-COLUMNS: Final = (
-    *VARIANT_COLUMNS,
-    *LOADING_COLUMNS,
-    *INTENSITY_COLUMNS,
-    *DEMAND_COLUMNS,
-    *RUN_COLUMNS,
-)
 _BY_NAME: Final = {column.name: column for column in COLUMNS}
 
 
@@ -117,10 +57,8 @@ def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, 
         role: What the study does with them.
         present: Only those among these names; None for all.
     """
-    names = tuple(column.name for column in DEMAND_COLUMNS if role in column.roles)
-    if present is None:
-        return names
-    known = set(present)
+    names = [column.name for column in DEMAND_COLUMNS if role in column.roles]
+    known = set(names if present is None else present)
     return tuple(name for name in names if name in known)
 
 

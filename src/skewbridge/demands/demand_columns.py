@@ -1,204 +1,125 @@
-"""The demands: the one place for their names, units, labels, symbols and roles."""
+"""What is known of a column; the intensity measures and the demands with their units and labels."""
 
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Literal
 
-from skewbridge.demands.column import Column
+type Kind = Literal["text", "integer", "number"]
+#: What a study does with a demand: paired effects and factors; fragility curves and clouds in the
+#: report; comparison of the numerics.
+type Role = Literal["effect", "headline", "sensitivity"]
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column of the table.
+
+    Attributes:
+        name: Name, with the unit unless it is SI and obvious.
+        kind: Type of the values.
+        unit: Unit, ``-`` for ratios and texts.
+        label: Short name in figures, without unit.
+        symbol: Mathematical symbol.
+        description: What the number is, with its sign.
+        roles: What a study does with it.
+    """
+
+    name: str
+    kind: Kind = "number"
+    unit: str = "-"
+    label: str = ""
+    symbol: str = ""
+    description: str = ""
+    roles: tuple[Role, ...] = ()
+
+    @property
+    def label_with_unit(self) -> str:
+        """Label of a figure axis."""
+        text = self.label or self.name.replace("_", " ")
+        return text if self.unit == "-" else f"{text} ({self.unit})"
+
+
+# fmt: off
+INTENSITY_COLUMNS: Final = (
+    Column("im_pga_rotd50_g", unit="g", label="PGA RotD50",
+           description="peak ground acceleration, RotD50"),
+    Column("im_pgv_rotd50_mps", unit="m/s", label="PGV RotD50",
+           description="peak ground velocity, RotD50"),
+    Column("im_sa_t1_rotd50_g", unit="g", label="$S_a(T_1)$ RotD50",
+           description="5 % PSA at the bridge's conditioning T1, RotD50"),
+    Column("im_sa_1p000_rotd50_g", unit="g", label=r"$S_a(1.0\,\mathrm{s})$ RotD50",
+           description="5 % PSA at 1.0 s, RotD50"),
+    Column("im_saavg_rotd50_g", unit="g", label=r"$S_{a,\mathrm{avg}}$ RotD50",
+           description="geometric mean of PSA RotD50 at 20 log-spaced periods from 0.2 T1 to 3 T1"),
+    Column("im_arias_mps", unit="m/s", label="Arias intensity",
+           description="Arias intensity"),
+    Column("im_cav_mps", unit="m/s", label="CAV",
+           description="cumulative absolute velocity"),
+    Column("im_d5_75_s", unit="s", label="$D_{5-75}$",
+           description="significant duration, 5 to 75 % of Arias intensity"),
+    Column("im_d5_95_s", unit="s", label="$D_{5-95}$",
+           description="significant duration, 5 to 95 % of Arias intensity"),
+)
 
 DEMAND_COLUMNS: Final = (
-    Column(
-        "column_shear_x_kn",
-        unit="kN",
-        label="Column shear, longitudinal",
-        symbol="V_x",
-        description="peak longitudinal shear at a column base",
-    ),
-    Column(
-        "column_shear_y_kn",
-        unit="kN",
-        label="Column shear, transverse",
-        symbol="V_y",
-        description="peak transverse shear at a column base",
-    ),
-    Column(
-        "column_shear_kn",
-        unit="kN",
-        label="Column shear",
-        symbol="V",
-        description="peak resultant shear at a column base, worst column",
-        roles=("effect", "sensitivity"),
-    ),
-    Column(
-        "column_shear_dcr",
-        label="Column shear demand/capacity",
-        symbol="V/V_c",
-        description="peak of shear over ductility-dependent capacity",
-        roles=("effect", "headline"),
-    ),
-    Column(
-        "column_drift_ratio",
-        label="Column drift ratio",
-        symbol=r"\delta",
-        description="peak resultant drift over clear height",
-        roles=("effect", "headline", "sensitivity"),
-    ),
-    Column(
-        "column_curvature_ductility",
-        label="Curvature ductility",
-        symbol=r"\mu_\phi",
-        description="peak curvature over yield curvature",
-        roles=("effect",),
-    ),
-    Column(
-        "column_residual_drift_ratio",
-        label="Residual drift ratio",
-        symbol=r"\delta_r",
-        description="resultant drift at the end of the run",
-        roles=("effect",),
-    ),
-    Column(
-        "deck_disp_x_m",
-        unit="m",
-        label="Deck displacement, longitudinal",
-        symbol="u_x",
-        description="peak longitudinal displacement at the mass centre",
-        roles=("effect",),
-    ),
-    Column(
-        "deck_disp_y_m",
-        unit="m",
-        label="Deck displacement, transverse",
-        symbol="u_y",
-        description="peak transverse displacement at the mass centre",
-        roles=("effect",),
-    ),
-    Column(
-        "deck_disp_m",
-        unit="m",
-        label="Deck displacement",
-        symbol="u",
-        description="peak resultant displacement at the mass centre",
-        roles=("effect", "headline", "sensitivity"),
-    ),
-    Column(
-        "deck_rotation_rad",
-        unit="rad",
-        label="Deck rotation",
-        symbol=r"\theta",
-        description="peak rotation of the deck about the vertical",
-        roles=("effect",),
-    ),
-    Column(
-        "deck_accel_mps2",
-        unit="m/s2",
-        label="Deck acceleration",
-        symbol="a",
-        description="peak resultant total acceleration of the deck",
-    ),
-    Column(
-        "abutment_passive_m",
-        unit="m",
-        label="Abutment, passive",
-        symbol="u_p",
-        description="peak push of the backwall into the fill, no gap",
-        roles=("effect",),
-    ),
-    Column(
-        "abutment_active_m",
-        unit="m",
-        label="Abutment, active",
-        symbol="u_a",
-        description="peak movement of the backwall away from the fill",
-        roles=("effect",),
-    ),
-    Column(
-        "abutment_transverse_m",
-        unit="m",
-        label="Abutment, transverse",
-        symbol="u_t",
-        description="peak transverse movement of the abutment",
-        roles=("effect",),
-    ),
-    Column(
-        "bearing_disp_m",
-        unit="m",
-        label="Bearing deformation",
-        symbol="u_b",
-        description="peak resultant shear deformation of a bearing",
-        roles=("effect",),
-    ),
-    Column(
-        "unseating_m",
-        unit="m",
-        label="Unseating",
-        symbol="u_s",
-        description="peak outward move off the seat, normal to it, any corner",
-        roles=("effect", "headline", "sensitivity"),
-    ),
-    Column(
-        "acute_corner_unseating_m",
-        unit="m",
-        label="Unseating, acute corners",
-        symbol="u_{s,a}",
-        description="the same at the acute corners of the deck",
-    ),
-    Column(
-        "shear_key_force_kn",
-        unit="kN",
-        label="Shear key force",
-        symbol="F_k",
-        description="peak force of a shear key that the deck touches",
-        roles=("effect",),
-    ),
-    Column(
-        "backwall_force_kn",
-        unit="kN",
-        label="Backwall force",
-        symbol="F_w",
-        description="peak force that the deck passes through one backwall",
-        roles=("effect", "sensitivity"),
-    ),
-    Column(
-        "friction_force_kn",
-        unit="kN",
-        label="Friction force",
-        symbol="F_f",
-        description="peak friction force on one backwall or key",
-    ),
-    Column(
-        "contact_closures",
-        label="Contact closures",
-        symbol="n_c",
-        description="closures of all contact units",
-    ),
-    Column(
-        "contact_time_s",
-        unit="s",
-        label="Contact time",
-        symbol="t_c",
-        description="time that some contact unit was closed, summed",
-    ),
-    Column(
-        "contact_max_penetration_m",
-        unit="m",
-        label="Contact penetration",
-        symbol="u_n",
-        description="peak penetration of a contact unit",
-    ),
-    Column(
-        "slip_work_kj",
-        unit="kJ",
-        label="Slip work",
-        symbol="W_f",
-        description="work of friction, dissipated",
-    ),
-    Column(
-        "cone_violation_ratio",
-        label="Excess over the friction cone",
-        description="worst excess over the friction cone",
-    ),
-    Column(
-        "energy_residual_ratio",
-        label="Energy residual",
-        description="energy not accounted for, over the input",
-    ),
+    Column("column_shear_x_kn", unit="kN", label="Column shear, longitudinal", symbol="V_x",
+           description="peak longitudinal shear at a column base"),
+    Column("column_shear_y_kn", unit="kN", label="Column shear, transverse", symbol="V_y",
+           description="peak transverse shear at a column base"),
+    Column("column_shear_kn", unit="kN", label="Column shear", symbol="V",
+           description="peak resultant shear at a column base, worst column",
+           roles=("effect", "sensitivity")),
+    Column("column_shear_dcr", label="Column shear demand/capacity", symbol="V/V_c",
+           description="peak of shear over ductility-dependent capacity",
+           roles=("effect", "headline")),
+    Column("column_drift_ratio", label="Column drift ratio", symbol=r"\delta",
+           description="peak resultant drift over clear height",
+           roles=("effect", "headline", "sensitivity")),
+    Column("column_curvature_ductility", label="Curvature ductility", symbol=r"\mu_\phi",
+           description="peak curvature over yield curvature", roles=("effect",)),
+    Column("column_residual_drift_ratio", label="Residual drift ratio", symbol=r"\delta_r",
+           description="resultant drift at the end of the run", roles=("effect",)),
+    Column("deck_disp_x_m", unit="m", label="Deck displacement, longitudinal", symbol="u_x",
+           description="peak longitudinal displacement at the mass centre", roles=("effect",)),
+    Column("deck_disp_y_m", unit="m", label="Deck displacement, transverse", symbol="u_y",
+           description="peak transverse displacement at the mass centre", roles=("effect",)),
+    Column("deck_disp_m", unit="m", label="Deck displacement", symbol="u",
+           description="peak resultant displacement at the mass centre",
+           roles=("effect", "headline", "sensitivity")),
+    Column("deck_rotation_rad", unit="rad", label="Deck rotation", symbol=r"\theta",
+           description="peak rotation of the deck about the vertical", roles=("effect",)),
+    Column("deck_accel_mps2", unit="m/s2", label="Deck acceleration", symbol="a",
+           description="peak resultant total acceleration of the deck"),
+    Column("abutment_passive_m", unit="m", label="Abutment, passive", symbol="u_p",
+           description="peak push of the backwall into the fill, no gap", roles=("effect",)),
+    Column("abutment_active_m", unit="m", label="Abutment, active", symbol="u_a",
+           description="peak movement of the backwall away from the fill", roles=("effect",)),
+    Column("abutment_transverse_m", unit="m", label="Abutment, transverse", symbol="u_t",
+           description="peak transverse movement of the abutment", roles=("effect",)),
+    Column("bearing_disp_m", unit="m", label="Bearing deformation", symbol="u_b",
+           description="peak resultant shear deformation of a bearing", roles=("effect",)),
+    Column("unseating_m", unit="m", label="Unseating", symbol="u_s",
+           description="peak outward move off the seat, normal to it, any corner",
+           roles=("effect", "headline", "sensitivity")),
+    Column("acute_corner_unseating_m", unit="m", label="Unseating, acute corners", symbol="u_{s,a}",
+           description="the same at the acute corners of the deck"),
+    Column("shear_key_force_kn", unit="kN", label="Shear key force", symbol="F_k",
+           description="peak force of a shear key that the deck touches", roles=("effect",)),
+    Column("backwall_force_kn", unit="kN", label="Backwall force", symbol="F_w",
+           description="peak force that the deck passes through one backwall",
+           roles=("effect", "sensitivity")),
+    Column("friction_force_kn", unit="kN", label="Friction force", symbol="F_f",
+           description="peak friction force on one backwall or key"),
+    Column("contact_closures", label="Contact closures", symbol="n_c",
+           description="closures of all contact units"),
+    Column("contact_time_s", unit="s", label="Contact time", symbol="t_c",
+           description="time that some contact unit was closed, summed"),
+    Column("contact_max_penetration_m", unit="m", label="Contact penetration", symbol="u_n",
+           description="peak penetration of a contact unit"),
+    Column("slip_work_kj", unit="kJ", label="Slip work", symbol="W_f",
+           description="work of friction, dissipated"),
+    Column("cone_violation_ratio", label="Excess over the friction cone",
+           description="worst excess over the friction cone"),
+    Column("energy_residual_ratio", label="Energy residual",
+           description="energy not accounted for, over the input"),
 )
+# fmt: on

@@ -5,8 +5,8 @@ from typing import Any, Final
 
 import pyarrow as pa
 
-from skewbridge.demands.column import Column
 from skewbridge.demands.columns import COLUMNS, axis_column
+from skewbridge.demands.demand_columns import Column
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import AXES, axes_of
 from skewbridge.variant.variant import Variant

@@ -17,7 +17,7 @@ from skewbridge.motions.index import (
 from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
 from skewbridge.motions.read import PairError, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
-from skewbridge.motions.write import write_index
+from skewbridge.motions.write import index_row, write_index
 
 type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 _PASSING: Final = frozenset({"ok", "warn"})
@@ -32,11 +32,7 @@ class FileCheck:
         verdict: ``ok``, ``warn`` (usable, but doubtful), ``error`` (unusable), ``needs_dt``
             (values only: the time step must be given) or ``pair_error`` (does not go with its
             other component).
-        format: Name of the format, None if not read.
-        dt_s: Time step.
-        npts: Number of values.
-        pga_g: Largest absolute acceleration.
-        messages: In words.
+        format: Name of the format; this and the numbers are None of a file that was not read.
     """
 
     file: str
@@ -58,10 +54,7 @@ def check_paths(
 ) -> list[FileCheck]:
     """Check files and folders; files that belong together by name are checked as pairs too.
 
-    Args:
-        paths: Files or folders. A folder with an `index.csv` is held against it.
-        given: Time step and unit for files without.
-        strict: Make errors of warnings.
+    A folder with an `index.csv` is held against it. Strictly, warnings are errors.
 
     Raises:
         InputError: A path that does not exist, or an index that can't be read.
@@ -84,19 +77,15 @@ def check_paths(
 def write_folder_index(folder: Path, given: Given | None = None) -> Path:
     """Write the `index.csv` of a folder, or bring the digests of an existing one up to date.
 
-    Args:
-        folder: Folder with motions.
-        given: Time step and unit of files the index does not have them for; they go into it.
+    Time step and unit given for files that the index does not have them for go into it.
 
     Raises:
         InputError: A motion that can't be read, an unpaired file.
     """
     index = folder / INDEX_NAME
+    known: dict[str, dict[str, object]] = {}
     if index.is_file():
-        table = read_index_table(index)
-        known = {str(row["motion_id"]): dict(row) for _, row in table.iterrows()}
-    else:
-        known = {}
+        known = {str(row["motion_id"]): dict(row) for _, row in read_index_table(index).iterrows()}
     rows: list[dict[str, object]] = []
     for listed in list_motions(folder):
         entry = replace(
@@ -105,23 +94,10 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
             given_1=_completed(listed.given_1, given),
             given_2=_completed(listed.given_2, given),
         )
-        motion = read_entry(entry)
-        rows.append(
-            {
-                "motion_id": entry.motion_id,
-                "file_1": entry.file_1.relative_to(folder).as_posix(),
-                "file_2": entry.file_2.relative_to(folder).as_posix(),
-                "event": motion.event,
-                "station": motion.station,
-                "azimuth_1_deg": motion.azimuth_1_deg,
-                "azimuth_2_deg": motion.azimuth_2_deg,
-                "unit": _unit_of(entry),
-                "dt_s": motion.dt_s,
-                **{k: v for k, v in known.get(entry.motion_id, {}).items() if v},
-                "npts": motion.npts,
-                "sha256": motion.sha256,
-            }
-        )
+        row = index_row(read_entry(entry), (entry.file_1, entry.file_2), folder)
+        cells = known.get(entry.motion_id, {}).items()
+        kept = {name: text for name, text in cells if text and name not in {"npts", "sha256"}}
+        rows.append({**row, "unit": _unit_of(entry), "source": "", **kept})
     write_index(index, rows)
     return index
 
@@ -138,12 +114,8 @@ def _completed(known: Given, otherwise: Given | None) -> Given:
 
 def _unit_of(entry: IndexEntry) -> str:
     """Return the unit of the files of a motion, empty if they differ."""
-    units = {read_trace(path, given).unit for path, given in _components(entry)}
+    units = {read_trace(*each).unit for each in entry.components}
     return units.pop() if len(units) == 1 else ""
-
-
-def _components(entry: IndexEntry) -> tuple[tuple[Path, Given], tuple[Path, Given]]:
-    return (entry.file_1, entry.given_1), (entry.file_2, entry.given_2)
 
 
 def _files_of(folder: Path) -> list[Path]:
@@ -168,10 +140,9 @@ def _check_files(
     for path in paths:
         try:
             trace = read_trace(path, given)
-        except DtMissingError as error:
-            checks[path] = FileCheck(file=str(path), verdict="needs_dt", messages=(str(error),))
         except InputError as error:
-            checks[path] = FileCheck(file=str(path), verdict="error", messages=(str(error),))
+            verdict = "needs_dt" if isinstance(error, DtMissingError) else "error"
+            checks[path] = FileCheck(file=str(path), verdict=verdict, messages=(str(error),))
         else:
             traces[path] = trace
             checks[path] = _check_of(trace, strict=strict)
@@ -196,7 +167,7 @@ def _check_pair(first: Trace, second: Trace, checks: dict[Path, FileCheck]) -> N
         for trace in (first, second):
             checks[trace.path] = _with(checks[trace.path], str(error), "error")
     else:
-        for message in motion.messages[len(_own(first)) + len(_own(second)) :]:
+        for message in motion.messages[len(first.messages) + len(second.messages) :]:
             for one, other in ((first, second), (second, first)):
                 checks[one.path] = _with(checks[one.path], f"with {other.path.name}: {message}")
 
@@ -210,12 +181,8 @@ def _check_of(trace: Trace, *, strict: bool) -> FileCheck:
         dt_s=trace.dt_s,
         npts=int(trace.accel_mps2.size),
         pga_g=peak_g(trace.accel_mps2),
-        messages=_own(trace),
+        messages=trace.messages,
     )
-
-
-def _own(trace: Trace) -> tuple[str, ...]:
-    return (*trace.warnings, *trace.notes)
 
 
 def _with(check: FileCheck, message: str, verdict: Verdict | None = None) -> FileCheck:
@@ -227,7 +194,7 @@ def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
     for entry in list_motions(folder):
         pair = [
             check
-            for path, given in _components(entry)
+            for path, given in entry.components
             for check in _check_files([path], given, strict=strict)
         ]
         if all(check.passes for check in pair):

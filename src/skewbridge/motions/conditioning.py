@@ -10,18 +10,15 @@ from fractions import Fraction
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import firwin, resample_poly
 
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import displacement, pair_arias_build_up, velocity
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import pair_psa
 
-type Vector = NDArray[np.float64]
-
 TAPER_S: Final = 0.5
-QUIET_SHARE: Final = 1.0e-5
+QUIET_SHARE: Final = 1.0e-5  # of the Arias intensity of both components, given up at each end
 MAX_RATIO: Final = 100  # of two time steps
 EFFECT_PERIODS_S: Final = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
 
@@ -49,10 +46,10 @@ class Conditioning:
         result = remove_mean(motion) if self.remove_mean else motion
         if self.dt_s is not None:
             result = resampled(result, self.dt_s)
-        if self.shaking_s is not None:
-            result = cut_to_strongest(result, self.shaking_s, self.free_vibration_s)
-        else:
+        if self.shaking_s is None:
             result = add_free_vibration(result, self.free_vibration_s)
+        else:
+            result = cut_to_strongest(result, self.shaking_s, self.free_vibration_s)
         kept = effect_on_measures(motion, result)["arias_ratio"]
         digest = hashlib.sha256(f"{motion.sha256} {self!r}".encode()).hexdigest()
         message = f"conditioned ({self!r}): {kept:.1%} of the Arias intensity left"
@@ -66,46 +63,28 @@ def cut_to_strongest(
 
     The window of the given length with the most Arias intensity (of both components) is kept, its
     ends are tapered by half a cosine, and what velocity and displacement are left at its end are
-    removed by two smooth accelerations over the window.
-
-    Args:
-        motion: The motion.
-        shaking_s: Longest part kept; a shorter motion is kept whole.
-        free_vibration_s: Zeros added, in s.
+    removed by two smooth accelerations over the window, a symmetric and an antisymmetric one. A
+    shorter motion is kept whole.
 
     Raises:
         InputError: A length that is not positive.
     """
     if not shaking_s > 4.0 * TAPER_S:
         raise InputError(f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}")
-    if not free_vibration_s >= 0.0:
-        raise InputError(f"free_vibration_s must not be negative, got {free_vibration_s}")
-    dt_s = motion.dt_s
-    size = min(round(shaking_s / dt_s), motion.npts)
+    size = min(round(shaking_s / motion.dt_s), motion.npts)
     both = pair_arias_build_up(motion)
     first = int(np.argmax(both[size - 1 :] - both[: both.size - size + 1]))
-    return _window(motion, first, size, round(free_vibration_s / dt_s))
+    return add_free_vibration(_window(motion, first, size), free_vibration_s)
 
 
-def trim_quiet_ends(motion: GroundMotion, share: float = QUIET_SHARE) -> GroundMotion:
-    """Return a motion without the quiet parts before and after the shaking, ending at rest.
-
-    Args:
-        motion: The motion.
-        share: Share of the Arias intensity (of both components) given up at each end.
-
-    Raises:
-        InputError: A share outside 0 to 0.05.
-    """
-    if not 0.0 < share <= 0.05:
-        raise InputError(f"share must be within 0 to 0.05, got {share}")
-    dt_s = motion.dt_s
+def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
+    """Return a motion without the quiet parts before and after the shaking, ending at rest."""
     both = pair_arias_build_up(motion)
     both = both / both[-1]
-    margin = round(2.0 * TAPER_S / dt_s)
-    first = max(int(np.searchsorted(both, share)) - margin, 0)
-    last = min(int(np.searchsorted(both, 1.0 - share)) + margin, motion.npts)
-    return _window(motion, first, last - first, 0)
+    margin = round(2.0 * TAPER_S / motion.dt_s)
+    first = max(int(np.searchsorted(both, QUIET_SHARE)) - margin, 0)
+    last = min(int(np.searchsorted(both, 1.0 - QUIET_SHARE)) + margin, motion.npts)
+    return _window(motion, first, last - first)
 
 
 def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
@@ -136,7 +115,9 @@ def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
     if not (np.isfinite(dt_s) and dt_s > 0.0):
         raise InputError(f"dt_s must be positive, got {dt_s}")
     ratio = motion.dt_s / dt_s
-    up, down = _small_ratio(ratio)
+    up, down = Fraction(ratio).limit_denominator(MAX_RATIO).as_integer_ratio()
+    if not (1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9)):
+        raise InputError(f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio")
     if up == down:
         return motion
     # An edge at 90 % of the lower Nyquist frequency, 80 dB down beyond it
@@ -153,31 +134,20 @@ def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, f
     Returns:
         ``arias_ratio`` and ``psa_<period>_ratio`` of RotD50 at a few periods.
     """
-    arias = [float(pair_arias_build_up(m)[-1]) for m in (before, after)]
-    psa = [
-        pair_psa(m.accel_1_mps2, m.accel_2_mps2, m.dt_s, EFFECT_PERIODS_S).rotd50_mps2
-        for m in (before, after)
-    ]
-    ratios = psa[1] / psa[0]
-    named = {
-        f"psa_{period_s:g}_ratio": float(ratio)
-        for period_s, ratio in zip(EFFECT_PERIODS_S, ratios, strict=True)
-    }
-    return {"arias_ratio": arias[1] / arias[0]} | named
+    both = (before, after)
+    arias = [float(pair_arias_build_up(motion)[-1]) for motion in both]
+    psa = [pair_psa(*m.components, m.dt_s, EFFECT_PERIODS_S).rotd50_mps2 for m in both]
+    names = [f"psa_{period_s:g}_ratio" for period_s in EFFECT_PERIODS_S]
+    ratios = (psa[1] / psa[0]).tolist()
+    return {"arias_ratio": arias[1] / arias[0], **dict(zip(names, ratios, strict=True))}
 
 
-def _window(motion: GroundMotion, first: int, size: int, tail: int) -> GroundMotion:
-    return motion.mapped(
-        lambda accel: np.pad(_at_rest(accel[first : first + size], motion.dt_s), (0, tail))
-    )
+def _window(motion: GroundMotion, first: int, size: int) -> GroundMotion:
+    return motion.mapped(lambda accel: _at_rest(accel[first : first + size], motion.dt_s))
 
 
 def _at_rest(accel: Vector, dt_s: float) -> Vector:
-    """Return a window with tapered ends whose velocity and displacement end at zero.
-
-    What is left at the end is removed by two smooth accelerations over the window, a symmetric and
-    an antisymmetric one.
-    """
+    """Return a window with tapered ends whose velocity and displacement end at zero."""
     size = accel.size
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(round(TAPER_S / dt_s)) * dt_s / TAPER_S)
     tapered = accel.copy()
@@ -193,10 +163,3 @@ def _at_rest(accel: Vector, dt_s: float) -> Vector:
 
 def _end_state(accel: Vector, dt_s: float) -> Vector:
     return np.array([velocity(accel, dt_s)[-1], displacement(accel, dt_s)[-1]])
-
-
-def _small_ratio(ratio: float) -> tuple[int, int]:
-    up, down = Fraction(ratio).limit_denominator(MAX_RATIO).as_integer_ratio()
-    if not (1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9)):
-        raise InputError(f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio")
-    return up, down

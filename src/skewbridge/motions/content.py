@@ -20,17 +20,10 @@ def content_digest(
     level_range_g: tuple[float, float],
     cache: Path,
 ) -> str:
-    """Return the digest of the index entries and files that a suite is made of.
+    """Return the digest of the index entries and files that a suite (see `prepare_suite`) has.
 
     The files are read only if a name, a size or a time in the folder has changed since the digest
-    was kept.
-
-    Args:
-        folder: Folder of the motions.
-        count: How many motions, from the first; None for all.
-        t1_s: Conditioning period, s.
-        level_range_g: Range of Sa_avg of the suite, g.
-        cache: File that keeps the digest.
+    was kept in the file `cache`.
 
     Raises:
         InputError: As `entries_to_read`, or a file that cannot be read.
@@ -54,9 +47,9 @@ def _said(entry: "IndexEntry", folder: Path) -> tuple[object, ...]:
     """Return what the index and the files say of one motion."""
     from skewbridge.motions.read import files_digest
 
-    said = asdict(entry)
     files = (entry.file_1, entry.file_2)
-    said |= {"file_1": files[0].relative_to(folder), "file_2": files[1].relative_to(folder)}
+    named = {"file_1": files[0].relative_to(folder), "file_2": files[1].relative_to(folder)}
+    said = asdict(entry) | named
     return (*((name, str(value)) for name, value in said.items()), files_digest(*files))
 
 

@@ -3,10 +3,10 @@
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.motions.formats.trace import Trace
+from skewbridge.motions.record import Vector
 from skewbridge.units import G_MPS2
 
 MIN_VALUES: Final = 10
@@ -60,6 +60,6 @@ def doubts(trace: Trace) -> list[str]:
     return found
 
 
-def peak_g(accel_mps2: NDArray[np.float64]) -> float:
+def peak_g(accel_mps2: Vector) -> float:
     """Return the largest absolute acceleration in g."""
     return float(np.abs(accel_mps2).max()) / G_MPS2

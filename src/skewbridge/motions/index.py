@@ -12,6 +12,7 @@ from skewbridge.errors import InputError
 from skewbridge.motions.formats.trace import Given, Trace
 from skewbridge.motions.pairing import group_by_name, pair_by_header, refuse_unpaired
 from skewbridge.motions.read import read_trace
+from skewbridge.motions.record import NUMBER_FIELDS
 
 INDEX_NAME: Final = "index.csv"
 # Anything else in a folder of motions (notes, tables) is left alone.
@@ -27,6 +28,7 @@ COLUMNS: Final = (
     "vs30_mps", "station", "azimuth_1_deg", "azimuth_2_deg", "unit", "dt_s", "npts", "sha256",
     "scale", "scale_t1_s", "scale_low_g", "scale_high_g", "licence", "source",
 )  # fmt: skip
+_NUMERIC: Final = (*NUMBER_FIELDS, "scale", "scale_t1_s", "scale_low_g", "scale_high_g")
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
 
 
@@ -34,25 +36,18 @@ _REQUIRED: Final = ("motion_id", "file_1", "file_2")
 class IndexEntry:
     """One motion of a folder; what is unknown is nan or empty.
 
+    Attributes not named here are those of `GroundMotion`.
+
     Attributes:
-        motion_id: Name of the motion.
         file_1: File of component 1 (bridge x at incidence 0).
         file_2: File of component 2.
         given_1: Time step, unit and channel of file 1 where the index has them.
         given_2: The same of file 2.
-        event: Earthquake.
-        magnitude: Moment magnitude.
-        distance_km: Closest distance to the rupture.
-        vs30_mps: Average shear-wave velocity of the upper 30 m.
-        station: Recording station.
-        azimuth_1_deg: Direction of component 1.
-        azimuth_2_deg: Direction of component 2.
         sha256: Expected digest of the files; empty: not checked.
         scale: Factor of the study; nan: computed.
         scale_t1_s: Period the factor was made with; nan: any.
         scale_low_g: Lowest level the factor was made for; nan: any.
         scale_high_g: Highest level the factor was made for; nan: any.
-        source: Licence and origin.
     """
 
     motion_id: str
@@ -73,6 +68,11 @@ class IndexEntry:
     scale_low_g: float = float("nan")
     scale_high_g: float = float("nan")
     source: str = ""
+
+    @property
+    def components(self) -> tuple[tuple[Path, Given], tuple[Path, Given]]:
+        """Each file with what the index knows of it."""
+        return (self.file_1, self.given_1), (self.file_2, self.given_2)
 
 
 def list_motions(folder: Path) -> list[IndexEntry]:
@@ -211,11 +211,13 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
     motion_id = row["motion_id"].strip()
     if not motion_id:
         raise InputError(f"{where}: motion_id is empty", file=str(index))
-    scale, dt_s = number("scale"), number("dt_s")
-    if scale <= 0.0:
-        raise InputError(f"{where}: scale must be positive, got {scale}", file=str(index))
-    if dt_s <= 0.0:
-        raise InputError(f"{where}: dt_s must be positive, got {dt_s}", file=str(index))
+    numbers = {name: number(name) for name in _NUMERIC}
+    for name in ("scale", "dt_s"):
+        if numbers[name] <= 0.0:
+            raise InputError(
+                f"{where}: {name} must be positive, got {numbers[name]}", file=str(index)
+            )
+    dt_s = numbers.pop("dt_s")
     return IndexEntry(
         motion_id=motion_id,
         file_1=inside_folder(index.parent, row["file_1"], where),
@@ -223,18 +225,10 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         given_1=known("channel_1"),
         given_2=known("channel_2"),
         event=row.get("event", ""),
-        magnitude=number("magnitude"),
-        distance_km=number("distance_km"),
-        vs30_mps=number("vs30_mps"),
         station=row.get("station", ""),
-        azimuth_1_deg=number("azimuth_1_deg"),
-        azimuth_2_deg=number("azimuth_2_deg"),
         sha256=row.get("sha256", "").strip().lower(),
-        scale=scale,
-        scale_t1_s=number("scale_t1_s"),
-        scale_low_g=number("scale_low_g"),
-        scale_high_g=number("scale_high_g"),
         source="; ".join(text for text in (row.get("licence", ""), row.get("source", "")) if text),
+        **numbers,
     )
 
 

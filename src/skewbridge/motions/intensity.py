@@ -8,14 +8,11 @@ build-up of both (which no rotation changes).
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import component_psa, orbit_rotd50, pair_psa, sa_avg_periods
 from skewbridge.units import G_MPS2
-
-type Vector = NDArray[np.float64]
 
 # Power of the scale factor by which a measure grows.
 SCALE_POWERS: Final = {
@@ -35,20 +32,13 @@ HOUSNER_PERIODS_S: Final = np.linspace(0.1, 2.5, 121)
 
 
 def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float]:
-    """Return the intensity measures of a pair, keyed by column name.
-
-    Args:
-        motion: The motion as it is.
-        t1_s: Conditioning period; without it Sa(T1) and Sa_avg are nan.
-    """
+    """Return the intensity measures of a pair by column; Sa(T1) and Sa_avg are nan without T1."""
     dt_s = motion.dt_s
-    pair = (motion.accel_1_mps2, motion.accel_2_mps2)
+    pair = motion.components
     sa_t1_g = sa_avg_g = float("nan")
     if t1_s is not None:
-        periods_s = np.append(sa_avg_periods(t1_s), t1_s)
-        rotd50_g = pair_psa(*pair, dt_s, periods_s).rotd50_mps2 / G_MPS2
-        sa_t1_g = float(rotd50_g[-1])
-        sa_avg_g = float(np.exp(np.log(rotd50_g[:-1]).mean()))
+        spectrum = pair_psa(*pair, dt_s, conditioned_periods(t1_s))
+        sa_t1_g, sa_avg_g = conditioned_levels(spectrum.rotd50_mps2 / G_MPS2)
     both = pair_arias_build_up(motion)
     return {
         "im_pga_rotd50_g": orbit_rotd50(*pair) / G_MPS2,
@@ -61,6 +51,16 @@ def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float
         "im_d5_75_s": significant_duration(both, dt_s, 0.05, 0.75),
         "im_d5_95_s": significant_duration(both, dt_s, 0.05, 0.95),
     }
+
+
+def conditioned_periods(t1_s: float) -> Vector:
+    """Return the periods that `conditioned_levels` takes: those of Sa_avg, then T1, in s."""
+    return np.append(sa_avg_periods(t1_s), t1_s)
+
+
+def conditioned_levels(psa_g: Vector) -> tuple[float, float]:
+    """Return Sa(T1) and Sa_avg in g of PSA at `conditioned_periods`."""
+    return float(psa_g[-1]), float(np.exp(np.log(psa_g[:-1]).mean()))
 
 
 def scaled_measures(measures: dict[str, float], scale: float) -> dict[str, float]:
@@ -100,8 +100,8 @@ def arias_build_up(accel_mps2: Vector, dt_s: float) -> Vector:
 
 def pair_arias_build_up(motion: GroundMotion) -> Vector:
     """Return the Arias build-ups of both components added, which no rotation changes."""
-    first, second = motion.accel_1_mps2, motion.accel_2_mps2
-    return arias_build_up(first, motion.dt_s) + arias_build_up(second, motion.dt_s)
+    first, second = (arias_build_up(accel, motion.dt_s) for accel in motion.components)
+    return first + second
 
 
 def cav(accel_mps2: Vector, dt_s: float) -> float:

@@ -27,16 +27,10 @@ def striped(
     measure: str = "im_saavg_rotd50_g",
     factor_limits: tuple[float, float] = FACTOR_LIMITS,
 ) -> pd.DataFrame:
-    """Return a suite with a row for each motion and stripe within the factor limits.
-
-    Args:
-        suite: Table of `prepare_suite`.
-        stripes_g: Levels of the measure in g.
-        measure: Which measure is brought to the levels.
-        factor_limits: Smallest and largest factor; rows outside are left out.
+    """Return a suite with a row for each motion and level of a measure within the factor limits.
 
     Returns:
-        The rows of the suite, repeated, with their `scale` and a further column `stripe_g`; by
+        The rows of `prepare_suite`, repeated, with their `scale` and a column `stripe_g`; by
         stripe, then in suite order. `attrs["left_out"]` counts the rows outside the limits.
 
     Raises:
@@ -74,13 +68,11 @@ class CapacityBracket:
         lower: Highest factor known not to exceed; 0 if the lowest one tried exceeds.
         upper: Lowest factor known to exceed; inf if the highest one tried does not.
         analyses: How many analyses it took.
-        trials: Each factor tried, in order, and whether it exceeded.
     """
 
     lower: float
     upper: float
     analyses: int
-    trials: tuple[tuple[float, bool], ...]
 
     @property
     def capacity(self) -> float:
@@ -100,13 +92,8 @@ def bracket_capacity(
 
     Ten analyses at most for the default limits and tolerance: nine halvings of a range of 100 leave
     0.9 %, and an end of the range that the search ran into is tried once. Where the response is
-    not monotonic (resurrection), one of the crossings is found.
-
-    Args:
-        exceeds: Runs the analysis at a factor and says whether the limit is exceeded; a run that
-            collapses exceeds.
-        limits: Factors to search between.
-        tolerance: Width of the bracket relative to its lower end.
+    not monotonic (resurrection), one of the crossings is found. A run that collapses exceeds. The
+    tolerance is the width of the bracket relative to its lower end.
 
     Raises:
         InputError: Limits or tolerance that make no sense.
@@ -116,11 +103,11 @@ def bracket_capacity(
         raise InputError(f"limits must be two ascending positive factors, got {limits}")
     if not 1.0e-6 <= tolerance < 1.0:
         raise InputError(f"tolerance must be within 1e-6 and below 1, got {tolerance}")
-    trials: list[tuple[float, bool]] = []
+    trials: list[bool] = []
 
     def trial(factor: float) -> bool:
-        trials.append((factor, bool(exceeds(factor))))
-        return trials[-1][1]
+        trials.append(bool(exceeds(factor)))
+        return trials[-1]
 
     lower, upper = low, high
     while upper / lower > 1.0 + tolerance:
@@ -133,4 +120,4 @@ def bracket_capacity(
         lower, upper = high, float("inf")
     elif lower == low and trial(low):
         lower, upper = 0.0, low
-    return CapacityBracket(lower=lower, upper=upper, analyses=len(trials), trials=tuple(trials))
+    return CapacityBracket(lower=lower, upper=upper, analyses=len(trials))

@@ -100,10 +100,7 @@ def pairs_among(traces: list[Trace], *, given_as_pair: bool = False) -> list[tup
     """Return the pairs among some components: by name, else by header.
 
     A second component (`_h2`) without a first of its own name is held against the `_h1` before it.
-
-    Args:
-        traces: Components, in the order given.
-        given_as_pair: The two components are a pair in any case.
+    Two that are given as a pair are one in any case.
     """
     if given_as_pair and len(traces) == 2:
         first, second = sorted(traces, key=lambda trace: trace.path)

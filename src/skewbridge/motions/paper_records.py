@@ -42,7 +42,7 @@ def refuse_false_waho(motion: GroundMotion) -> None:
     """
     if not claims_to_be_waho(motion.motion_id, motion.station, *motion.files):
         return
-    pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
+    pga_g = orbit_rotd50(*motion.components) / G_MPS2
     if abs(pga_g / WAHO_PGA_ROTD50_G - 1.0) > WAHO_TOLERANCE:
         raise FalseClaimError(
             f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "

@@ -34,7 +34,7 @@ class Format(Protocol):
         ...
 
 
-# The first that recognises a file reads it.
+# The first that recognises a file reads it; the last one takes any.
 FORMATS: Final[tuple[Format, ...]] = (knet, csmip_v2, peer_at2, columns, values)
 
 _FOREIGN: Final = (
@@ -47,12 +47,7 @@ _FOREIGN: Final = (
 
 
 def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) -> Trace:
-    """Read one component.
-
-    Args:
-        path: The file.
-        given: Time step, unit, channel where the file has none or is wrong.
-        strict: Refuse what would only be a warning.
+    """Read one component; strictly, what would only be a warning is refused.
 
     Raises:
         InputError: The file can't be read as an acceleration; the message names it.
@@ -60,12 +55,8 @@ def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) 
     """
     content = _bytes_of(path)
     lines = _text_of(content, path).splitlines()
-    for module in FORMATS:
-        if module.recognises(lines, path):
-            trace = module.read(lines, path, given or Given())
-            break
-    else:
-        raise InputError(f"{path.name}: unknown format", file=str(path))
+    module = next(module for module in FORMATS if module.recognises(lines, path))
+    trace = module.read(lines, path, given or Given())
     if trace.accel_mps2.size == 0:
         raise InputError(f"{path.name}: no values", file=str(path))
     refuse_impossible(trace)
@@ -83,20 +74,15 @@ def read_motion(
     motion_id: str | None = None,
     strict: bool = False,
 ) -> GroundMotion:
-    """Read two component files as one motion.
+    """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
-    Args:
-        first: File of component 1 (bridge x at incidence 0).
-        second: File of component 2 (bridge y).
-        given: Time step and unit where the files have none.
-        motion_id: Name of the motion; what the file names share if not given.
-        strict: Refuse what would only be a warning.
+    Without a `motion_id` it is named by what the file names share.
 
     Raises:
         InputError: A file can't be read, or the time steps differ.
     """
-    traces = (read_trace(first, given, strict=strict), read_trace(second, given, strict=strict))
-    return join_traces(traces[0], traces[1], motion_id=motion_id or motion_name(first, second))
+    one, two = (read_trace(path, given, strict=strict) for path in (first, second))
+    return join_traces(one, two, motion_id=motion_id or motion_name(first, second))
 
 
 def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
@@ -114,9 +100,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         )
     sizes = (first.accel_mps2.size, second.accel_mps2.size)
     messages = [
-        f"{trace.path.name}: {text}"
-        for trace in (first, second)
-        for text in (*trace.warnings, *trace.notes)
+        f"{trace.path.name}: {text}" for trace in (first, second) for text in trace.messages
     ]
     if sizes[0] != sizes[1]:
         messages.append(f"lengths {sizes[0]} and {sizes[1]}: zeros added at the end of the shorter")
@@ -141,10 +125,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
 
 def files_digest(*paths: Path) -> str:
     """Return the SHA-256 of the bytes of some files, one after the other (as of `cat A B`)."""
-    digest = hashlib.sha256()
-    for path in paths:
-        digest.update(_bytes_of(path))
-    return digest.hexdigest()
+    return hashlib.sha256(b"".join(map(_bytes_of, paths))).hexdigest()
 
 
 def _bytes_of(path: Path) -> bytes:

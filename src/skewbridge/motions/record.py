@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,12 @@ from numpy.typing import NDArray
 from skewbridge.errors import InputError
 
 type Vector = NDArray[np.float64]
+
+#: What tables keep of a motion beside its values.
+TEXT_FIELDS: Final = ("motion_id", "sha256", "event", "station", "source")
+NUMBER_FIELDS: Final = (
+    "dt_s", "magnitude", "distance_km", "vs30_mps", "azimuth_1_deg", "azimuth_2_deg",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,10 +78,11 @@ class GroundMotion:
                 )
             values.flags.writeable = False
             object.__setattr__(self, name, values)
-        if self.accel_1_mps2.size != self.accel_2_mps2.size:
+        sizes = [accel.size for accel in self.components]
+        if sizes[0] != sizes[1]:
             raise InputError(
-                f"motion {self.motion_id}: components have {self.accel_1_mps2.size} and "
-                f"{self.accel_2_mps2.size} values, they must be equal"
+                f"motion {self.motion_id}: components have {sizes[0]} and {sizes[1]} values, "
+                "they must be equal"
             )
 
     @property
@@ -83,14 +91,14 @@ class GroundMotion:
         return int(self.accel_1_mps2.size)
 
     @property
+    def components(self) -> tuple[Vector, Vector]:
+        """Both components in m/s2."""
+        return self.accel_1_mps2, self.accel_2_mps2
+
+    @property
     def duration_s(self) -> float:
         """Time of the last value in s, the first being at 0."""
         return (self.npts - 1) * self.dt_s
-
-    @property
-    def time_s(self) -> Vector:
-        """Times of the values in s, shape (npts,)."""
-        return np.arange(self.npts, dtype=np.float64) * self.dt_s
 
     def scaled(self, factor: float) -> "GroundMotion":
         """Return the motion with both components multiplied by one factor.
@@ -118,10 +126,8 @@ class GroundMotion:
         else:
             angle_rad = np.deg2rad(incidence_deg)
             cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
-        return (
-            cosine * self.accel_1_mps2 - sine * self.accel_2_mps2,
-            sine * self.accel_1_mps2 + cosine * self.accel_2_mps2,
-        )
+        one, two = self.components
+        return cosine * one - sine * two, sine * one + cosine * two
 
     def mapped(
         self, treat: Callable[[Vector], Vector], *, dt_s: float | None = None
@@ -133,12 +139,8 @@ class GroundMotion:
         self, accel_1_mps2: Vector, accel_2_mps2: Vector, *, dt_s: float | None = None
     ) -> "GroundMotion":
         """Return the motion with other waveforms and the same metadata."""
-        return replace(
-            self,
-            accel_1_mps2=accel_1_mps2,
-            accel_2_mps2=accel_2_mps2,
-            dt_s=self.dt_s if dt_s is None else dt_s,
-        )
+        step_s = self.dt_s if dt_s is None else dt_s
+        return replace(self, accel_1_mps2=accel_1_mps2, accel_2_mps2=accel_2_mps2, dt_s=step_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from skewbridge.errors import InputError
-
-type Vector = NDArray[np.float64]
+from skewbridge.motions.record import Vector
 
 BLOCK: Final = 8
 LEVEL_RANGE_G: Final = (0.1, 1.5)
@@ -42,10 +41,6 @@ def block_factors(
     levels, which keeps the factors near 1. A block does not depend on the others: a longer suite
     keeps the factors of its full blocks.
 
-    Args:
-        level_at_1_g: Level (Sa_avg) of each motion as recorded, in g.
-        level_range_g: Lowest and highest level in g.
-
     Raises:
         InputError: A range that is not ascending and positive.
     """
@@ -67,7 +62,7 @@ def stripe_factors(
     level_at_1_g: Sequence[float],
     stripes_g: Sequence[float],
     limits: tuple[float, float] = FACTOR_LIMITS,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+) -> tuple[Vector, NDArray[np.bool_]]:
     """Return the factors that bring each motion to each stripe, and which are within the limits.
 
     Returns:

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
 from skewbridge.errors import InputError
-
-type Vector = NDArray[np.float64]
+from skewbridge.motions.record import Vector
 
 DAMPING_RATIO: Final = 0.05
 STEPS_PER_PERIOD: Final = 10
@@ -53,16 +52,10 @@ class PairSpectrum:
 def component_psa(
     accel_mps2: Vector, dt_s: float, periods_s: ArrayLike, damping_ratio: float = DAMPING_RATIO
 ) -> Vector:
-    """Return the pseudo-spectral acceleration of one component.
+    """Return the pseudo-spectral acceleration of one component, shape (periods,).
 
-    Args:
-        accel_mps2: Accelerations in m/s2, shape (npts,).
-        dt_s: Time step in s.
-        periods_s: Natural periods in s, each positive.
-        damping_ratio: Share of critical damping, 0 to below 1.
-
-    Returns:
-        omega^2 times the largest relative displacement, in m/s2, shape (periods,).
+    It is omega^2 times the largest relative displacement, in m/s2; the damping ratio is within 0
+    and below 1.
     """
     periods = _checked_periods(periods_s, damping_ratio)
     psa = np.empty(periods.size)

@@ -3,12 +3,10 @@
 import json
 import logging
 import math
-from collections.abc import Hashable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
@@ -17,7 +15,7 @@ from skewbridge.motions.index import IndexEntry, list_motions
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
 from skewbridge.motions.paper_records import refuse_false_waho
 from skewbridge.motions.read import join_traces, read_trace
-from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
 from skewbridge.motions.scaling import BLOCK, FACTOR_LIMITS, LEVEL_RANGE_G, block_factors
 from skewbridge.provenance.tables import provenance, read_frame, write_frame
 
@@ -30,11 +28,8 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     Raises:
         InputError: Unreadable files, a digest that differs, a false claim to be the WAHO record.
     """
-    motion = join_traces(
-        read_trace(entry.file_1, entry.given_1),
-        read_trace(entry.file_2, entry.given_2),
-        motion_id=entry.motion_id,
-    )
+    one, two = (read_trace(path, given) for path, given in entry.components)
+    motion = join_traces(one, two, motion_id=entry.motion_id)
     if entry.sha256 and entry.sha256 != motion.sha256:
         raise InputError(
             f"motion {entry.motion_id}: the files {entry.file_1.name} and {entry.file_2.name} "
@@ -71,14 +66,12 @@ def prepare_suite(
         folder: Folder with an `index.csv`, or with component files that pair by name.
         count: How many motions, from the first; None for all.
         t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
-        level_range_g: Range of Sa_avg the motions are spread over, where the index has no factor
-            for these levels and this period.
+        level_range_g: Sa_avg the motions are spread over where the index has no factor for it.
         conditioning: Cutting and resampling, none by default.
 
     Returns:
-        One row per motion in suite order: motion_id, scale, dt_s, npts, sha256, event, magnitude,
-        distance_km, vs30_mps, station, the intensity columns at factor 1, accel_1_mps2 and
-        accel_2_mps2 (lists), messages.
+        One row per motion in suite order: metadata, scale, the intensity columns at factor 1,
+        accel_1_mps2 and accel_2_mps2 (lists), messages.
 
     Raises:
         InputError: Fewer motions than asked for, or anything wrong with one of them, by name.
@@ -143,43 +136,28 @@ def read_suite(path: Path) -> list[SuiteMotion]:
     Raises:
         InputError: No such table, or one of another version of the program.
     """
-    table = read_frame(path)
     motions: list[SuiteMotion] = []
-    for row in table.to_dict("records"):
+    for row in read_frame(path).to_dict("records"):
+        known: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
+        known |= {name: float(row[name]) for name in NUMBER_FIELDS}
         motion = GroundMotion(
-            **_metadata(row),
-            accel_1_mps2=np.asarray(row["accel_1_mps2"], dtype=np.float64),
-            accel_2_mps2=np.asarray(row["accel_2_mps2"], dtype=np.float64),
+            **known,
+            accel_1_mps2=row["accel_1_mps2"],
+            accel_2_mps2=row["accel_2_mps2"],
             messages=tuple(json.loads(row["messages"])),
         )
         scale = float(row["scale"])
-        at_1 = {name: float(row[name]) for name in IM_COLUMNS}
-        motions.append(
-            SuiteMotion(motion=motion, scale=scale, measures=scaled_measures(at_1, scale))
-        )
+        measures = scaled_measures({name: float(row[name]) for name in IM_COLUMNS}, scale)
+        motions.append(SuiteMotion(motion=motion, scale=scale, measures=measures))
     return motions
 
 
-_TEXT_FIELDS = ("motion_id", "sha256", "event", "station", "source")
-_NUMBER_FIELDS = (
-    "dt_s", "magnitude", "distance_km", "vs30_mps", "azimuth_1_deg", "azimuth_2_deg",
-)  # fmt: skip
-
-
-def _metadata(row: Mapping[Hashable, Any]) -> dict[str, Any]:
-    text = {name: str(row[name]) for name in _TEXT_FIELDS}
-    return text | {name: float(row[name]) for name in _NUMBER_FIELDS}
-
-
 def _row(motion: GroundMotion, scale: float, measures: dict[str, float]) -> dict[str, object]:
-    text = {name: getattr(motion, name) for name in _TEXT_FIELDS}
-    numbers = {name: getattr(motion, name) for name in _NUMBER_FIELDS}
     return {
         "motion_id": motion.motion_id,
         "scale": scale,
         "npts": motion.npts,
-        **text,
-        **numbers,
+        **{name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)},
         **measures,
         "accel_1_mps2": motion.accel_1_mps2,
         "accel_2_mps2": motion.accel_2_mps2,

@@ -5,14 +5,20 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.motions.examine import peak_g
 from skewbridge.motions.formats.trace import Given
 from skewbridge.motions.index import list_motions
-from skewbridge.motions.intensity import component_measures, housner_intensity, motion_measures
+from skewbridge.motions.intensity import (
+    component_measures,
+    conditioned_levels,
+    conditioned_periods,
+    housner_intensity,
+    motion_measures,
+)
 from skewbridge.motions.read import read_motion, read_trace
-from skewbridge.motions.spectrum import component_psa, pair_psa, sa_avg_periods
+from skewbridge.motions.record import Vector
+from skewbridge.motions.spectrum import component_psa, pair_psa
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.synthesis.bssa14 import bssa14
 from skewbridge.motions.synthesis.scenario import Scenario
@@ -34,14 +40,14 @@ def pair_summary(
     """Return the measures and spectra of a pair of files, and what the reader noticed."""
     motion = read_motion(first, second, given)
     periods = periods_s or list(SPECTRUM_PERIODS_S)
-    spectra = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, periods)
-    components = (motion.accel_1_mps2, motion.accel_2_mps2)
+    one, two = motion.components
+    spectra = pair_psa(one, two, motion.dt_s, periods)
     return {
         **motion_measures(motion, t1_s),
-        "pga_h1_g": peak_g(components[0]),
-        "pga_h2_g": peak_g(components[1]),
-        "housner_h1_m": housner_intensity(components[0], motion.dt_s),
-        "housner_h2_m": housner_intensity(components[1], motion.dt_s),
+        "pga_h1_g": peak_g(one),
+        "pga_h2_g": peak_g(two),
+        "housner_h1_m": housner_intensity(one, motion.dt_s),
+        "housner_h2_m": housner_intensity(two, motion.dt_s),
         "dt_s": motion.dt_s,
         "npts": motion.npts,
         "periods_s": periods,
@@ -61,40 +67,27 @@ def component_summary(
     periods = periods_s or list(SPECTRUM_PERIODS_S)
     psa_mps2 = component_psa(trace.accel_mps2, trace.dt_s, periods)
     measures = component_measures(trace.accel_mps2, trace.dt_s)
+    if t1_s is not None:
+        psa_g = component_psa(trace.accel_mps2, trace.dt_s, conditioned_periods(t1_s)) / G_MPS2
+        measures["sa_t1_g"], measures["saavg_g"] = conditioned_levels(psa_g)
     return {
         **{_with_component(name): value for name, value in measures.items()},
-        **_conditioned(trace.accel_mps2, trace.dt_s, t1_s),
         "dt_s": trace.dt_s,
         "npts": int(trace.accel_mps2.size),
         "periods_s": periods,
         "psa_h1_g": (psa_mps2 / G_MPS2).tolist(),
-        "messages": [*trace.warnings, *trace.notes],
+        "messages": list(trace.messages),
     }
 
 
-def _conditioned(
-    accel_mps2: NDArray[np.float64], dt_s: float, t1_s: float | None
-) -> dict[str, float]:
-    if t1_s is None:
-        return {}
-    psa_g = component_psa(accel_mps2, dt_s, np.append(sa_avg_periods(t1_s), t1_s)) / G_MPS2
-    return {
-        "sa_t1_h1_g": float(psa_g[-1]),
-        "saavg_h1_g": float(np.exp(np.log(psa_g[:-1]).mean())),
-    }
-
-
-def read_components(
-    files: list[Path], given: Given
-) -> tuple[str, float, dict[str, NDArray[np.float64]]]:
+def read_components(files: list[Path], given: Given) -> tuple[str, float, dict[str, Vector]]:
     """Return name, time step and components (m/s2, by file name) of one or two files."""
     if len(files) == 1:
         trace = read_trace(files[0], given)
         return files[0].stem, trace.dt_s, {files[0].name: trace.accel_mps2}
     motion = read_motion(files[0], files[1], given)
-    components = (motion.accel_1_mps2, motion.accel_2_mps2)
     labels = [path.name for path in files]
-    return motion.motion_id, motion.dt_s, dict(zip(labels, components, strict=True))
+    return motion.motion_id, motion.dt_s, dict(zip(labels, motion.components, strict=True))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,9 +101,9 @@ class SuiteTable:
             are of one synthetic scenario; else None.
     """
 
-    periods_s: NDArray[np.float64]
-    rotd50_g: NDArray[np.float64]
-    model: tuple[str, NDArray[np.float64], NDArray[np.float64]] | None
+    periods_s: Vector
+    rotd50_g: Vector
+    model: tuple[str, Vector, Vector] | None
 
 
 def suite_table(folder: Path) -> SuiteTable:
@@ -122,8 +115,8 @@ def suite_table(folder: Path) -> SuiteTable:
     motions = [read_entry(entry) for entry in list_motions(folder)]
     periods_s = np.array([period for period in SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5])
     rotd50_g = [
-        pair_psa(m.accel_1_mps2, m.accel_2_mps2, m.dt_s, periods_s).rotd50_mps2 / G_MPS2
-        for m in motions
+        pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2 / G_MPS2
+        for motion in motions
     ]
     model = None
     scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}

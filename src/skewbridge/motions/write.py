@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.motions.index import COLUMNS
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.read import files_digest
+from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, Vector
 from skewbridge.provenance.files import writable_folder
 from skewbridge.units import G_MPS2
 
@@ -19,21 +19,16 @@ _PER_LINE: Final = 5
 
 def at2_text(motion: GroundMotion, component: int) -> str:
     """Return one component (1 or 2) as the text of a PEER file, in g with 8 digits."""
-    accel_mps2, azimuth_deg = (
-        (motion.accel_1_mps2, motion.azimuth_1_deg)
-        if component == 1
-        else (motion.accel_2_mps2, motion.azimuth_2_deg)
-    )
-    azimuth = (
-        f"{azimuth_deg:.0f}" if np.isfinite(azimuth_deg) else "360" if component == 1 else "90"
-    )
+    azimuth_deg = (motion.azimuth_1_deg, motion.azimuth_2_deg)[component - 1]
+    if not np.isfinite(azimuth_deg):
+        azimuth_deg = (360.0, 90.0)[component - 1]
     header = (
         "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE\n"
-        f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth}\n"
+        f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth_deg:.0f}\n"
         "ACCELERATION TIME SERIES IN UNITS OF G\n"
         f"NPTS= {motion.npts:6d}, DT= {motion.dt_s:.6g} SEC\n"
     )
-    return header + _rows(accel_mps2 / G_MPS2)
+    return header + _rows(motion.components[component - 1] / G_MPS2)
 
 
 def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
@@ -43,6 +38,17 @@ def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     for component, path in enumerate(paths, start=1):
         path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
     return paths[0], paths[1]
+
+
+def index_row(motion: GroundMotion, files: tuple[Path, Path], folder: Path) -> dict[str, object]:
+    """Return what the index of a folder says of a motion in two of its files."""
+    return {
+        **{name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)},
+        "file_1": files[0].relative_to(folder).as_posix(),
+        "file_2": files[1].relative_to(folder).as_posix(),
+        "npts": motion.npts,
+        "sha256": files_digest(*files),
+    }
 
 
 def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
@@ -61,7 +67,7 @@ def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
         raise InputError(f"{index} can't be written: {error}", file=str(index)) from error
 
 
-def _rows(accel_g: NDArray[np.float64]) -> str:
+def _rows(accel_g: Vector) -> str:
     # Tiny numbers would need a three-digit exponent
     values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g)
     cells = [f"{value:15.7E}" for value in values.tolist()]

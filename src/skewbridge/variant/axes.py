@@ -22,7 +22,6 @@ class Axis:
 
     Attributes:
         name: Key under ``grid:`` and column in every table.
-        unit: Unit, ``-`` for none.
         label: Short name in figures and tables, without unit.
         title: The same in the middle of a sentence.
         description: What the number is.
@@ -37,7 +36,6 @@ class Axis:
     """
 
     name: str
-    unit: str
     label: str
     title: str
     description: str
@@ -48,6 +46,11 @@ class Axis:
     digits: int = 0
     usual: float = 0.0
     symbol: str = ""
+
+    @property
+    def unit(self) -> str:
+        """Unit, with which the name ends; ``-`` for none."""
+        return split_unit(self.name)[1]
 
     @property
     def label_with_unit(self) -> str:
@@ -104,7 +107,6 @@ class Axis:
 AXES: Final = (
     Axis(
         name="skew_deg",
-        unit="deg",
         label="Skew",
         title="skew",
         description="skew of the abutment line from the transverse axis",
@@ -116,7 +118,6 @@ AXES: Final = (
     ),
     Axis(
         name="gap_mm",
-        unit="mm",
         label="Gap",
         title="the joint gap",
         description="initial joint gap",
@@ -129,7 +130,6 @@ AXES: Final = (
     ),
     Axis(
         name="friction",
-        unit="-",
         label="Friction",
         title="friction",
         description="Coulomb coefficient at the contacts",
@@ -177,25 +177,18 @@ def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:
     return tuple(axis for axis in _BY_NAME.values() if axis.name in present)
 
 
-def _option_axes() -> tuple[Axis, ...]:
-    fields = TypeAdapter(ModelOptions).json_schema()["properties"]
-    numbers = ((name, field, _number(field)) for name, field in fields.items())
-    return tuple(
-        _option_axis(name, field["description"], number)
-        for name, field, number in numbers
-        if number
-    )
-
-
-def _option_axis(name: str, description: str, number: Mapping[str, Any]) -> Axis:
-    stem, unit = split_unit(name)
-    title = stem.replace("_", " ")
+def _option_axis(name: str, field: Mapping[str, Any]) -> Axis | None:
+    """Return the axis of a field of the options by its schema, None where it takes no number."""
+    kinds = field.get("anyOf", [field])
+    number = next((kind for kind in kinds if kind.get("type") in ("number", "integer")), None)
+    if number is None:
+        return None
+    title = split_unit(name)[0].replace("_", " ")
     return Axis(
         name=name,
-        unit=unit,
         label=title.capitalize(),
         title=title,
-        description=description,
+        description=field["description"],
         code=name.replace("_", "-"),
         low=number["minimum"],
         high=number["maximum"],
@@ -203,11 +196,6 @@ def _option_axis(name: str, description: str, number: Mapping[str, Any]) -> Axis
     )
 
 
-def _number(field: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the schema of the number that a field takes, None where it takes none."""
-    kinds = field.get("anyOf", [field])
-    return next((kind for kind in kinds if kind.get("type") in ("number", "integer")), None)
-
-
-OPTION_AXES: Final = _option_axes()
+_OPTIONS: Final = TypeAdapter(ModelOptions).json_schema()["properties"]
+OPTION_AXES: Final = tuple(filter(None, (_option_axis(*each) for each in _OPTIONS.items())))
 _BY_NAME: Final = {axis.name: axis for axis in (*AXES, *OPTION_AXES)}

@@ -12,6 +12,8 @@ from skewbridge.reading import Number, Whole
 from skewbridge.units import MM
 
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
+Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
+Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 
@@ -47,26 +49,18 @@ class ModelOptions:
     backwall_points: Whole = Field(
         default=5, ge=2, le=41, description="contact points along one backwall, corners included"
     )
-    normal_stiffness_n_per_m: Number | None = Field(
+    normal_stiffness_n_per_m: Penalty | None = Field(
         default=None,
-        ge=1.0e-3,
-        le=1.0e18,
         description="contact penalty per wall point; null applies the rule",
     )
-    tangent_stiffness_n_per_m: Number | None = Field(
-        default=None, ge=1.0e-3, le=1.0e18, description="tangential penalty; null applies the rule"
+    tangent_stiffness_n_per_m: Penalty | None = Field(
+        default=None, description="tangential penalty; null applies the rule"
     )
-    normal_stiffness_factor: Number = Field(
-        default=1.0,
-        ge=1.0e-3,
-        le=1.0e3,
-        description="factor on the normal penalty, for studies of its effect",
+    normal_stiffness_factor: Factor = Field(
+        default=1.0, description="factor on the normal penalty, for studies of its effect"
     )
-    tangent_stiffness_factor: Number = Field(
-        default=1.0,
-        ge=1.0e-3,
-        le=1.0e3,
-        description="factor on the tangential penalty, for studies of its effect",
+    tangent_stiffness_factor: Factor = Field(
+        default=1.0, description="factor on the tangential penalty, for studies of its effect"
     )
     # ASSUME light walls radiate: 10 % of critical
     wall_dashpot_ratio: Number = Field(

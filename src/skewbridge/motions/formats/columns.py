@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.motions.formats.numbers import FLOAT, fortran_float, parse_numbers
@@ -22,6 +21,7 @@ from skewbridge.motions.formats.trace import (
     dt_of,
     unit_of,
 )
+from skewbridge.motions.record import Vector
 
 NAME: Final = "two_column"
 HEADER_LINES: Final = 10
@@ -45,14 +45,11 @@ def recognises(lines: list[str], path: Path) -> bool:
     if start is None:
         return False
     rows = [line[:HEADER_WIDTH] for line in lines[start : start + _PROBE_LINES] if line.strip()]
-    if len(rows) < 3 or not all(_ROW.fullmatch(row) for row in rows):
-        return False
+    matches = [match for row in rows if (match := _ROW.fullmatch(row))]
     counts = {_count(row) for row in rows}
-    if len(counts) > 1:
+    if len(rows) < 3 or len(matches) < len(rows) or len(counts) > 1:
         return False
-    steps = np.diff(
-        [fortran_float(match["time"]) for row in rows if (match := _ROW.fullmatch(row))]
-    )
+    steps = np.diff([fortran_float(match["time"]) for match in matches])
     uneven = float(steps.max() - steps.min())
     return bool((steps > 0.0).all()) and (counts == {2} or uneven <= 0.02 * float(steps.mean()))
 
@@ -78,7 +75,8 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     channel = channel_of(given, count - 1, path)
     step_s, warnings = _time_step(table[:, 0], rows, path)
     dt_s, clashes = dt_of(given, step_s, path)
-    unit, notes = unit_of(given, _unit(header))
+    said = next((unit for pattern, unit in _UNITS if pattern.search(header)), None)
+    unit, notes = unit_of(given, said)
     return Trace(
         path=path,
         format=NAME if count == 2 else f"{count}_columns",
@@ -94,9 +92,7 @@ def _count(line: str) -> int:
     return len([cell for cell in _SEPARATOR.split(line[:HEADER_WIDTH]) if cell])
 
 
-def _time_step(
-    time_s: NDArray[np.float64], rows: list[tuple[int, str]], path: Path
-) -> tuple[float, list[str]]:
+def _time_step(time_s: Vector, rows: list[tuple[int, str]], path: Path) -> tuple[float, list[str]]:
     """Return the time step of a column of times, and whether they are rounded."""
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
@@ -130,10 +126,8 @@ def _shortest_decimal(value: float, tolerance: float) -> float:
 
 
 def _first_row(lines: list[str]) -> int | None:
-    for number, line in enumerate(lines[:HEADER_LINES]):
-        if _ROW.fullmatch(line[:HEADER_WIDTH]):
-            return number
-    return None
+    rows = (n for n, line in enumerate(lines[:HEADER_LINES]) if _ROW.fullmatch(line[:HEADER_WIDTH]))
+    return next(rows, None)
 
 
 def _decimals(line: str) -> int:
@@ -143,10 +137,3 @@ def _decimals(line: str) -> int:
     mantissa, _, exponent = match["time"].upper().replace("D", "E").partition("E")
     digits = len(mantissa.partition(".")[2]) - (int(exponent) if exponent else 0)
     return min(max(digits, 0), 15)
-
-
-def _unit(header: str) -> str | None:
-    for pattern, unit in _UNITS:
-        if pattern.search(header):
-            return unit
-    return None

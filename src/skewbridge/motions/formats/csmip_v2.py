@@ -116,9 +116,6 @@ def _title(header: list[str]) -> tuple[str, str, float]:
         (row for row, line in enumerate(header) if "CORRECTED ACCELEROGRAM" in line.upper()), 0
     )
     text = [line[:HEADER_WIDTH].strip() for line in header[start : start + 25]]
-    azimuth = float("nan")
-    for line in text:
-        if match := _CHANNEL.search(line):
-            azimuth = azimuth_deg(match["direction"])
-            break
-    return (text[2] if len(text) > 2 else "", text[6] if len(text) > 6 else "", azimuth)
+    found = (azimuth_deg(match["direction"]) for line in text if (match := _CHANNEL.search(line)))
+    event, station = ("".join(text[row : row + 1]) for row in (2, 6))
+    return event, station, next(found, float("nan"))

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
+from skewbridge.motions.record import Vector
 
 MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
 MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
@@ -27,16 +27,11 @@ def fortran_float(text: str) -> float:
     return float(text.upper().replace("D", "E"))
 
 
-def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> NDArray[np.float64]:
+def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vector:
     """Return every number of some lines, in order.
 
     Blanks, commas and semicolons separate; Fortran ``D`` exponents and numbers run together at a
     sign (``.12E-01-.76E-02``) are understood.
-
-    Args:
-        lines: Lines of text.
-        path: File they came from, for the message.
-        first_line: Line number of the first of them.
 
     Raises:
         InputError: Something that is not a finite number, with file and line.

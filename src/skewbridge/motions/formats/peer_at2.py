@@ -5,6 +5,7 @@ after it is data.
 """
 
 import re
+from itertools import takewhile
 from pathlib import Path
 from typing import Final
 
@@ -70,7 +71,7 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
             raise InputError(f"{path.name}: not an acceleration: {line.strip()!r}", file=str(path))
     unit, notes = unit_of(given, _unit(header))
     dt_s, warnings = dt_of(given, dt_header_s, path)
-    data = _without_footer(lines[row + 1 :])
+    data = list(takewhile(lambda line: not _FOOTER.match(line[:HEADER_WIDTH]), lines[row + 1 :]))
     values = parse_numbers(data, path, first_line=row + 2)
     if values.size > npts:
         if values.size - npts >= len(data[0].split()):
@@ -107,18 +108,9 @@ def _sizes(lines: list[str]) -> tuple[int, int, float] | None:
 
 def _unit(header: list[str]) -> str | None:
     # The title lines (event, station) may hold anything: units stand in the last lines.
-    for line in reversed(header[1:]):
-        for pattern, unit in _UNITS:
-            if pattern.search(line):
-                return unit
-    return None
-
-
-def _without_footer(data: list[str]) -> list[str]:
-    for row, line in enumerate(data):
-        if _FOOTER.match(line[:HEADER_WIDTH]):
-            return data[:row]
-    return data
+    lines = reversed(header[1:])
+    found = (unit for line in lines for pattern, unit in _UNITS if pattern.search(line))
+    return next(found, None)
 
 
 def _refuse_cut_number(data: list[str], path: Path) -> None:
@@ -133,9 +125,6 @@ def _title(header: list[str]) -> tuple[str, str, float]:
     for line in header[:3]:
         for pattern in _TITLES:
             if match := pattern.fullmatch(line.strip()):
-                return (
-                    match["event"].strip(),
-                    match["station"].strip(),
-                    azimuth_deg(match["azimuth"]),
-                )
+                event, station, azimuth = match.group("event", "station", "azimuth")
+                return event.strip(), station.strip(), azimuth_deg(azimuth)
     return "", "", float("nan")

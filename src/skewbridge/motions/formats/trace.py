@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
+from skewbridge.motions.record import Vector
 from skewbridge.units import G_MPS2, GAL
 
 UNIT_FACTORS: Final = {"g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0}
@@ -71,7 +71,7 @@ class Trace:
 
     path: Path
     format: str
-    accel_mps2: NDArray[np.float64]
+    accel_mps2: Vector
     dt_s: float
     unit: str
     sha256: str = ""
@@ -80,6 +80,11 @@ class Trace:
     azimuth_deg: float = float("nan")
     warnings: tuple[str, ...] = field(default=())
     notes: tuple[str, ...] = field(default=())
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """All that there is to say of the file."""
+        return (*self.warnings, *self.notes)
 
 
 def unit_of(given: Given, in_file: str | None) -> tuple[str, list[str]]:

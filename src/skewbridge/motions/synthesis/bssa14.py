@@ -9,12 +9,11 @@ from importlib.resources import files
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from skewbridge.errors import InputError
+from skewbridge.motions.record import Vector
 from skewbridge.motions.synthesis.scenario import Scenario
-
-type Vector = NDArray[np.float64]
 
 
 @cache

@@ -9,16 +9,14 @@ non-stationarity stay as they are.
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from skewbridge.motions.record import Vector
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
 from skewbridge.motions.synthesis.process import high_pass
 from skewbridge.motions.synthesis.scenario import Scenario
-
-type Vector = NDArray[np.float64]
 
 PERIODS_S: Final = (
     0.05, 0.075, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.5,
@@ -35,12 +33,7 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
     The standard normal variables behind the targets are points of a scrambled Sobol sequence along
     the principal axes of the correlation: motion i takes point i, so that the targets of any
     number of motions have nearly the model's median and dispersion, and more motions do not change
-    earlier ones.
-
-    Args:
-        scenario: Earthquake and site.
-        seed: Scrambles the sequence.
-        index: Number of the motion, from 0.
+    earlier ones. The seed scrambles the sequence.
     """
     median_g, sigma = bssa14(scenario, PERIODS_S)
     values, axes = np.linalg.eigh(baker_jayaram_correlation(PERIODS_S))
@@ -57,22 +50,17 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
 def calibrate_pair(
     accel_1_g: Vector, accel_2_g: Vector, dt_s: float, target_g: Vector, corner_hz: float
 ) -> tuple[Vector, Vector]:
-    """Return both components brought to a target RotD50 spectrum.
+    """Return both components, with zeros around them, brought to RotD50 PSA at `PERIODS_S`.
 
-    Args:
-        accel_1_g: Component 1 in g, with zeros around it.
-        accel_2_g: Component 2.
-        dt_s: Time step.
-        target_g: RotD50 PSA at `PERIODS_S`.
-        corner_hz: Corner of the high-pass at the end.
+    At the end they are passed high at the corner.
     """
     npts = accel_1_g.size
-    spectra = np.fft.rfft(np.stack([accel_1_g, accel_2_g]))
+    pair = np.stack([accel_1_g, accel_2_g])
+    spectra = np.fft.rfft(pair)
     frequency_hz = np.fft.rfftfreq(npts, dt_s)
     log_frequency = np.log(np.maximum(frequency_hz, frequency_hz[1]))
     knots = -np.log(np.array(PERIODS_S))[::-1]
     log_factor = np.zeros(len(PERIODS_S))
-    pair = np.stack([accel_1_g, accel_2_g])
     for _ in range(ROUNDS):
         psa_g = pair_psa(pair[0], pair[1], dt_s, PERIODS_S).rotd50_mps2
         log_factor += GAIN * np.log(target_g / psa_g)

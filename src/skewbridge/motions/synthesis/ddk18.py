@@ -11,12 +11,10 @@ from functools import cache
 from importlib.resources import files
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaincinv, ndtr
 
+from skewbridge.motions.record import Vector
 from skewbridge.motions.synthesis.scenario import Scenario
-
-type Vector = NDArray[np.float64]
 
 _REDRAW_LIMIT = 2.0  # source: DDK18, errors beyond two standard deviations are drawn again
 
@@ -72,44 +70,30 @@ class ModelParameters:
     pulse: Pulse | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Regression:
-    beta: Vector
-    sigma: Vector
-    root: Vector
-
-
 @cache
-def _regression(kind: str) -> _Regression:
-    text = (
-        files("skewbridge.motions.synthesis")
-        .joinpath("data/ddk18.json")
-        .read_text(encoding="utf-8")
-    )
-    table = json.loads(text)[kind]
-    return _Regression(
-        beta=np.array(table["beta"]),
-        sigma=np.array(table["sigma"]),
-        root=np.linalg.cholesky(np.array(table["corr"])),
-    )
+def _regression(with_pulse: bool) -> tuple[Vector, Vector, Vector]:
+    """Return coefficients, standard deviations and the Cholesky factor of the correlation."""
+    path = files("skewbridge.motions.synthesis").joinpath("data/ddk18.json")
+    table = json.loads(path.read_text(encoding="utf-8"))["pulse" if with_pulse else "nopulse"]
+    return np.array(table["beta"]), np.array(table["sigma"]), np.linalg.cholesky(table["corr"])
 
 
 def mean_normals(scenario: Scenario, *, with_pulse: bool) -> Vector:
     """Return the regression values of the normal variables, shape (14,), with pulse (19,)."""
-    return _regression(_kind(with_pulse)).beta @ np.array(scenario.predictors)
+    return _regression(with_pulse)[0] @ np.array(scenario.predictors)
 
 
 def draw_parameters(
     scenario: Scenario, rng: np.random.Generator, *, with_pulse: bool
 ) -> ModelParameters:
     """Return one random set of parameters."""
-    table = _regression(_kind(with_pulse))
+    _, sigma, root = _regression(with_pulse)
     mean = mean_normals(scenario, with_pulse=with_pulse)
     while True:
-        errors = table.root @ rng.standard_normal(mean.size)
+        errors = root @ rng.standard_normal(mean.size)
         if np.abs(errors).max() > _REDRAW_LIMIT:
             continue
-        parameters = transform(mean + table.sigma * errors, with_pulse=with_pulse)
+        parameters = transform(mean + sigma * errors, with_pulse=with_pulse)
         pulse = parameters.pulse
         if pulse is None or pulse.peak_time_s >= 0.5 * pulse.oscillations * pulse.period_s:
             return parameters
@@ -117,20 +101,19 @@ def draw_parameters(
 
 def transform(normals: Vector, *, with_pulse: bool) -> ModelParameters:
     """Return the physical parameters of a vector of normal variables."""
-    if not with_pulse:
-        return ModelParameters(
-            component_1=_background(normals[:7]), component_2=_background(normals[7:]), pulse=None
-        )
-    pulse = Pulse(
+    pulse = _pulse(normals[:5]) if with_pulse else None
+    one, two = np.split(normals[5:] if with_pulse else normals, 2)
+    return ModelParameters(component_1=_background(one), component_2=_background(two), pulse=pulse)
+
+
+def _pulse(normals: Vector) -> Pulse:
+    return Pulse(
         peak_cm_s=float(np.exp(normals[0])),
         period_s=float(np.exp(normals[1])),
         # source: smelt, beta distribution of gamma on 2 to 3.2
         oscillations=2.0 + 1.2 * _beta(normals[2], 1.30326178289206, 3.96858083951547),
         phase_rad=float(2.0 * np.pi * ndtr(normals[3])),
         peak_time_s=float(np.exp(normals[4])),
-    )
-    return ModelParameters(
-        component_1=_background(normals[5:12]), component_2=_background(normals[12:]), pulse=pulse
     )
 
 
@@ -161,7 +144,3 @@ def _frequency_slope(p: float) -> float:
 
 def _beta(normal: float, alpha: float, beta: float) -> float:
     return float(betaincinv(alpha, beta, ndtr(normal)))
-
-
-def _kind(with_pulse: bool) -> str:
-    return "pulse" if with_pulse else "nopulse"

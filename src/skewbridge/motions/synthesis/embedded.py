@@ -1,17 +1,27 @@
-"""The suite shipped with the project: 40 pairs, 20 s of shaking and 5 s of free vibration."""
+"""Synthetic suites on disk: that of a user's scenario, and the one shipped with the project.
+
+The latter has 40 pairs, 20 s of shaking and 5 s of free vibration.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from skewbridge.motions.conditioning import cut_to_strongest, effect_on_measures
+from skewbridge.errors import InputError
+from skewbridge.motions.conditioning import (
+    add_free_vibration,
+    cut_to_strongest,
+    effect_on_measures,
+    trim_quiet_ends,
+)
+from skewbridge.motions.index import INDEX_NAME
 from skewbridge.motions.intensity import motion_measures, pair_arias_build_up
-from skewbridge.motions.read import files_digest, read_motion
+from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import LEVEL_RANGE_G, block_factors
-from skewbridge.motions.synthesis.generate import SOURCE, SynthesisOptions, synthesize
+from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
 from skewbridge.motions.synthesis.scenario import Scenario
-from skewbridge.motions.write import write_at2, write_index
+from skewbridge.motions.write import index_row, write_at2, write_index
 
 # ASSUME one strong strike-slip earthquake near the bridge on firm soil: its median Sa_avg is the
 # middle of the default levels (0.1 to 1.5 g), which keeps scale factors near 1.
@@ -24,13 +34,14 @@ FREE_VIBRATION_S: Final = 5.0
 # nearly the whole motion, at the price of a suite without the longest durations.
 MIN_ARIAS_KEPT: Final = 0.95
 LICENCE: Final = "BSD-3-Clause"
+MAX_COUNT: Final = 1000
 
 
-def default_motions(count: int = COUNT) -> Iterator[tuple[GroundMotion, GroundMotion]]:
+def default_motions() -> Iterator[tuple[GroundMotion, GroundMotion]]:
     """Yield each motion of the default suite, as synthesized and as cut."""
     found = index = 0
-    while found < count:
-        whole = synthesize(SCENARIO, index=index, seed=SEED, options=SynthesisOptions())
+    while found < COUNT:
+        whole = synthesize(SCENARIO, index=index, seed=SEED)
         cut = cut_to_strongest(whole, SHAKING_S, FREE_VIBRATION_S)
         if pair_arias_build_up(cut)[-1] >= MIN_ARIAS_KEPT * pair_arias_build_up(whole)[-1]:
             found += 1
@@ -38,65 +49,71 @@ def default_motions(count: int = COUNT) -> Iterator[tuple[GroundMotion, GroundMo
         index += 1
 
 
-def write_default_suite(
-    folder: Path, t1_s: float, level_range_g: tuple[float, float] = LEVEL_RANGE_G
-) -> list[dict[str, float]]:
+def write_default_suite(folder: Path, t1_s: float) -> list[dict[str, float]]:
     """Write the default suite: `synthetic/*.AT2` and `index.csv` in a folder.
 
     Args:
         folder: Where to write.
         t1_s: Conditioning period of osb1, for the scale factors; kept in the index.
-        level_range_g: Sa_avg levels the factors spread the motions over.
 
     Returns:
         The effect of the cut on each motion, see `effect_on_measures`.
     """
     effects: list[dict[str, float]] = []
     rows: list[dict[str, object]] = []
+    levels_g: list[float] = []
     for whole, cut in default_motions():
         effects.append(effect_on_measures(whole, cut))
         files = write_at2(cut, folder / "synthetic")
-        rows.append(index_row(cut, files, folder))
-    add_scale_factors(rows, folder, t1_s, level_range_g)
-    write_index(folder / "index.csv", rows)
+        rows.append(_row(cut, files, folder))
+        # a factor is that of the motion as written, with 8 digits
+        levels_g.append(motion_measures(read_motion(*files), t1_s)["im_saavg_rotd50_g"])
+    for row, factor in zip(rows, block_factors(levels_g), strict=True):
+        row["scale"] = float(f"{factor:.6g}")
+        row["scale_t1_s"] = t1_s
+        row["scale_low_g"], row["scale_high_g"] = LEVEL_RANGE_G
+    write_index(folder / INDEX_NAME, rows)
     return effects
 
 
-def index_row(motion: GroundMotion, files: tuple[Path, Path], folder: Path) -> dict[str, object]:
-    """Return the index row of a motion written to two files."""
-    return {
-        "motion_id": motion.motion_id,
-        "file_1": files[0].relative_to(folder).as_posix(),
-        "file_2": files[1].relative_to(folder).as_posix(),
-        "event": motion.event,
-        "magnitude": motion.magnitude,
-        "distance_km": motion.distance_km,
-        "vs30_mps": motion.vs30_mps,
-        "station": motion.station,
-        "azimuth_1_deg": motion.azimuth_1_deg,
-        "azimuth_2_deg": motion.azimuth_2_deg,
-        "unit": "g",
-        "dt_s": motion.dt_s,
-        "npts": motion.npts,
-        "sha256": files_digest(*files),
-        "licence": LICENCE if motion.source == SOURCE else "",
-        "source": motion.source,
-    }
-
-
-def add_scale_factors(
-    rows: list[dict[str, object]],
+def write_synthetic_suite(
     folder: Path,
-    t1_s: float,
-    level_range_g: tuple[float, float] = LEVEL_RANGE_G,
-) -> None:
-    """Put the factor of each motion, and what it was computed for, into index rows."""
-    levels_g: list[float] = []
-    for row in rows:
-        motion = read_motion(folder / str(row["file_1"]), folder / str(row["file_2"]))
-        levels_g.append(motion_measures(motion, t1_s)["im_saavg_rotd50_g"])
-    factors = block_factors(levels_g, level_range_g)
-    for row, factor in zip(rows, factors, strict=True):
-        row["scale"] = float(f"{factor:.6g}")
-        row["scale_t1_s"] = t1_s
-        row["scale_low_g"], row["scale_high_g"] = level_range_g
+    scenario: Scenario,
+    *,
+    count: int,
+    seed: int,
+    options: SynthesisOptions,
+    shaking_s: float | None = None,
+    free_vibration_s: float = 0.0,
+) -> Path:
+    """Write pairs as PEER files with an `index.csv`; return the path of the index.
+
+    Args:
+        folder: Where to write; an index in it is replaced.
+        scenario: Earthquake and site.
+        count: Number of pairs.
+        seed: Seed; pair i is the same whatever the count.
+        options: Calibration, orientation, time step.
+        shaking_s: Keep only the strongest part of this length; None cuts only the quiet ends.
+        free_vibration_s: Zeros added at the end.
+
+    Raises:
+        InputError: A count or length outside its limits, an unwritable folder.
+    """
+    if not 1 <= count <= MAX_COUNT:
+        raise InputError(f"count must be within 1 to {MAX_COUNT}, got {count}")
+    rows: list[dict[str, object]] = []
+    for index in range(count):
+        motion = synthesize(scenario, index=index, seed=seed, options=options)
+        if shaking_s is None:
+            motion = add_free_vibration(trim_quiet_ends(motion), free_vibration_s)
+        else:
+            motion = cut_to_strongest(motion, shaking_s, free_vibration_s)
+        rows.append(_row(motion, write_at2(motion, folder), folder))
+    write_index(folder / INDEX_NAME, rows)
+    return folder / INDEX_NAME
+
+
+def _row(motion: GroundMotion, files: tuple[Path, Path], folder: Path) -> dict[str, object]:
+    """Return the index row of a synthetic motion written to two files."""
+    return index_row(motion, files, folder) | {"unit": "g", "licence": LICENCE}

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.synthesis.calibration import calibrate_pair, target_spectrum
 from skewbridge.motions.synthesis.ddk18 import draw_parameters
 from skewbridge.motions.synthesis.process import (
@@ -17,8 +16,6 @@ from skewbridge.motions.synthesis.process import (
 )
 from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.units import G_MPS2
-
-type Vector = NDArray[np.float64]
 
 DT_S: Final = 0.01
 SOURCE: Final = "synthetic: model of Dabaghi and Der Kiureghian (2018)"
@@ -54,13 +51,9 @@ class SynthesisOptions:
 def synthesize(
     scenario: Scenario, *, index: int, seed: int, options: SynthesisOptions | None = None
 ) -> GroundMotion:
-    """Return one synthetic motion; it depends on the seed and its own index only.
+    """Return one synthetic motion; it depends on the seed and its own index (from 0) only.
 
-    Args:
-        scenario: Earthquake and site.
-        index: Number of the motion in its suite, from 0.
-        seed: Seed of the suite; the random stream is that of ``SeedSequence([seed, index])``.
-        options: Calibration, orientation, time step.
+    The random stream is that of ``SeedSequence([seed, index])``.
 
     Raises:
         InputError: A negative seed or index.

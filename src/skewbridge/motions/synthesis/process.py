@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from skewbridge.motions.intensity import arias_build_up
+from skewbridge.motions.record import Vector
 from skewbridge.motions.synthesis.ddk18 import Background, ModelParameters, Pulse
 from skewbridge.units import G_MPS2, GAL
-
-type Vector = NDArray[np.float64]
 
 MIN_FREQUENCY_HZ: Final = 0.3  # source: DDK18, floor of the filter frequency
 DURATION_OF_D0_95: Final = 2.5
@@ -65,9 +63,9 @@ def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: fl
         return np.array([shape.time_of_share(share) for share in shares]) - wanted_s
 
     best = None
+    bounds = (np.log([1e-3, 1e-3, 1e-2]), np.log([100.0, 100.0, 200.0]))
     for power, decay in _STARTS:
         start = np.log([power, decay, d0_30_s])
-        bounds = (np.log([1e-3, 1e-3, 1e-2]), np.log([100.0, 100.0, 200.0]))
         fit = least_squares(misfit, start, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-12)
         if best is None or fit.cost < best.cost:
             best = fit

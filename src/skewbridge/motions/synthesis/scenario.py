@@ -89,11 +89,8 @@ class Scenario:
         References:
             Shahi and Baker (2014) form as fitted in Dabaghi and Der Kiureghian (2018).
         """
-        root = math.sqrt(self.rupture_to_site_km)
-        if self.mechanism == "strike_slip":
-            exponent = 0.457 + 0.126 * self.distance_km - 0.244 * root
-            exponent += 0.013 * self.directivity_angle_deg
-        else:
-            exponent = 0.304 + 0.072 * self.distance_km - 0.208 * root
-            exponent += 0.021 * self.directivity_angle_deg
+        strike_slip = self.mechanism == "strike_slip"
+        c = (0.457, 0.126, 0.244, 0.013) if strike_slip else (0.304, 0.072, 0.208, 0.021)
+        exponent = c[0] + c[1] * self.distance_km - c[2] * math.sqrt(self.rupture_to_site_km)
+        exponent += c[3] * self.directivity_angle_deg
         return 1.0 / (1.0 + math.exp(exponent))
