@@ -144,6 +144,22 @@ def key_forces_n(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
     return forces
 
 
+def key_deformations_m(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
+    """Return how far each shear key is pushed along its normal, never negative, each shape (n,).
+
+    Without key nodes: what is left of the closing of the transverse springs after the gap.
+    """
+    if abutment.key_nodes and not abutment.key_units:  # keys on a body that moves along the wall
+        body = trace.disp(abutment.wing_springs[0].nodes[1])
+        pairs = zip(abutment.key_springs, abutment.key_nodes, strict=True)
+        return [np.abs(along(spring.direction, trace.disp(node) - body)) for spring, node in pairs]
+    gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
+    moves = [
+        along(spring.direction, _deformation(spring, trace)) for spring in abutment.key_springs
+    ]
+    return [np.maximum(np.abs(move) - gap_m, 0.0) for move in moves]
+
+
 def _closed(trace: Trace, units: Sequence[int]) -> NDArray[np.bool_]:
     return (trace.normals_n[:, list(units)] > 0.0).any(axis=1)
 
@@ -223,6 +239,9 @@ def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
     walls = [backfill_force_n(abutment, trace) for abutment in abutments]
     return {
         "shear_key_force_kn": _peak(keys) / KN,
+        "shear_key_disp_m": _peak(
+            move for abutment in abutments for move in key_deformations_m(abutment, trace)
+        ),
         "backwall_force_kn": _highest(walls) / KN,
         "friction_force_kn": _peak(friction) / KN,
     }

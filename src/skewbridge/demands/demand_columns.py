@@ -104,6 +104,8 @@ DEMAND_COLUMNS: Final = (
            description="the same at the acute corners of the deck"),
     Column("shear_key_force_kn", unit="kN", label="Shear key force", symbol="F_k",
            description="peak force of a shear key that the deck touches", roles=("effect",)),
+    Column("shear_key_disp_m", unit="m", label="Shear key deformation", symbol="u_k",
+           description="peak push of a shear key along its normal, no gap", roles=("effect",)),
     Column("backwall_force_kn", unit="kN", label="Backwall force", symbol="F_w",
            description="peak force that the deck passes through one backwall",
            roles=("effect", "sensitivity")),
