@@ -167,8 +167,8 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 def _effect(part: pd.DataFrame, name: str, settings: FitSettings) -> dict[str, Any]:
     top, bottom, usable = usable_pairs(part, name)
     usable &= np.isfinite(top) & np.isfinite(bottom)
-    discordant = (part["status_to"] != part["status_from"]).to_numpy()
-    discordant |= (top > 0.0) != (bottom > 0.0)
+    apart = (part["status_to"] != part["status_from"]).to_numpy()
+    discordant = apart | ((top > 0.0) != (bottom > 0.0))
     logs = pd.Series(np.log(top[usable] / bottom[usable]))
     motions = part["motion_id"].to_numpy()[usable]
     # sorted by motion, so that the result does not depend on the order of the rows

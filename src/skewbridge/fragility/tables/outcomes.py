@@ -77,7 +77,7 @@ class Outcomes:
 
         ``assume`` gives the fit if all runs were known, of their outcomes.
         """
-        bounds = dict.fromkeys(TREATMENTS, fit)
+        bounds: dict[str, FragilityFit] = dict.fromkeys(TREATMENTS, fit)
         if np.any(self.unknown):
             bounds["all_exceed"] = assume(self.exceed | self.unknown)
             bounds["none_exceed"] = assume(self.exceed)

@@ -55,7 +55,7 @@ def fit_variant_cloud(
     lower = np.where(defined, np.maximum(peak, state.threshold), peak)
     endless = np.full(lower.size, inf)
     fit = _line_fit(runs, outcomes, _Cloud(lower, endless, lower > 0.0), state, settings)
-    bounds = dict.fromkeys(TREATMENTS, fit)
+    bounds: dict[str, FragilityFit] = dict.fromkeys(TREATMENTS, fit)
     if np.any(outcomes.unknown):
         c = state.threshold
         raised = np.where(outcomes.unknown, np.maximum(lower, c), lower)
