@@ -9,6 +9,7 @@ import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.demands.columns import demands_for
+from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import limit_states_of
@@ -188,3 +189,13 @@ def test_a_new_figure_is_a_function_and_a_row(study, monkeypatch):
     monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", (*MODEL_FIGURES, row))
     captions = {caption.name: caption for caption, _ in study_figures(study)}
     assert captions["osb1_cf_only_unseating_m"].title == "osb1, contact-friction: Unseating alone"
+
+
+def test_figures_and_captions_say_the_margin_of_the_study(study):
+    demands = study.demands
+    effects = paired_effects(demands, settings=FitSettings(margin=0.2))
+    wide = replace(study, effects=effects)
+    said = [caption.text for caption, _ in study_figures(wide) if "ratios_" in caption.name]
+    assert said
+    assert all("shaded band is 20 % either way" in text for text in said)
+    assert "negligible (within ±20 %)" in legend(verdict_map(effects))

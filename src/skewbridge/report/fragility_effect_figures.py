@@ -15,7 +15,7 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.tables.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
+from skewbridge.fragility.tables.effects import MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.report.axis_layout import short_value, shown_axes
 from skewbridge.report.fragility_style import STYLE, note
 from skewbridge.variant.axes import Axis, axes_of
@@ -30,8 +30,8 @@ _WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
 _COLUMN_LETTERS: Final = 11  # the same in the small size
 _SMALL_SIZE: Final = 7.5
 _VERDICT_TEXT: Final = {
-    NEGLIGIBLE: f"negligible (within ±{100 * MARGIN:g} %)",
-    MATTERS: f"matters (beyond ±{100 * MARGIN:g} %)",
+    NEGLIGIBLE: "negligible (within ±{:g} %)",
+    MATTERS: "matters (beyond ±{:g} %)",
     UNDECIDED: "undecided",
 }
 
@@ -70,8 +70,9 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         title = f"Change of demand, {_label(axis).lower()} {change}, same motions"
         title = fill(title, 24 + 10 * len(columns))
         figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+        percent = 100 * float(effects["margin"].iloc[0])
         handles = [
-            Patch(facecolor=_VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text)
+            Patch(facecolor=_VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text.format(percent))
             for name, text in _VERDICT_TEXT.items()
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
@@ -101,7 +102,8 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         row_in = max(_ROW_IN, _MARK_IN * per_demand)
         figure = Figure(figsize=(6.2, 1.4 + row_in * len(demands)), layout="constrained")
         axes = figure.subplots()
-        axes.axvspan(1 - MARGIN, 1 + MARGIN, color="#cfe3f5", zorder=0)
+        margin = float(table["margin"].iloc[0])
+        axes.axvspan(1 - margin, 1 + margin, color="#cfe3f5", zorder=0)
         axes.axvline(1.0, color="#777777", linewidth=0.8)
         for y, demand in enumerate(demands):
             part = table[table["demand"] == demand].sort_values(order)
@@ -179,8 +181,9 @@ def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
 def _ratio_range(table: pd.DataFrame) -> tuple[float, float]:
     """Return the range of the axis: as far as the intervals reach, at most half to double."""
     ends = [table[name].fillna(table["ratio"]) for name in ("ci_low", "ci_high")]
-    low = min(float(ends[0].min()), 1 - 2 * MARGIN)
-    high = max(float(ends[1].max()), 1 + 2 * MARGIN)
+    margin = float(table["margin"].iloc[0])
+    low = min(float(ends[0].min()), 1 - 2 * margin)
+    high = max(float(ends[1].max()), 1 + 2 * margin)
     return max(low / 1.02, _RATIO_RANGE[0]), min(high * 1.02, _RATIO_RANGE[1])
 
 

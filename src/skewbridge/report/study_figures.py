@@ -13,7 +13,6 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import demands_for, label_of
-from skewbridge.fragility.tables.effects import MARGIN
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.files import write_text
@@ -96,10 +95,8 @@ def effect_cases(tables: StudyTables) -> list[dict[str, str]]:
     """Return a case per axis along which variants are paired, the last of the axis table first."""
     table = tables.effects
     paired = [axis for axis in axes_of(table.columns) if (table["axis"] == axis.name).any()]
-    return [
-        {"axis": axis.name, "axis_words": axis.title, "level": _level(table)}
-        for axis in reversed(paired)
-    ]
+    said = {name: _percent(table, name) for name in ("level", "margin")}
+    return [{"axis": axis.name, "axis_words": axis.title, **said} for axis in reversed(paired)]
 
 
 def curve_cases(tables: StudyTables) -> list[dict[str, str]]:
@@ -111,7 +108,7 @@ def curve_cases(tables: StudyTables) -> list[dict[str, str]]:
         for component, method in dict.fromkeys(zip(own["component"], own["method"], strict=True)):
             words = component.replace("_", " ")
             texts = {"component": component, "component_words": words, "method": method}
-            found.append({**texts, "level": _level(own)})
+            found.append({**texts, "level": _percent(own, "level")})
     return found
 
 
@@ -136,14 +133,14 @@ MODEL_FIGURES: Final = (
         name="verdict_{axis}",
         title="When does {axis_words} matter?",
         text="Geometric mean over motions of the demand ratio, each motion with itself; "
-        f"negligible: the {{level}} interval lies within {100 * MARGIN:g} % of one.",
+        "negligible: the {level} interval lies within {margin} of one.",
         draw=verdict_map,
         cases=effect_cases,
     ),
     StudyFigure(
         name="ratios_{axis}",
         title="Paired effect of {axis_words} with {level} intervals",
-        text=f"Intervals by bootstrap over motions. The shaded band is {100 * MARGIN:g} % either "
+        text="Intervals by bootstrap over motions. The shaded band is {margin} either "
         "way. Pairs in which a run collapsed are left out and counted in the table.",
         draw=paired_ratios,
         cases=effect_cases,
@@ -245,5 +242,5 @@ def _drawn(figures: Sequence[StudyFigure], tables: StudyTables) -> Iterator[tupl
             yield caption, row.draw(**given)
 
 
-def _level(table: pd.DataFrame) -> str:
-    return f"{100 * float(table['level'].iloc[0]):g} %"
+def _percent(table: pd.DataFrame, column: str) -> str:
+    return f"{100 * float(table[column].iloc[0]):g} %" if len(table) else ""

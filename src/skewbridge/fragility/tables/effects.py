@@ -31,7 +31,6 @@ from skewbridge.variant.axes import AXES, Axis, axes_of
 NEGLIGIBLE: Final = "negligible"
 MATTERS: Final = "matters"
 UNDECIDED: Final = "undecided"
-MARGIN: Final = DEFAULTS.margin
 MAX_DISCORDANT: Final = 0.05
 _MIN_MOTIONS: Final = 3
 MIN_BOOTSTRAP: Final = 8  # motions; below, Student's t instead of the bootstrap
@@ -57,6 +56,7 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "ci_low": "lower end of its interval (bootstrap-t over motions; Student's t below 8)",
         "ci_high": "upper end",
         "level": "confidence level",
+        "margin": "relative change that counts as negligible",
         "n_motions": "motions with a usable pair",
         "n_left_out": "pairs left out: a run collapsed or failed, or a demand is zero",
         "n_discordant": "of these, pairs in which one side alone collapsed, failed or is zero",
@@ -69,7 +69,7 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
 EFFECT_COLUMNS: Final = effect_columns(AXES)
 
 
-def verdict_of(ci_low: float, ci_high: float, margin: float = MARGIN) -> str:
+def verdict_of(ci_low: float, ci_high: float, margin: float = DEFAULTS.margin) -> str:
     """Judge an interval of a ratio against 1 - margin .. 1 + margin.
 
     ``negligible``: inside; ``matters``: wholly outside; ``undecided``: neither, or no interval.
@@ -180,6 +180,7 @@ def _effect(part: pd.DataFrame, name: str, settings: FitSettings) -> dict[str, A
         "ci_low": float(np.exp(low)),
         "ci_high": float(np.exp(high)),
         "level": settings.effect_confidence,
+        "margin": settings.margin,
         "n_motions": int(per_motion.size),
         "n_discordant": int(np.sum(discordant)),
         **pair_counts(part, usable),

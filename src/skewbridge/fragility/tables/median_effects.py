@@ -91,6 +91,7 @@ def _ratio(
         "ci_low": low,
         "ci_high": high,
         "level": settings.effect_confidence,
+        "margin": settings.margin,
         "n_motions": int(np.unique(motions).size),
         "n_discordant": int((part["status_to"] != part["status_from"]).sum()),
         **pair_counts(part, usable),

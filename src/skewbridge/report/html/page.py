@@ -13,7 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.tables.effects import MARGIN, MATTERS, NEGLIGIBLE, UNDECIDED
+from skewbridge.fragility.tables.effects import MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.study_figures import read_captions
@@ -59,7 +59,7 @@ def write_report(
         statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
         summary=_summary(demands),
         headline=_headline(effects),
-        margin=MARGIN,
+        margin=float(effects["margin"].iloc[0]) if len(effects) else 0.0,
         verdicts=VERDICTS,
         checks=checks,
         captions=list(zip(captions, drawn, strict=True)),
