@@ -24,6 +24,7 @@ DEMAND_MODELS = {
     "abutment_transverse_m": (np.log(0.06), 0.9, 0.45),
     "backwall_force_kn": (np.log(4000.0), 0.5, 0.3),
     "shear_key_force_kn": (np.log(1500.0), 0.4, 0.3),
+    "shear_key_disp_m": (np.log(0.05), 1.0, 0.5),
 }
 
 

@@ -47,6 +47,16 @@ def section(name):
     return plain_sections(STUDY, name)[name]
 
 
+def results_folder(_wildcards):
+    """Where the study lies, for `params`."""
+    return STUDY.results
+
+
+def figures_folder(_wildcards):
+    """Where its figures lie, for `params`."""
+    return str(FOLDER.figures)
+
+
 # What an analysis depends on besides its variant and its motion.
 ANALYSIS_SECTIONS = {
     "motions": section("motions"),

@@ -5,7 +5,7 @@ rule prepare_motions:
     log:
         FOLDER.log("prepare_motions"),
     params:
-        results=STUDY.results,
+        results=results_folder,
         motions=section("motions"),
         content=MOTIONS,
         conditioning_t1_s=CONDITIONING_T1_S,

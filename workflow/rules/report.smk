@@ -63,7 +63,7 @@ rule report:
     log:
         FOLDER.log("report"),
     params:
-        figures=str(FOLDER.figures),
+        figures=figures_folder,
         config=STUDY.model_dump(mode="json"),
         digest=script_digest(
             "report",
