@@ -5,11 +5,11 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 import pandas as pd
-import yaml
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from skewbridge.errors import InputError
+from skewbridge.reading import checked, read_mapping
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -91,23 +91,7 @@ def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
     Raises:
         InputError: The file is missing, is no YAML mapping, or a field is wrong.
     """
-    try:
-        content = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"cannot read {file}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{file} is not a YAML file: {error}") from error
-    if not isinstance(content, dict):
-        raise InputError(f"{file} must hold keys and values, got {type(content).__name__}")
-    try:
-        return kind.model_validate(content)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        field = ".".join(str(part) for part in first["loc"]) or "case"
-        hint = "; write numbers as 2.0e+7" if isinstance(first["input"], str) else ""
-        raise InputError(
-            f"{file}: {field}: {first['msg']}, got {_shown(first['input'])}{hint}", field=field
-        ) from error
+    return checked(kind, read_mapping(file), file)
 
 
 def beside(case_file: Path, name: str) -> Path:
@@ -153,8 +137,3 @@ def read_path(file: Path) -> NDArray[np.float64]:
             line=line,
         )
     return values
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
