@@ -14,7 +14,6 @@ import openseespy.opensees as ops
 
 from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.energy import EnergyBalance
-from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.monitor import Monitor
 from skewbridge.analysis.settings import AnalysisSettings
@@ -35,7 +34,6 @@ def loop_s(loop: str, ground: GroundInput, settings: AnalysisSettings, skew_deg:
     )
     with solver_log(None), domain():
         model = build(variant, ModelOptions())
-        apply_gravity(model)
         rayleigh = apply_rayleigh(model)
         ground.apply(model.tags)
         monitor = Monitor(model)

@@ -9,7 +9,6 @@ import pytest
 from pydantic import ValidationError
 
 from skewbridge.analysis.damping import apply_rayleigh, rayleigh_factors
-from skewbridge.analysis.gravity import apply_gravity, column_axial_forces_n, support_reactions_n
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge.abutment.backfill import variation_factors
 from skewbridge.bridge.abutment.penalty import (
@@ -20,6 +19,7 @@ from skewbridge.bridge.abutment.penalty import (
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.deck import lumping_shares
 from skewbridge.bridge.deck_plan import deck_end, tributary_shares
+from skewbridge.bridge.gravity import column_axial_forces_n, support_reactions_n
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
@@ -37,7 +37,6 @@ def variant(
 def test_the_arrays_do_not_rotate_about_their_axis_while_the_deck_does() -> None:
     with domain():
         model = build(variant(30), ModelOptions())
-        apply_gravity(model)
         for abutment, deck_node in zip(
             model.abutments, (model.deck_nodes[0], model.deck_nodes[-1]), strict=True
         ):
@@ -131,7 +130,6 @@ def test_rayleigh_damping_meets_its_ratio_at_both_periods() -> None:
 def test_damping_reaches_deck_and_columns_only() -> None:
     with domain():
         model = build(variant(30), ModelOptions())
-        apply_gravity(model)
         apply_rayleigh(model)
         springs = {
             tag
@@ -188,7 +186,6 @@ def test_embankment_mass_moves_with_the_abutment() -> None:
 def test_skewed_supports_load_the_obtuse_corner_more() -> None:
     with domain():
         model = build(variant(40), ModelOptions())
-        apply_gravity(model)
         ops.reactions()
         right = model.abutments[1]
         reactions = [ops.nodeReaction(bearing.seat_node, 3) for bearing in right.bearings]

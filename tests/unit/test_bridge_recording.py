@@ -8,7 +8,6 @@ from pathlib import Path
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.analysis.model_script import model_script
 from skewbridge.bridge.model import DomainError, build, domain
 from skewbridge.bridge.recording import recording
@@ -34,7 +33,7 @@ def test_the_script_repeats_the_model_to_the_bit(tmp_path: Path) -> None:
         [sys.executable, "-I", str(script)], capture_output=True, text=True, check=True
     )
     with domain():
-        apply_gravity(build(VARIANT, ModelOptions()))
+        build(VARIANT, ModelOptions())
         expected = [[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()]
         expected.append(ops.getEleTags())
     assert json.loads(answer.stdout.strip().split("\n")[-1]) == expected

@@ -7,7 +7,6 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.gravity import hold_dead_load
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, StepLoop, solver_log
@@ -75,7 +74,6 @@ def abutment_history(
     ground = GroundInput(excitation, settings)
     with solver_log(log_path), domain():
         abutment = build_abutment(variant, settings.model_options(options))
-        hold_dead_load({abutment.connector: abutment.dead_load_n}, {}, abutment.tags)
         ground.apply(abutment.tags)
         return _run(abutment, ground, settings)
 

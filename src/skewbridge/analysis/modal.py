@@ -6,7 +6,7 @@ from math import inf, pi, sqrt
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.gravity import apply_gravity, column_axial_forces_n, support_reactions_n
+from skewbridge.bridge.gravity import column_axial_forces_n, support_reactions_n
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.units import KN
@@ -53,7 +53,6 @@ def modal_properties(
     """
     with domain():
         model = build(variant, options or ModelOptions())
-        apply_gravity(model)
         left, right = support_reactions_n(model)
         return ModalResult(
             weight_kn=model.weight_n / KN,
@@ -69,8 +68,9 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     Open friction springs count as soft. Walls and keys are held from here on: behind open gaps
     they are not coupled to the bridge, and their local modes would fill the list.
     """
-    for node in model.wall_masses_kg:
-        ops.fix(node, 1, 1, 0, 0, 0, 0)
+    for end in model.abutments:
+        for node in {*end.key_nodes, *(spring.nodes[1] for spring in end.wing_springs)}:
+            ops.fix(node, 1, 1, 0, 0, 0, 0)
     soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
     with soft:
         squares = [float(value) for value in ops.eigen(count)]

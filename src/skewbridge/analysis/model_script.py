@@ -1,7 +1,6 @@
 """A variant as a plain OpenSeesPy script that needs nothing of this package."""
 
 from skewbridge.analysis.damping import apply_rayleigh
-from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.recording import recording
@@ -20,7 +19,6 @@ def model_script(variant: Variant, options: ModelOptions) -> str:
     """
     with recording() as record, domain():
         model = build(variant, options)
-        apply_gravity(model)
         apply_rayleigh(model)
         return record.script(variant.normalised().slug) + _contact_table(model)
 

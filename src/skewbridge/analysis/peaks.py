@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from skewbridge.analysis.contact_sums import contact_demands
 from skewbridge.analysis.trace import Trace
 from skewbridge.bridge.handles import (
     AbutmentHandle,
@@ -17,8 +18,7 @@ from skewbridge.bridge.handles import (
     SpringHandle,
 )
 from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
-from skewbridge.contact.ledger import UnitLedger
-from skewbridge.units import KJ, KN
+from skewbridge.units import KN
 
 type Series = NDArray[np.float64]
 
@@ -31,13 +31,12 @@ def demands(
     The ground acceleration is that along x and y at the times of the trace, shape (n, 2); the
     energy residual is nan when no balance was kept.
     """
-    ledger = () if model.contacts is None else model.contacts.ledger()
     return {
         **_column_demands(model, trace),
         **_deck_demands(model, trace, ground_accel_mps2),
         **_abutment_demands(model, trace),
         **_force_demands(model, trace),
-        **_contact_demands(ledger),
+        **contact_demands(model),
         "energy_residual_ratio": energy_residual_ratio,
     }
 
@@ -244,16 +243,6 @@ def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
         ),
         "backwall_force_kn": _highest(walls) / KN,
         "friction_force_kn": _peak(friction) / KN,
-    }
-
-
-def _contact_demands(ledger: Sequence[UnitLedger]) -> dict[str, float]:
-    return {
-        "contact_closures": float(sum(unit.closures for unit in ledger)),
-        "contact_time_s": float(sum(unit.contact_time_s for unit in ledger)),
-        "contact_max_penetration_m": max((unit.max_penetration_m for unit in ledger), default=0.0),
-        "slip_work_kj": sum(unit.slip_work_j for unit in ledger) / KJ,
-        "cone_violation_ratio": max((unit.cone_violation_ratio for unit in ledger), default=0.0),
     }
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.gravity import apply_gravity, hold_dead_load, open_linear_pattern
 from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
+from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import PlanVector
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
@@ -80,7 +80,6 @@ def push_bridge(
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
         model = build(variant, options)
-        apply_gravity(model)
         open_linear_pattern(model.tags)
         total = sum(model.deck_masses_kg.values())
         for node, mass in model.deck_masses_kg.items():
@@ -125,7 +124,6 @@ def push_abutment(
     with domain():
         abutment = build_abutment(variant, options)
         guide, driver = _build_guide(abutment, direction)
-        hold_dead_load({abutment.connector: abutment.dead_load_n}, {}, abutment.tags)
         _move(driver, direction, abutment.tags)
         start = _along(abutment.connector, direction)
 

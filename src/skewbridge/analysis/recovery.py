@@ -49,7 +49,7 @@ class Effort:
 
     iterations: int = 0
     failed_attempts: int = 0
-    substeps: int = 0  # beyond the regular steps
+    substeps: int = 0  # steps shorter than the regular one
     highest_rung: int = 0
 
 
@@ -57,85 +57,103 @@ class Effort:
 class Stepper:
     """Advances the domain by regular steps, climbing the ladder where one does not converge.
 
+    A step in which something happens is made in equal parts.
+
     Attributes:
         integrator: Arguments of the integrator command.
         dt_s: Regular step.
+        parts: Called before each regular step; in how many equal parts to make it.
         loosen: Called with the factor on the tolerance where an attempt starts or ends.
         max_iterations: Cost of an attempt that failed.
-        before: Called with the size of a (sub-)step that is retried, before each attempt.
-        after: Called with the size of each converged (sub-)step.
+        before: Called with the size of the coming (sub-)step where it differs from the last one,
+            and before each retry.
+        after: Called with the size of each converged (sub-)step; whether the history goes on.
         ladder: What to try.
         effort: What the steps have cost so far.
     """
 
     integrator: Command
     dt_s: float
+    parts: Callable[[], int]
     loosen: Callable[[float], None]
     max_iterations: int
     before: Callable[[float], None]
-    after: Callable[[float], None]
+    after: Callable[[float], bool]
     ladder: Sequence[Attempt] = LADDER
     effort: Effort = field(default_factory=Effort, init=False)
-    # Regular steps still to be taken as the last difficult one was.
+    # Steps still to be taken as the last difficult one was.
     _held: int = field(default=0, init=False)
+    _size_s: float = field(default=0.0, init=False)  # of the last (sub-)step
 
     def __post_init__(self) -> None:
         ops.algorithm(*self.ladder[0].algorithm)
         ops.integrator(*self.integrator)
 
     def step(self) -> bool:
-        """Advance one regular step; False when the whole ladder failed."""
-        if ops.analyze(1, self.dt_s) == 0:
-            self.effort.iterations += ops.testIter()
-            self.after(self.dt_s)
+        """Advance one regular step; False when the whole ladder failed at a part of it."""
+        parts = self.parts()
+        return all(self._advance(self.dt_s / parts) for _ in range(parts))
+
+    def _advance(self, size_s: float) -> bool:
+        """Take one step of a size, by the ladder if it does not converge."""
+        if size_s != self._size_s:
+            self._size_s = size_s
+            self.before(size_s)
+        if ops.analyze(1, size_s) == 0:
+            self._count_step(size_s)
             if self._held > 0:
                 self._held -= 1
                 if self._held == 0:
                     self._use(self.ladder[0])
-            return True
+            return self.after(size_s)
         self._count_failure()
-        rung = self._climb()
+        rung, goes_on = self._climb(size_s)
         if rung is not None and self.ladder[rung].substeps == 1:
             # What stopped this step often stops the next ones: each failure would restart Houbolt.
             self._held = HELD_STEPS
-            return True
+            return goes_on
         self._held = 0
         self._use(self.ladder[0])
         # Houbolt keeps what a failed step left behind: a retry without this is silently wrong.
         ops.integrator(*self.integrator)
-        self.before(self.dt_s)
-        return rung is not None
+        self.before(size_s)
+        return goes_on and rung is not None
 
-    def _climb(self) -> int | None:
-        """Take the step by the ladder; return the rung that ended it."""
+    def _climb(self, size_s: float) -> tuple[int | None, bool]:
+        """Take the step by the ladder; return the rung that ended it and whether to go on."""
         finest = self.ladder[-1].substeps
-        left = finest  # of the step, in parts of the finest rung
+        left, goes_on = finest, True  # of the step, in parts of the finest rung
         for rung, attempt in enumerate(self.ladder[1:], start=1):
             part = finest // attempt.substeps
             self._use(attempt)
             ops.integrator(*self.integrator)
-            left -= part * self._take(left // part, self.dt_s / attempt.substeps)
+            taken, goes_on = self._take(left // part, size_s / attempt.substeps)
+            left -= part * taken
             if attempt.substeps > 1 or left == 0:
                 self.effort.highest_rung = max(self.effort.highest_rung, rung)
-            if left == 0:
-                return rung
-        return None
+            if left == 0 or not goes_on:
+                return rung, goes_on
+        return None, goes_on
 
     def _use(self, attempt: Attempt) -> None:
         self.loosen(attempt.loosening)
         ops.algorithm(*attempt.algorithm)
 
-    def _take(self, count: int, size_s: float) -> int:
-        """Take equal steps until one fails; return how many were taken."""
+    def _take(self, count: int, size_s: float) -> tuple[int, bool]:
+        """Take equal steps until one fails; return how many, and whether the history goes on."""
         self.before(size_s)
         for taken in range(count):
             if ops.analyze(1, size_s) != 0:
                 self._count_failure()
-                return taken
-            self.effort.iterations += ops.testIter()
-            self.effort.substeps += size_s < self.dt_s
-            self.after(size_s)
-        return count
+                return taken, True
+            self._count_step(size_s)
+            if not self.after(size_s):
+                return taken + 1, False
+        return count, True
+
+    def _count_step(self, size_s: float) -> None:
+        self.effort.iterations += ops.testIter()
+        self.effort.substeps += size_s < self.dt_s
 
     def _count_failure(self) -> None:
         self.effort.failed_attempts += 1

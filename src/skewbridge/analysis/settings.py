@@ -1,10 +1,12 @@
 """How an analysis integrates in time, and when it stops: section ``analysis``."""
 
 from dataclasses import replace
+from math import ceil
 from typing import Final, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
+from pydantic_core import ArgsKwargs
 
 from skewbridge.reading import Number, Whole
 from skewbridge.variant.options import ModelOptions
@@ -14,9 +16,10 @@ Command = tuple[str | float | int, ...]
 
 PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 
-# Houbolt damps what rattles at the contacts: results repeat to 1e-7 when rounding changes, where
-# Newmark and HHT differ by percents (docs/theory, comparison of the schemes).
-_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
+# A one-step method may change its step at every event; 0.9 damps what is shorter than a step
+# (docs/theory/analysis.md, comparison of the schemes).
+_INTEGRATOR: Final = ("HHT", 0.9)
+_PAPER_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
 _KNOWN: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
 
@@ -31,10 +34,29 @@ class AnalysisSettings:
 
     scheme: Scheme = Field(
         default="default",
-        description="default (Houbolt), or paper: the same at the paper's step, with lagged "
+        description="default, or paper: Houbolt at the paper's step, with massive walls, lagged "
         "friction bounds, corotational arrays and distributed plasticity",
     )
-    dt_s: Number = Field(default=PAPER_DT_S, ge=1.0e-5, le=0.02, description="time step")
+    dt_s: Number = Field(
+        default=0.005,
+        ge=1.0e-5,
+        le=0.02,
+        description=f"regular time step; fixed at {PAPER_DT_S:g} in scheme paper",
+    )
+    contact_dt_s: Number | None = Field(
+        default=0.0025,
+        ge=1.0e-5,
+        le=0.02,
+        description="largest step while a contact is closed; null for the regular one, as in "
+        "scheme paper",
+    )
+    event_dt_s: Number | None = Field(
+        default=0.001,
+        ge=1.0e-5,
+        le=0.02,
+        description="largest step while a contact is about to open or to close; null for the "
+        "regular one, as in scheme paper",
+    )
     duration_s: Number | None = Field(
         default=None,
         gt=0.0,
@@ -75,17 +97,26 @@ class AnalysisSettings:
         default=30, ge=2, le=1000, description="iterations of one attempt at one step"
     )
     mean_iterations: Number = Field(
-        default=25.0,
+        default=60.0,
         ge=1.0,
         le=1.0e4,
-        description="budget of the whole analysis, in iterations per regular step; one that needs "
-        "more ends with timeout (seconds would not repeat)",
+        description="budget of the whole analysis, in iterations per regular step (event steps "
+        "and retries included); one that needs more ends with timeout (seconds would not repeat)",
     )
     energy: bool = Field(
         default=True,
         strict=True,
         description="whether to keep the energy balance (about 5 % of the time)",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _paper(cls, given: ArgsKwargs | dict[str, object]) -> object:
+        """Let the scheme of the paper keep one step."""
+        values = dict(given.kwargs or {}) if isinstance(given, ArgsKwargs) else dict(given)
+        if values.get("scheme") == "paper":
+            values = {"contact_dt_s": None, "event_dt_s": None} | values
+        return ArgsKwargs((), values) if isinstance(given, ArgsKwargs) else values
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -100,12 +131,31 @@ class AnalysisSettings:
     @property
     def integrator_command(self) -> Command:
         """Arguments of the integrator command."""
-        return self.integrator or _INTEGRATOR
+        return self.integrator or (_PAPER_INTEGRATOR if self.scheme == "paper" else _INTEGRATOR)
+
+    @property
+    def contact_parts(self) -> int:
+        """Equal parts of a regular step while a contact is closed."""
+        return _parts(self.dt_s, self.contact_dt_s)
+
+    @property
+    def event_parts(self) -> int:
+        """Equal parts of a regular step in which a contact is about to open or to close."""
+        return max(_parts(self.dt_s, self.event_dt_s), self.contact_parts)
 
     def model_options(self, options: ModelOptions) -> ModelOptions:
         """Return the modelling options under the scheme: the paper's replace the given ones."""
         if self.scheme == "default":
             return options
         return replace(
-            options, arrays="corotational", column_integration="lobatto5", coupling="lagged"
+            options,
+            arrays="corotational",
+            column_integration="lobatto5",
+            coupling="lagged",
+            wall_mass=True,
         )
+
+
+def _parts(step_s: float, largest_s: float | None) -> int:
+    """Return the fewest equal parts of a step that are no longer than the largest one."""
+    return 1 if largest_s is None else max(1, ceil(step_s / largest_s - 1e-9))

@@ -10,7 +10,6 @@ import openseespy.opensees as ops
 from skewbridge.analysis.contact_layout import contact_layout
 from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.energy import EnergyBalance, energy_residual_ratio
-from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.monitor import Monitor
@@ -59,7 +58,6 @@ def analyse(
     ground = GroundInput(excitation, settings)
     with solver_log(log_path), domain():
         model = build(variant, settings.model_options(options))
-        apply_gravity(model)
         rayleigh = apply_rayleigh(model)
         ground.apply(model.tags)
         return _History(model, ground, settings, rayleigh, histories=histories).run(progress)

@@ -5,7 +5,7 @@ is valid only inside the `domain()` that the model was built in.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.shear_capacity import ShearSection
@@ -92,7 +92,7 @@ class AbutmentHandle:
         side: ``left`` (negative x) or ``right``.
         normal: Outward normal of the deck end (towards the backfill), in plan.
         tangent: ``normal`` turned by +90 degrees: along the wall.
-        gap_m: Longitudinal joint gap, normal to the wall.
+        gap_m: Opening of the joint at rest, normal to the wall.
         transverse_gap_m: Gap at the keys.
         seat_width_m: Support length normal to the seat.
         centre_node: Node at deck level on the centreline, moves with the deck end.
@@ -108,7 +108,6 @@ class AbutmentHandle:
         key_springs: The same for the shear keys (transverse springs of `simplified`).
         wing_springs: Wing-wall springs.
         other_springs: Weak restoring springs and dashpots as elements (no demand reads them).
-        masses_kg: Masses of walls, keys and abutment body by node.
         links: Stiff elements of the transverse arrays.
     """
 
@@ -129,7 +128,6 @@ class AbutmentHandle:
     key_springs: tuple[SpringHandle, ...]
     wing_springs: tuple[SpringHandle, ...]
     other_springs: tuple[int, ...]
-    masses_kg: dict[int, float] = field(default_factory=dict[int, float])
     links: tuple[int, ...] = ()
 
     @property
@@ -140,7 +138,7 @@ class AbutmentHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BridgeModel:
-    """A built model, before gravity.
+    """A built model at rest under its dead load.
 
     Attributes:
         variant: Normalised.
@@ -148,7 +146,6 @@ class BridgeModel:
         deck_centre_node: Spine node at the mass centre of the deck.
         deck_masses_kg: Horizontal masses of spine, caps and columns by node (upright they differ
             a little).
-        wall_masses_kg: Further masses: wall and key nodes, by node.
         dead_loads_n: Downward nodal load by node.
         dead_moments_nm: Fixed-end moments of the deck's line load about y, by node.
         columns: Bent by bent.
@@ -167,7 +164,6 @@ class BridgeModel:
     deck_nodes: tuple[int, ...]
     deck_centre_node: int
     deck_masses_kg: Mapping[int, float]
-    wall_masses_kg: Mapping[int, float]
     dead_loads_n: Mapping[int, float]
     dead_moments_nm: Mapping[int, float]
     columns: tuple[ColumnHandle, ...]

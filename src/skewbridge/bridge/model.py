@@ -9,11 +9,16 @@ import openseespy.opensees as ops
 from skewbridge.bridge.abutment import BUILDERS
 from skewbridge.bridge.abutment.arrays import Line, build_arrays
 from skewbridge.bridge.abutment.parts import SideContext, side_handle
-from skewbridge.bridge.abutment.supports import pad_stations
+from skewbridge.bridge.abutment.supports import (
+    build_pads,
+    build_vertical_supports,
+    pad_stations,
+)
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.deck import build_spine
 from skewbridge.bridge.deck_plan import DeckEnd, Side, deck_end
+from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
@@ -49,8 +54,9 @@ class Blueprint:
 
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
-    """Build a variant in the open domain, without gravity.
+    """Build a variant in the open domain and bring it to rest under its dead load.
 
+    The joints are built last: dead load turns the deck's ends, and a gap is the opening at rest.
     Axes that the abutment model does not have are ignored.
 
     Returns:
@@ -59,13 +65,17 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
     Raises:
         InputError: No such bridge, or bad data in its file.
         DomainError: The domain is not fresh.
+        GravityError: The model does not carry its weight.
     """
     plan = blueprint(variant, options)
     spine = build_spine(plan.bridge, options.deck_elements_per_span, plan.tags)
     bents = build_bents(plan.bridge, spine, options, plan.tags)
-    left = build_side("left", spine.nodes[0], plan)
-    right = build_side("right", spine.nodes[-1], plan)
-    sides = (left, right)
+    ends = (
+        build_supports("left", spine.nodes[0], plan),
+        build_supports("right", spine.nodes[-1], plan),
+    )
+    hold_dead_load(spine.loads_n, spine.moments_nm, plan.tags)
+    sides = left, right = build_joint(ends[0], plan), build_joint(ends[1], plan)
     columns = tuple(column.element for column in bents.columns)
     springs = {spring.element for side in sides for spring in side.springs}
     others = {element for side in sides for element in side.other_springs}
@@ -77,7 +87,6 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
         deck_nodes=tuple(spine.nodes),
         deck_centre_node=spine.centre_node,
         deck_masses_kg=dict(spine.masses_kg),
-        wall_masses_kg=left.masses_kg | right.masses_kg,
         dead_loads_n=dict(spine.loads_n),
         dead_moments_nm=spine.moments_nm,
         columns=bents.columns,
@@ -115,23 +124,29 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
     return Blueprint(variant=variant, bridge=bridge, options=options, tags=tags, contacts=contacts)
 
 
-def build_side(side: Side, deck_node: int, plan: Blueprint) -> AbutmentHandle:
-    """Build one abutment under an end node of the spine."""
+def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
+    """Build what carries one deck end: the arrays under the spine's end node, and its supports."""
     bridge, deck = plan.bridge, plan.bridge.deck
     end = deck_end(
         side, bridge.length_m, plan.variant.skew_deg, deck.width_m, deck.diaphragm_thickness_m
     )
     arrays = build_arrays(end, deck_node, _stations(end, plan), plan.options, plan.tags)
-    context = SideContext(
+    supports = build_pads if plan.variant.traits.has_pads else build_vertical_supports
+    return SideContext(
         end=end,
         arrays=arrays,
+        bearings=supports(end, arrays, bridge.abutment.pads, plan.tags),
         data=bridge.abutment,
         options=plan.options,
         tags=plan.tags,
-        gap_m=plan.variant.gap_mm * MM,  # ASSUME measured normal to the wall
+        gap_m=plan.options.normal_gap_mm(plan.variant.gap_mm, plan.variant.skew_deg) * MM,
         friction=plan.variant.friction,
         contacts=plan.contacts,
     )
+
+
+def build_joint(context: SideContext, plan: Blueprint) -> AbutmentHandle:
+    """Build what stands between a deck end at rest and its abutment: walls, keys and their gaps."""
     return side_handle(context, BUILDERS[plan.variant.abutment](context))
 
 

@@ -7,8 +7,9 @@ import openseespy.opensees as ops
 from skewbridge.bridge.abutment.arrays import LINK_NM_PER_RAD
 from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.dead_load import abutment_reactions_n
+from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle
-from skewbridge.bridge.model import blueprint, build_side
+from skewbridge.bridge.model import blueprint, build_joint, build_supports
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import G_MPS2
@@ -23,20 +24,18 @@ class AbutmentModel:
     Attributes:
         handle: The abutment.
         connector: Node at the deck's centroid; moves in plan without turning.
-        dead_load_n: Downward load on the connector; over gravity, its mass.
         contacts: Its contact units, or None.
         tags: Allocator.
     """
 
     handle: AbutmentHandle
     connector: int
-    dead_load_n: float
     contacts: ContactSet | None
     tags: TagAllocator
 
 
 def build_abutment(variant: Variant, options: ModelOptions) -> AbutmentModel:
-    """Build the right abutment of a variant in the open domain."""
+    """Build the right abutment of a variant in the open domain, at rest under its dead load."""
     plan = blueprint(variant, options)
     bridge, tags = plan.bridge, plan.tags
     load_n = abutment_reactions_n(bridge)[1]
@@ -46,10 +45,11 @@ def build_abutment(variant: Variant, options: ModelOptions) -> AbutmentModel:
     ops.node(connector, bridge.length_m / 2, 0.0, bridge.deck.centroid_above_soffit_m)
     _hold_rotation(connector, tags)
     ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
+    supports = build_supports("right", connector, plan)
+    hold_dead_load({connector: load_n}, {}, tags)
     return AbutmentModel(
-        handle=build_side("right", connector, plan),
+        handle=build_joint(supports, plan),
         connector=connector,
-        dead_load_n=load_n,
         contacts=plan.contacts,
         tags=tags,
     )

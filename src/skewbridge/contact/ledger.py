@@ -19,6 +19,12 @@ class Account:
         slip_path_m: Length of the way slipped in contact.
         slip_work_j: Energy dissipated by slip, trapezoidal rule on end-of-step forces.
         normal_work_j: Work done on the normal spring (and its dashpot), the same rule.
+        friction_impulse_ns: Sum of friction force times step.
+        friction_work_j: Sum of end-of-step friction force times slip: what the shares below are of.
+        excess_work_j: The part of it above the limit at the end of the step.
+        opening_work_j: The part of it in steps in which the pair opened.
+        time_over_1_s: Time with a friction force 1 % above its limit and more; ``_10``, ``_50`` so.
+        work_over_1_j: Friction work in that time.
     """
 
     closures: int = 0
@@ -31,6 +37,16 @@ class Account:
     slip_path_m: float = 0.0
     slip_work_j: float = 0.0
     normal_work_j: float = 0.0
+    friction_impulse_ns: float = 0.0
+    friction_work_j: float = 0.0
+    excess_work_j: float = 0.0
+    opening_work_j: float = 0.0
+    time_over_1_s: float = 0.0
+    time_over_10_s: float = 0.0
+    time_over_50_s: float = 0.0
+    work_over_1_j: float = 0.0
+    work_over_10_j: float = 0.0
+    work_over_50_j: float = 0.0
 
 
 @dataclass(slots=True, kw_only=True)

@@ -77,8 +77,8 @@ class ContactUnit(TrackedUnit):
         self.moved = moved
         closed, was_closed = opening < 0.0, self.closed
         limit = self.cohesion + self.friction * normal if closed and normal > 0.0 else 0.0
-        if size - limit > account.max_violation_n:
-            account.max_violation_n = size - limit
+        if size > 0.0:
+            self._keep_cone(size, limit, moved, dt_s, is_closed=closed)
         if closed:
             account.contact_time_s += dt_s
             account.slip_path_m += moved
@@ -104,6 +104,29 @@ class ContactUnit(TrackedUnit):
         self._is_watched = closed or size > 0.0 or normal != 0.0
         self._move_stick_point(limit)
         return closed != was_closed
+
+    def _keep_cone(
+        self, size_n: float, limit_n: float, moved_m: float, dt_s: float, *, is_closed: bool
+    ) -> None:
+        """Keep the account of the friction force against its limit at the end of the step."""
+        account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
+        account.friction_impulse_ns += size_n * dt_s
+        account.friction_work_j += work_j
+        if not is_closed:
+            account.opening_work_j += work_j
+        if over_n <= 0.0:
+            return
+        account.max_violation_n = max(account.max_violation_n, over_n)
+        account.excess_work_j += over_n * moved_m
+        if over_n > 0.01 * limit_n:
+            account.time_over_1_s += dt_s
+            account.work_over_1_j += work_j
+            if over_n > 0.1 * limit_n:
+                account.time_over_10_s += dt_s
+                account.work_over_10_j += work_j
+                if over_n > 0.5 * limit_n:
+                    account.time_over_50_s += dt_s
+                    account.work_over_50_j += work_j
 
     def _refuse_normal(self, spring_n: float, expected_n: float) -> None:
         raise ContactError(

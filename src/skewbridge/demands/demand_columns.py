@@ -110,17 +110,33 @@ DEMAND_COLUMNS: Final = (
            description="peak force that the deck passes through one backwall",
            roles=("effect", "sensitivity")),
     Column("friction_force_kn", unit="kN", label="Friction force", symbol="F_f",
-           description="peak friction force on one backwall or key"),
+           description="peak friction force on one backwall or key, as resolved by the step"),
     Column("contact_closures", label="Contact closures", symbol="n_c",
-           description="closures of all contact units"),
+           description="closures of all contact units; rattling counts, not converged"),
     Column("contact_time_s", unit="s", label="Contact time", symbol="t_c",
            description="time that some contact unit was closed, summed"),
     Column("contact_max_penetration_m", unit="m", label="Contact penetration", symbol="u_n",
            description="peak penetration of a contact unit"),
+    Column("friction_impulse_kns", unit="kN s", label="Friction impulse", symbol="J_f",
+           description="friction force times time, summed over all contacts",
+           roles=("sensitivity",)),
     Column("slip_work_kj", unit="kJ", label="Slip work", symbol="W_f",
-           description="work of friction, dissipated"),
+           description="work of friction, dissipated", roles=("sensitivity",)),
+    Column("friction_after_opening_ratio", label="Friction after opening",
+           description="share of the friction work in steps in which a contact opened"),
     Column("cone_violation_ratio", label="Excess over the friction cone",
-           description="worst excess over the friction cone"),
+           description="largest excess over the local friction limit, over the largest limit"),
+    Column("cone_excess_wall_ratio", label="Excess work, backwalls",
+           description="share of the friction work on backwalls above the local limit"),
+    Column("cone_excess_key_ratio", label="Excess work, keys",
+           description="share of the friction work on keys above the local limit"),
+    *(
+        Column(f"cone_{kind}_over_{percent}pct_ratio", label=f"{percent} % over, {kind}",
+               description=f"share of the {whole} with friction {percent} % and more above the "
+               "local limit")
+        for kind, whole in (("work", "friction work"), ("time", "contact time"))
+        for percent in (1, 10, 50)
+    ),
     Column("energy_residual_ratio", label="Energy residual",
            description="energy not accounted for, over the input"),
 )

@@ -23,13 +23,12 @@ from skewbridge.bridge.abutment.elements import (
 )
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
 from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
-from skewbridge.bridge.abutment.supports import build_pads
 from skewbridge.contact import ContactSet
 
 
 def build_contact(context: SideContext) -> SideParts:
     """Create pads, walls, keys and their contacts on one side."""
-    parts = SideParts(bearings=build_pads(context))
+    parts = SideParts()
     if context.contacts is None:
         raise TypeError("the contact abutment needs a ContactSet")
     _build_wall(context, context.contacts, parts)
@@ -39,16 +38,12 @@ def build_contact(context: SideContext) -> SideParts:
 
 
 def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) -> None:
-    """Create the wall points: independent nodes, each with its share of wall and soil.
-
-    All points get the penalty of the stiffest, so that the soil alone spreads the force.
-    """
+    """Create the wall points: independent nodes, each with its share of wall and soil."""
     end, options, tags = context.end, context.options, context.tags
-    points = context.wall_parts()
-    _, share, passive = max(points, key=lambda point: point[2].stiffness_n_per_m)
-    kn = normal_penalty(passive.stiffness_n_per_m, context.wall_mass_kg * share, options)
-    for along, share, passive in points:
-        mass_kg = context.wall_mass_kg * share
+    for along, share, passive in context.wall_parts():
+        mass_kg = context.moving_mass_kg(context.wall_mass_kg * share)
+        # The penalty of a point is in proportion to its soil, so that the soil spreads the force.
+        kn = normal_penalty(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
         _hold_wall_point(context, (ground, wall), share, passive, parts)
@@ -66,7 +61,6 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
         )
         parts.wall_units.append(unit)
         parts.wall_nodes.append(wall)
-        parts.masses_kg[wall] = mass_kg
 
 
 def _hold_wall_point(
@@ -100,7 +94,7 @@ def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sig
     end, options, tags = context.end, context.options, context.tags
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)
-    mass_kg = context.key_mass_kg
+    mass_kg = context.moving_mass_kg(context.key_mass_kg)
     node = plane_node(end.point("outer", along), mass_kg, tags)
     ground = grounded_node(end.point("outer", along), tags)
     parts.key_springs.append(context.key_spring((ground, node), inward))
@@ -118,4 +112,3 @@ def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sig
     )
     parts.key_units.append(unit)
     parts.key_nodes.append(node)
-    parts.masses_kg[node] = mass_kg

@@ -25,10 +25,11 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SideContext:
-    """Everything an abutment model needs to build one side."""
+    """Everything an abutment model needs to build the joint of one side, its deck end at rest."""
 
     end: DeckEnd
     arrays: Arrays
+    bearings: tuple[BearingHandle, ...]
     data: AbutmentData
     options: ModelOptions
     tags: TagAllocator
@@ -80,6 +81,10 @@ class SideContext:
         along = [elastic_material(stiffness, self.tags), dashpot_material(*dashpot, self.tags)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
 
+    def moving_mass_kg(self, mass_kg: float) -> float:
+        """Return the mass that a wall or key node gets: its own, or none."""
+        return mass_kg if self.options.wall_mass else 0.0
+
     @property
     def wall_mass_kg(self) -> float:
         """Mass of the backwall."""
@@ -97,7 +102,6 @@ class SideContext:
 class SideParts:
     """What an abutment model built on one side, as `AbutmentHandle` holds it."""
 
-    bearings: tuple[BearingHandle, ...] = ()
     wall_units: list[int] = field(default_factory=list[int])
     key_units: list[int] = field(default_factory=list[int])
     wall_nodes: list[int] = field(default_factory=list[int])
@@ -106,7 +110,6 @@ class SideParts:
     key_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
     wing_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
     other_springs: list[int] = field(default_factory=list[int])
-    masses_kg: dict[int, float] = field(default_factory=dict[int, float])
 
 
 def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
@@ -120,9 +123,7 @@ def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
         )
         for sign in (-1.0, 1.0)
     )
-    built: dict[str, Any] = {
-        name: tuple(part) if isinstance(part, list) else part for name, part in vars(parts).items()
-    }
+    built: dict[str, Any] = {name: tuple(part) for name, part in vars(parts).items()}
     return AbutmentHandle(
         side=end.side,
         normal=end.normal,
@@ -132,6 +133,7 @@ def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
         seat_width_m=context.data.seat_width_m,
         centre_node=context.arrays.centre_node,
         corners=corners,
+        bearings=context.bearings,
         links=tuple(context.arrays.links),
         **built,
     )

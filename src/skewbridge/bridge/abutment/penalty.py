@@ -20,13 +20,15 @@ def normal_penalty(neighbour_n_per_m: float, mass_kg: float, options: ModelOptio
     """Return the normal penalty of a contact in N/m, unless the options name one.
 
     The neighbour is the stiffest spring in series with the contact, the mass that of the node
-    between them.
+    between them; a node without mass sets no limit.
     """
     factor = options.normal_stiffness_factor
     if options.normal_stiffness_n_per_m is not None:
         return factor * options.normal_stiffness_n_per_m
-    resolved = mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2
-    return factor * min(NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m, resolved)
+    stiff = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
+    if mass_kg > 0.0:
+        stiff = min(stiff, mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2)
+    return factor * stiff
 
 
 def tangent_penalty(normal_n_per_m: float, options: ModelOptions) -> float:

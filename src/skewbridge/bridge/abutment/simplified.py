@@ -19,18 +19,17 @@ from skewbridge.bridge.abutment.elements import (
     spring_element,
 )
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.supports import build_vertical_supports
 
 
-def build_roller(context: SideContext) -> SideParts:
-    """Create the supports of one side."""
-    return SideParts(bearings=build_vertical_supports(context))
+def build_roller(_context: SideContext) -> SideParts:
+    """Leave the deck end free on its supports."""
+    return SideParts()
 
 
 def build_simplified(context: SideContext) -> SideParts:
     """Create bar ends with half of the backfill and half of the transverse resistance each."""
     end, data, tags = context.end, context.data, context.tags
-    parts = build_roller(context)
+    parts = SideParts()
     straight = sdc_backfill(data.wall_width_m, data.wall_height_m)
     longitudinal = straight.scaled(0.5 * skew_reduction(end.skew_rad))
     # ASSUME the transverse springs act at once, as in the published model

@@ -25,17 +25,15 @@ from skewbridge.bridge.abutment.elements import (
 )
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
 from skewbridge.bridge.abutment.penalty import normal_penalty
-from skewbridge.bridge.abutment.supports import build_pads
 
 SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 
 
 def build_spring(context: SideContext) -> SideParts:
     """Create the springs of one side."""
-    parts = SideParts(bearings=build_pads(context))
+    parts = SideParts()
     _build_backfill(context, parts)
-    body, mass_kg = _build_body(context, parts)
-    parts.masses_kg[body] = mass_kg
+    body = _build_body(context, parts)
     for sign in (-1.0, 1.0):
         _build_key(context, parts, body, sign)
     return parts
@@ -64,17 +62,17 @@ def _build_backfill(context: SideContext, parts: SideParts) -> None:
         parts.wall_springs.append(spring_element(nodes, end.inward, [material], [], tags)[0])
 
 
-def _build_body(context: SideContext, parts: SideParts) -> tuple[int, float]:
+def _build_body(context: SideContext, parts: SideParts) -> int:
     """Create the abutment's body: wing walls along the wall, stiff across it."""
     end, data, tags = context.end, context.data, context.tags
-    mass_kg = context.wall_mass_kg
-    if context.options.embankment_mass:
-        mass_kg += embankment_mass_kg(context)
+    embankment_kg = embankment_mass_kg(context) if context.options.embankment_mass else 0.0
+    mass_kg = context.wall_mass_kg + embankment_kg
     wing = wing_wall(data)
     ratio = context.options.wall_dashpot_ratio
     # ASSUME across the wall the body is held by its initial backfill stiffness
     across = context.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
-    body = plane_node(end.point("outer", 0.0), mass_kg, tags)
+    moving_kg = context.moving_mass_kg(context.wall_mass_kg) + embankment_kg
+    body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
     along_wall = [
         plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
@@ -83,12 +81,12 @@ def _build_body(context: SideContext, parts: SideParts) -> tuple[int, float]:
     across_it = [elastic_material(across, tags), dashpot_material(ratio, across, mass_kg, tags)]
     spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
     parts.wing_springs.append(spring)
-    return body, mass_kg
+    return body
 
 
 def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -> None:
     """Create one key on the body, and the gap between it and the deck's corner."""
-    end, tags, mass_kg = context.end, context.tags, context.key_mass_kg
+    end, tags, mass_kg = context.end, context.tags, context.moving_mass_kg(context.key_mass_kg)
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)
     node = plane_node(end.point("outer", along), mass_kg, tags)
@@ -103,4 +101,3 @@ def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -
     parts.key_springs.append(gap)
     parts.other_springs.append(holder.element)
     parts.key_nodes.append(node)
-    parts.masses_kg[node] = mass_kg

@@ -10,7 +10,6 @@ from typing import Final
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
 from skewbridge.analysis.pushover import push_abutment, push_bridge
 from skewbridge.analysis.sdc import bent_capacities
@@ -161,6 +160,5 @@ def _held_period_s(bridge: str, options: ModelOptions) -> float:
             ops.fix(ground, 1, 1, 1, 1, 1, 1)
             nodes = (ground, abutment.centre_node)
             ops.element("zeroLength", element, *nodes, "-mat", stiff, "-dir", 2)
-        apply_gravity(model)
         modes = modes_of(model, 12)
     return max(modes, key=lambda mode: mode.mass_y).period_s

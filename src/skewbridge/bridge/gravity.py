@@ -15,19 +15,12 @@ class GravityError(RuntimeError):
     """A model did not carry its own weight."""
 
 
-def apply_gravity(model: BridgeModel) -> None:
-    """Bring a fresh model under its dead load and hold it; the time is zero afterwards.
-
-    Raises:
-        GravityError: No equilibrium was found.
-    """
-    hold_dead_load(model.dead_loads_n, model.dead_moments_nm, model.tags)
-
-
 def hold_dead_load(
     loads_n: Mapping[int, float], moments_nm: Mapping[int, float], tags: TagAllocator
 ) -> None:
-    """Apply downward loads and moments about y by node, and hold them from time zero on.
+    """Bring a fresh model under its dead load and hold it; the time is zero afterwards.
+
+    The loads act downwards, the moments about y, by node.
 
     Nodal loads: the corotational transformation ignores element loads.
 
