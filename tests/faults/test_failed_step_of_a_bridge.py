@@ -2,6 +2,7 @@
 
 import openseespy.opensees as ops
 import pytest
+from tests.strong_motion import strong_motion
 
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
@@ -9,7 +10,6 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from tests.strong_motion import strong_motion
 
 SETTINGS = AnalysisSettings(duration_s=3.0, tolerance_j=1e-10, energy=False)
 FAILING = (150, 300, 301, 420, 600)  # attempts: free, about to close, in contact

@@ -10,6 +10,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
+from skewbridge.analysis.accuracy import NUMERICS
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import collect_demands
@@ -24,7 +25,7 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_journal
 from skewbridge.study.keys import run_key
 from skewbridge.study.runs import write_plan
-from skewbridge.study.sensitivity import CHANGES, changed_task, write_sensitivity
+from skewbridge.study.sensitivity import CHANGES, sampled_rows, write_sensitivity
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task, no_result
 from skewbridge.variant.options import ModelOptions
@@ -101,16 +102,29 @@ def test_two_names_of_one_motion_are_two_rows(setup: StudySetup, tmp_path: Path)
 
 @pytest.mark.usefixtures("no_analyses")
 def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> None:
-    """The default comes from the journal of the variant, the changes from the own one."""
+    """The row of the study comes from the journal of its variant, the changes from the own one."""
     task = setup.tasks(SLUG)[0]
     with open_journal(setup.folder.journal(SLUG)) as journal:
-        journal.append(row_of(task))
+        journal.append(row_of(task, 2.0))
     with open_journal(setup.folder.journal("sensitivity")) as journal:
-        for number, change in enumerate(CHANGES[1:], start=2):
-            journal.append(row_of(changed_task(task, change), float(number)))
-    write_sensitivity(setup, SLUG, count=1, n_jobs=1, output=setup.folder.sensitivity)
-    table = pd.read_parquet(setup.folder.sensitivity)
-    assert list(table["deck_disp_m"]) == [2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+        for change, value in zip(list(CHANGES)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
+            journal.append(row_of(CHANGES[change](task), value))
+    write_sensitivity(setup, [SLUG], count=1, n_jobs=1, output=setup.folder.sensitivity)
+    table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
+    assert table["reference_mean_ratio"] == pytest.approx(1.25)
+    assert table["reference_largest_change"] == pytest.approx(0.25)
+    assert table["kn_half_largest_change"] == pytest.approx(1.0)
+    assert table["kn_double_largest_change"] == pytest.approx(0.5)
+    assert table["not_run"] == 0
+
+
+def test_sensitivity_takes_another_variant_and_motion_for_every_row(setup: StudySetup) -> None:
+    rows = sampled_rows(setup, [SLUG, SLUG, SLUG], 3)
+    assert len(rows) == 3
+    reference = CHANGES["reference"](rows[0])
+    assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
+    assert reference.settings.event_parts == 1
+    assert reference.options.backwall_points > rows[0].options.backwall_points
 
 
 def test_journal_lines_of_another_version_are_said_and_not_used(

@@ -2,17 +2,17 @@
 
 import openseespy.opensees as ops
 import pytest
+from tests.strong_motion import strong_motion
 
+from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import bridge_names
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from tests.strong_motion import strong_motion
 
 TOLERANCE_M = 5e-5  # a thousandth of the larger gap: far below any effect under study
 GAP_MM = 25

@@ -59,7 +59,7 @@ rule collect_demands:
         "../scripts/collect_demands.py"
 
 
-# Penalties and time step halved and doubled on the hardest variant.
+# A sample of rows at the reference accuracy, and with penalties halved and doubled.
 rule sensitivity:
     input:
         suite=rules.prepare_motions.output.suite,
@@ -72,10 +72,10 @@ rule sensitivity:
     threads: min(2, workflow.cores)
     params:
         results=results_folder,
-        variant=HARDEST.slug,
-        motions=STUDY.sensitivity.motions,
+        variants=SAMPLED,
+        rows=STUDY.sensitivity.rows,
         sections=ANALYSIS_SECTIONS,
-        bridge=BRIDGES[HARDEST.bridge_name],
+        bridges=BRIDGES,
         opensees=opensees_version(),
         digest=script_digest("sensitivity", rules.prepare_motions),
     script:

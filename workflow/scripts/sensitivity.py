@@ -1,4 +1,4 @@
-"""Repeat a few analyses with halved and doubled penalties and time step."""
+"""Repeat a few analyses at the reference accuracy and with other penalties."""
 
 from pathlib import Path
 
@@ -14,8 +14,8 @@ if __name__ == "__main__":
         setup = StudySetup.from_sections(snakemake.params.sections, folder)
         write_sensitivity(
             setup,
-            snakemake.params.variant,
-            count=snakemake.params.motions,
+            snakemake.params.variants,
+            count=snakemake.params.rows,
             n_jobs=snakemake.threads,
             output=Path(snakemake.output.table),
         )

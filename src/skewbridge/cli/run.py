@@ -33,7 +33,10 @@ IncidenceOption = Annotated[
     float, typer.Option("--incidence-deg", help="From bridge x to component 1.")
 ]
 SchemeOption = Annotated[str, typer.Option("--scheme", help="default or paper.")]
-DtOption = Annotated[float, typer.Option("--dt-s", help="Time step.")]
+AccuracyOption = Annotated[str, typer.Option("--accuracy", help="reference, default or fast.")]
+DtOption = Annotated[
+    float | None, typer.Option("--dt-s", help="Regular time step instead of the accuracy's.")
+]
 DurationOption = Annotated[
     float | None, typer.Option("--duration-s", help="Cut the motion to this window.")
 ]
@@ -57,7 +60,8 @@ def run(
     scale: ScaleOption = 1.0,
     incidence_deg: IncidenceOption = 0.0,
     scheme: SchemeOption = "default",
-    dt_s: DtOption = 0.005,
+    accuracy: AccuracyOption = "default",
+    dt_s: DtOption = None,
     duration_s: DurationOption = None,
     changes: SetOption = None,
     figures: FiguresOption = True,
@@ -73,7 +77,7 @@ def run(
         raise InputError("motion: name two component files, or a row of a finished study")
     else:
         named = {"scheme": scheme, "dt_s": dt_s, "duration_s": duration_s}
-        settings, options = settings_and_options(changes, named)
+        settings, options = settings_and_options(changes, named, accuracy)
         task = _task(choice.variant().normalised(), motion, scale, incidence_deg, settings, options)
     result, row = _analysed(task, writable_folder(out))
     _write(task, result, row, out, figures=figures)

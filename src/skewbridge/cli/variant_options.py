@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 import yaml
 
+from skewbridge.analysis.accuracy import under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.reading import checked
@@ -96,22 +97,25 @@ def model_options(pairs: Sequence[str] | None) -> ModelOptions:
 
 
 def settings_and_options(
-    pairs: Sequence[str] | None, named: Mapping[str, Any]
+    pairs: Sequence[str] | None, named: Mapping[str, Any], accuracy: str = "default"
 ) -> tuple[AnalysisSettings, ModelOptions]:
     """Return the settings of the analysis and the modelling options with what is chosen.
 
     Args:
         pairs: Texts of ``--set``.
-        named: Keys of the analysis that have an option of their own.
+        named: Keys of the analysis that have an option of their own; None where it is not given.
+        accuracy: Set of numerics below all these keys.
 
     Raises:
         InputError: A key is unknown, or a value outside its limits.
     """
     chosen, keys = _chosen(pairs), {field.name for field in fields(AnalysisSettings)}
-    analysis = {key: value for key, value in chosen.items() if key in keys}
+    given = {key: value for key, value in named.items() if value is not None}
+    analysis = given | {key: value for key, value in chosen.items() if key in keys}
     model = {key: value for key, value in chosen.items() if key not in keys}
-    settings = checked(AnalysisSettings, {**named, **analysis}, "the options")
-    return settings, checked(ModelOptions, model, "--set")
+    full = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
+    settings = checked(AnalysisSettings, full["analysis"], "the options")
+    return settings, checked(ModelOptions, full["model"], "--set")
 
 
 def _chosen(pairs: Sequence[str] | None) -> dict[str, Any]:

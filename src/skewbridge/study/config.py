@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
+from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.settings import MotionsConfig
@@ -18,12 +19,13 @@ from skewbridge.variant.options import ModelOptions
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class SensitivityConfig:
-    """Numerical check: penalties and time step halved and doubled on a few analyses."""
+    """Numerical check: rows of the study at the reference accuracy, and with other penalties."""
 
-    motions: Whole = Field(
-        default=3,
+    rows: Whole = Field(
+        default=4,
         ge=0,
-        description="strongest so many motions, on the most skewed frictional variant; 0 for none",
+        description="so many rows of the study again at the reference accuracy and with halved and "
+        "doubled penalties, spread over its variants, under its strongest motions; 0 for none",
     )
 
 
@@ -34,6 +36,11 @@ class StudyConfig(BaseModel):
 
     results: str = Field(
         default=DEFAULT_ROOT, min_length=1, description="folder of everything that the study writes"
+    )
+    accuracy: Accuracy = Field(
+        default="default",
+        description="set of numerics (steps, tolerance, wall points, fibers, deck elements); a key "
+        "that is written under model or analysis beats it",
     )
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
@@ -53,7 +60,7 @@ def parse_config(raw: Mapping[str, Any]) -> StudyConfig:
         InputError: A key is unknown or a value is outside its limits; every finding is one line
             with the key, the limit and the value given.
     """
-    return checked(StudyConfig, dict(raw), "the configuration")
+    return _checked(raw, "the configuration")
 
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:
@@ -63,7 +70,14 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
         InputError: The file is missing, no YAML mapping, or invalid.
     """
     raw = read_mapping(base) if base is not None and base != path else {}
-    return checked(StudyConfig, merged(raw, read_mapping(path)), path)
+    return _checked(merged(raw, read_mapping(path)), path)
+
+
+def _checked(raw: Mapping[str, Any], where: str | Path) -> StudyConfig:
+    """Check a mapping with its accuracy spread over the sections."""
+    chosen = raw.get("accuracy")
+    full = under_explicit_keys(raw, chosen) if chosen in NUMERICS else dict(raw)
+    return checked(StudyConfig, full, where)
 
 
 def plain_sections(config: StudyConfig, *names: str) -> dict[str, Any]:

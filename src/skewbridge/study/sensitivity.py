@@ -1,11 +1,14 @@
-"""Numerical sensitivity: penalties and time step halved and doubled on a few analyses."""
+"""Numerical sensitivity: rows of the study again at the reference accuracy, and other penalties."""
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 import pandas as pd
 
+from skewbridge.analysis.accuracy import at_accuracy
 from skewbridge.demands.columns import demands_for
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import RAN
@@ -15,77 +18,106 @@ from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task
 
-CHANGED: Final = ("time step", "normal penalty", "tangential penalty")
-CHANGES: Final = ("default", *(f"{name} x {by}" for name in CHANGED for by in ("1/2", "2")))
 DEMANDS: Final = demands_for("sensitivity")
+AS_IN_STUDY: Final = "default"
 
 
-def write_sensitivity(
-    setup: StudySetup, slug: str, *, count: int, n_jobs: int, output: Path
-) -> None:
-    """Run the changes and write the ratios of the demands to the default, mean over motions.
+def _reference(task: Task) -> Task:
+    settings, options = at_accuracy(task.settings, task.options, "reference")
+    return replace(task, settings=settings, options=options)
 
-    What stands in the journal of the variant or in the own one is not run again.
+
+def _with_options(**values: float) -> Callable[[Task], Task]:
+    return lambda task: replace(task, options=replace(task.options, **values))
+
+
+#: What is made of a row of the study, by name; the names start columns of the table.
+CHANGES: Final[Mapping[str, Callable[[Task], Task]]] = {
+    AS_IN_STUDY: lambda task: task,
+    "reference": _reference,
+    "kn_half": _with_options(normal_stiffness_factor=0.5),
+    "kn_double": _with_options(normal_stiffness_factor=2.0),
+    "kt_half": _with_options(tangent_stiffness_factor=0.5),
+    "kt_double": _with_options(tangent_stiffness_factor=2.0),
+}
+
+
+def sampled_rows(setup: StudySetup, slugs: Sequence[str], count: int) -> list[Task]:
+    """Return rows of the study, spread over its variants, each with another strong motion.
 
     Args:
         setup: What the variants share.
-        slug: The variant.
-        count: Motions, the strongest by the largest scaled PGV; 0 writes an empty table.
-        n_jobs: Worker processes.
-        output: Parquet file: change, motions, status, one ratio column per demand and the
-            largest deviation of a single motion.
+        slugs: Variants to choose from, in the order of the study.
+        count: How many; the strongest motions by their largest scaled PGV, in turn.
     """
-    tasks = sorted(setup.tasks(slug), key=lambda t: -t.motion.measures["im_pgv_rotd50_mps"])[:count]
-    runs = [(change, changed_task(task, change)) for task in tasks for change in CHANGES]
+    places = np.linspace(0, len(slugs) - 1, count).round().astype(int) if slugs else []
+    rows: list[Task] = []
+    for number, place in enumerate(places):
+        tasks = setup.tasks(slugs[place])
+        tasks.sort(key=lambda task: -task.motion.measures["im_pgv_rotd50_mps"])
+        rows.append(tasks[number % len(tasks)])
+    return rows
+
+
+def write_sensitivity(
+    setup: StudySetup, slugs: Sequence[str], *, count: int, n_jobs: int, output: Path
+) -> None:
+    """Run the changes and write how the demands move.
+
+    What stands in the journals of the variants or in the own one is not run again.
+
+    Args:
+        setup: What the variants share.
+        slugs: Variants to choose from.
+        count: Rows of the study; 0 writes an empty table.
+        n_jobs: Worker processes.
+        output: Parquet file: one row per demand with the mean ratio of the study to the reference,
+            and the largest change of a single row by each of `CHANGES`.
+    """
+    tasks = sampled_rows(setup, slugs, count)
+    runs = [
+        (number, name, CHANGES[name](task)) for number, task in enumerate(tasks) for name in CHANGES
+    ]
     own = setup.folder.journal("sensitivity")
+    done = read_journal(own)
+    for slug in {task.variant.slug for task in tasks}:
+        done |= read_journal(setup.folder.journal(slug))
     with open_journal(own) as journal:
         rows = run_tasks(
-            [task for _, task in runs],
+            [task for _, _, task in runs],
             journal,
-            read_journal(setup.folder.journal(slug)) | read_journal(own),
+            done,
             n_jobs=n_jobs,
             log_folder=setup.folder.solver_logs / "sensitivity",
             on_finished=log_failure,
         )
     frame = pd.DataFrame(
-        [{"change": change, **row} for (change, _), row in zip(runs, rows, strict=True)]
+        [{"row": n, "change": name, **row} for (n, name, _), row in zip(runs, rows, strict=True)]
     )
     write_frame(sensitivity_table(frame) if count else pd.DataFrame(), output, provenance())
 
 
 def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the ratios to the default, one row per change.
+    """Return how the demands move, one row per demand.
 
     Args:
-        rows: Demands rows with a column ``change``.
+        rows: Demands rows with the columns ``row`` (of the study) and ``change``. Those that did
+            not run to a status of theirs are left out and counted.
     """
-    demands = rows.pivot_table(index="motion_id", columns="change", values=list(DEMANDS))
+    ran = rows[rows["status"].isin(RAN)]
     table: list[dict[str, object]] = []
-    for change in CHANGES[1:]:
-        ratios = {name: demands[name][change] / demands[name]["default"] for name in DEMANDS}
-        of_change = rows[rows["change"] == change]
-        table.append(
-            {
-                "change": change,
-                "motions": len(of_change),
-                "completed": int(of_change["status"].isin(RAN).sum()),
-                **{name: float(ratio.mean()) for name, ratio in ratios.items()},
-                "largest single change": max(
-                    float((ratios[name] - 1).abs().max()) for name in DEMANDS[:-1]
-                ),
-            }
-        )
+    for demand in DEMANDS:
+        values = ran.pivot_table(index="row", columns="change", values=demand)
+        found: dict[str, object] = {
+            "demand": demand,
+            "rows": rows["row"].nunique(),
+            "not_run": len(rows) - len(ran),
+        }
+        for change in list(CHANGES)[1:]:
+            # zero over zero: a demand that this row does not have
+            ratio = (values[AS_IN_STUDY] / values[change]).dropna()
+            if change == "reference":
+                found["reference_mean_ratio"] = float(ratio.mean())
+            found[f"{change}_largest_change"] = float((ratio - 1.0).abs().max())
+        table.append(found)
     return pd.DataFrame(table)
-
-
-def changed_task(task: Task, change: str) -> Task:
-    """Return an analysis with one of `CHANGES` made to it."""
-    settings, options = task.settings, task.options
-    factor = 2.0 if change.endswith("x 2") else 0.5
-    if change.startswith("time step"):
-        settings = replace(settings, dt_s=settings.dt_s * factor)
-    elif change.startswith("normal"):
-        options = replace(options, normal_stiffness_factor=factor)
-    elif change.startswith("tangential"):
-        options = replace(options, tangent_stiffness_factor=factor)
-    return replace(task, settings=settings, options=options)
