@@ -34,7 +34,7 @@ class Watch:
             for column in model.columns
         )
         self._corners = tuple(
-            (_Point(layout, start, corner.node), abutment.normal, abutment.seat_width_m)
+            (_Point(layout, start, corner.node), abutment.normal, abutment.support_length_m)
             for abutment in model.abutments
             for corner in abutment.corners
         )
@@ -62,9 +62,9 @@ class Watch:
         """Return the name of the demand whose limit is passed, or an empty text."""
         if self._drift(row) >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
-        for point, normal, seat_m in self._corners:
+        for point, normal, support_m in self._corners:
             x, y = point.disp(row)
-            if -(x * normal[0] + y * normal[1]) > seat_m:
+            if -(x * normal[0] + y * normal[1]) > support_m:
                 return "unseating_m"
         if self._disp_m(row) > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"

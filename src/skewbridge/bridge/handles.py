@@ -94,7 +94,7 @@ class AbutmentHandle:
         tangent: ``normal`` turned by +90 degrees: along the wall.
         gap_m: Longitudinal joint gap, normal to the wall.
         transverse_gap_m: Gap at the keys.
-        seat_width_m: Support length normal to the seat.
+        seat_width_m: From the backwall to the edge of the seat, normal to it.
         centre_node: Node at deck level on the centreline, moves with the deck end.
         corners: The two corners of the deck end.
         bearings: Pads (or supports).
@@ -131,6 +131,11 @@ class AbutmentHandle:
     other_springs: tuple[int, ...]
     masses_kg: dict[int, float] = field(default_factory=dict[int, float])
     links: tuple[int, ...] = ()
+
+    @property
+    def support_length_m(self) -> float:
+        """Length of deck on the seat at rest, normal to it: the deck ends a gap from the wall."""
+        return self.seat_width_m - self.gap_m
 
     @property
     def springs(self) -> tuple[SpringHandle, ...]:

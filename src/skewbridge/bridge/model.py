@@ -17,7 +17,6 @@ from skewbridge.bridge.deck_plan import DeckEnd, Side, deck_end
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
-from skewbridge.units import MM
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -128,7 +127,7 @@ def build_side(side: Side, deck_node: int, plan: Blueprint) -> AbutmentHandle:
         data=bridge.abutment,
         options=plan.options,
         tags=plan.tags,
-        gap_m=plan.variant.gap_mm * MM,  # ASSUME measured normal to the wall
+        gap_m=plan.variant.normal_gap_m,
         friction=plan.variant.friction,
         contacts=plan.contacts,
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final, Self
 
 from skewbridge.errors import InputError
+from skewbridge.units import MM
 from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
 from skewbridge.variant.axes import AXES, OPTION_PATTERN, axis, option_in_name
 
@@ -32,7 +33,7 @@ class Variant:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
         abutment: Abutment model, a name in `skewbridge.variant.abutments`.
         skew_deg: Skew of the abutment line from the transverse axis, whole degrees.
-        gap_mm: Initial longitudinal joint gap, whole millimetres.
+        gap_mm: Initial joint gap, whole millimetres.
         friction_pct: Coulomb coefficient at the contacts, whole hundredths.
         options: Modelling options that are axes of the grid, with their values, sorted.
 
@@ -77,6 +78,11 @@ class Variant:
             friction_pct=core["friction"],
             options=tuple(sorted(options.items())),
         )
+
+    @property
+    def normal_gap_m(self) -> float:
+        """Initial joint gap normal to the wall."""
+        return self.gap_mm * MM  # ASSUME measured normal to the wall
 
     @property
     def friction(self) -> float:
