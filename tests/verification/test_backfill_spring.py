@@ -1,4 +1,4 @@
-"""One backfill spring on paths: the capped hyperbola, unloading, the gap behind the wall, reloading.
+"""One backfill spring on paths: capped hyperbola, unloading, gap behind the wall, reloading.
 
 Limits: 0.5 % of the force on first loading (the polygon misses 0.1 %), 2 micrometres where a gap
 closes, and no force to speak of while a gap is open.
