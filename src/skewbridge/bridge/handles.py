@@ -105,7 +105,8 @@ class AbutmentHandle:
         key_nodes: Key nodes, same order as ``key_units``.
         wall_springs: Springs that push the deck away from the backfill: between ground and wall
             node with contact, between ground and deck without.
-        key_springs: The same for the shear keys (transverse springs of `simplified`).
+        key_springs: Backbones of the shear keys: between ground, or the body of `spring`, and key
+            node; transverse springs of `simplified`.
         wing_springs: Wing-wall springs.
         other_springs: Weak restoring springs and dashpots as elements (no demand reads them).
         masses_kg: Masses of walls, keys and abutment body by node.
