@@ -18,6 +18,7 @@ from skewbridge.bridge.handles import (
     SpringHandle,
 )
 from skewbridge.bridge.shear_capacity import ShearSection, sdc_shear_strength
+from skewbridge.errors import InputError
 
 CENTRE, TOP, BASE, CORNER_1, CORNER_2, WALL = 1, 2, 3, 4, 5, 6
 COLUMN = 10
@@ -216,3 +217,11 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(layout, rows, move
     watch = Watch(model, layout, rows[0], AnalysisSettings())
     assert watch.collapsed(rows[0]) == ""
     assert watch.collapsed(rows[1]) == expected
+
+
+def test_a_gap_as_wide_as_the_seat_is_refused(layout, rows):
+    model = SimpleNamespace(
+        weight_n=1e7, deck_centre_node=CENTRE, columns=(), abutments=(abutment(gap_m=0.95),)
+    )
+    with pytest.raises(InputError, match=r"gap_mm must be below the seat width of 900 mm, got 950"):
+        Watch(model, layout, rows[0], AnalysisSettings())
