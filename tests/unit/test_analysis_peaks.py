@@ -1,11 +1,14 @@
 """Demands are what the data dictionary says, on histories made by hand."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from skewbridge.analysis import peaks
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.status import Watch
 from skewbridge.analysis.trace import Layout, Trace
 from skewbridge.bridge.handles import (
     AbutmentHandle,
@@ -15,6 +18,7 @@ from skewbridge.bridge.handles import (
     SpringHandle,
 )
 from skewbridge.bridge.shear_capacity import ShearSection, sdc_shear_strength
+from skewbridge.errors import InputError
 
 CENTRE, TOP, BASE, CORNER_1, CORNER_2, WALL = 1, 2, 3, 4, 5, 6
 COLUMN = 10
@@ -201,3 +205,23 @@ def test_a_key_counts_while_the_deck_touches_it(layout, rows):
     handle = abutment(key_springs=(spring,), key_units=(1,))
     (force,) = peaks.key_forces_n(handle, Trace(layout=layout, rows=rows))
     assert force.tolist() == [0.0, 2.0e5, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(("move_m", "expected"), [(0.849, ""), (0.851, "unseating_m")])
+def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(layout, rows, move_m, expected):
+    model = SimpleNamespace(
+        weight_n=1e7, deck_centre_node=CENTRE, columns=(), abutments=(abutment(),)
+    )
+    rows[0, layout.node(CORNER_1)] = 0.01  # under gravity
+    rows[1, layout.node(CORNER_1)] = 0.01 - move_m
+    watch = Watch(model, layout, rows[0], AnalysisSettings())
+    assert watch.collapsed(rows[0]) == ""
+    assert watch.collapsed(rows[1]) == expected
+
+
+def test_a_gap_as_wide_as_the_seat_is_refused(layout, rows):
+    model = SimpleNamespace(
+        weight_n=1e7, deck_centre_node=CENTRE, columns=(), abutments=(abutment(gap_m=0.95),)
+    )
+    with pytest.raises(InputError, match=r"gap_mm must be below the seat width of 900 mm, got 950"):
+        Watch(model, layout, rows[0], AnalysisSettings())

@@ -1,5 +1,6 @@
 """Design checks against hand values of the project's reference page, sections 1 and 6."""
 
+from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -11,6 +12,7 @@ from skewbridge.analysis.sdc import (
     sdc_rows,
     seat_demand_aashto_m,
     seat_demand_sdc_m,
+    summary_row,
 )
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.variant.variant import Variant
@@ -69,3 +71,15 @@ def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:
     assert moves["right acute"] == pytest.approx(0.1 * np.cos(radians(30)))
     assert moves["right obtuse"] == 0.0
     assert moves["left acute"] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("gap_mm", "support_m"), [(25, 0.889), (51, 0.863)])
+def test_the_support_at_rest_is_the_seat_less_the_gap(gap_mm: int, support_m: float) -> None:
+    variant = replace(VARIANT, gap_mm=gap_mm)
+    bridge = load_bridge("osb1")
+    rows = {row["check"]: row for row in sdc_rows(variant, 0.1, {"left acute": 0.2})}
+    assert rows["left acute seat, SDC (m)"]["capacity"] == pytest.approx(support_m)
+    assert rows["seat, AASHTO 1.5 N (m)"]["capacity"] == pytest.approx(support_m)
+    summary = summary_row(variant, 0.1, 0.2, 0.9)
+    demand_m = seat_demand_sdc_m(bridge, 0.9)
+    assert summary["seat_worst_ratio"] == pytest.approx(demand_m / support_m)

@@ -194,7 +194,9 @@ def test_a_failed_run_that_exceeded_already_is_known():
     last = table[IM].idxmax()
     table.loc[last, "status"] = "numerical_failure"
     state = states("column_drift")[0]
-    judged = outcomes_of(table[state.demand].to_numpy(), table["status"].to_numpy(dtype=str), state)
+    inside = np.zeros(len(table), dtype=bool)
+    status = table["status"].to_numpy(dtype=str)
+    judged = outcomes_of(table[state.demand].to_numpy(), status, inside, state)
     assert judged.exceed[last]
     assert not judged.unknown.any()
 

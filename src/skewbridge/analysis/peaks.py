@@ -148,10 +148,6 @@ def key_deformations_m(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
 
     Without key nodes: what is left of the closing of the transverse springs after the gap.
     """
-    if abutment.key_nodes and not abutment.key_units:  # keys on a body that moves along the wall
-        body = trace.disp(abutment.wing_springs[0].nodes[1])
-        pairs = zip(abutment.key_springs, abutment.key_nodes, strict=True)
-        return [np.abs(along(spring.direction, trace.disp(node) - body)) for spring, node in pairs]
     gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
     moves = [
         along(spring.direction, _deformation(spring, trace)) for spring in abutment.key_springs

@@ -72,8 +72,17 @@ def bent_capacities(bridge: BridgeData) -> list[BentCapacity]:
     return capacities
 
 
+def support_length_m(variant: Variant, bridge: BridgeData) -> float:
+    """Return the length of deck on the seat at rest, normal to it: the seat less the gap.
+
+    References:
+        AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
+    """
+    return bridge.abutment.seat_width_m - variant.normalised().normal_gap_m()
+
+
 def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
-    """Return the required seat width normal to the bearing line.
+    """Return the required support length normal to the bearing line.
 
     References:
         Caltrans SDC 1.7 section 7.8.3.
@@ -106,15 +115,15 @@ def sdc_rows(
     The corners are named as in `corner_moves_m`, which gives their outward displacements.
     """
     bridge = load_bridge(variant.bridge)
-    seat, skew = bridge.abutment.seat_width_m, radians(variant.skew_deg)
+    support, skew = support_length_m(variant, bridge), radians(variant.skew_deg)
     checks: list[tuple[str, float, float]] = []  # name, demand, capacity
     for bent in bent_capacities(bridge):
         ratio, name = bent.p_delta_ratio(deck_disp_m), f"bent {bent.bent}"
         checks.append((f"{name} displacement (m)", deck_disp_m, bent.capacity_m))
         checks.append((f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT))
     for corner, unseating_m in corners_m.items():
-        checks.append((f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), seat))
-    checks.append(("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), seat))
+        checks.append((f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support))
+    checks.append(("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), support))
     return [
         {
             "check": name,
@@ -135,15 +144,15 @@ def summary_row(
     The outward moves, normal to the seat, are those of the worse acute and of the worst corner.
     """
     bridge = load_bridge(variant.bridge)
-    bents, seat = bent_capacities(bridge), bridge.abutment.seat_width_m
+    bents, support = bent_capacities(bridge), support_length_m(variant, bridge)
     aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
     return {
         "variant": variant.slug,
         "disp_ratio": max((deck_disp_m / bent.capacity_m for bent in bents), default=0.0),
         "p_delta_ratio": max((bent.p_delta_ratio(deck_disp_m) for bent in bents), default=0.0),
-        "seat_acute_ratio": seat_demand_sdc_m(bridge, acute_m) / seat,
-        "seat_worst_ratio": seat_demand_sdc_m(bridge, worst_m) / seat,
-        "seat_aashto_ratio": aashto_m / seat,
+        "seat_acute_ratio": seat_demand_sdc_m(bridge, acute_m) / support,
+        "seat_worst_ratio": seat_demand_sdc_m(bridge, worst_m) / support,
+        "seat_aashto_ratio": aashto_m / support,
     }
 
 

@@ -7,6 +7,7 @@ from typing import Final
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.trace import Layout
 from skewbridge.bridge.handles import BridgeModel, PlanVector
+from skewbridge.errors import InputError
 
 # ASSUME no bridge moves this fast. A diverging solution goes on converging, with forces of any
 # size: these end it. They are far beyond what a bridge can do, and are no criteria of collapse.
@@ -16,7 +17,11 @@ MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact over the weight 
 
 
 class Watch:
-    """Compares each step with the limits; `start` is the row under gravity."""
+    """Compares each step with the limits; `start` is the row under gravity.
+
+    Raises:
+        InputError: The joint gap leaves the deck no support on its seat.
+    """
 
     def __init__(
         self, model: BridgeModel, layout: Layout, start: Sequence[float], settings: AnalysisSettings
@@ -34,11 +39,17 @@ class Watch:
             for column in model.columns
         )
         self._corners = tuple(
-            (_Point(layout, start, corner.node), abutment.normal, abutment.seat_width_m)
+            (_Point(layout, start, corner.node), abutment.normal, abutment.support_length_m)
             for abutment in model.abutments
             for corner in abutment.corners
         )
         self._last_drift = self._last_disp_m = 0.0
+        for abutment in model.abutments:
+            if abutment.support_length_m <= 0.0:
+                raise InputError(
+                    f"gap_mm must be below the seat width of {abutment.seat_width_m * 1e3:g} mm, "
+                    f"got {abutment.gap_m * 1e3:g}"
+                )
 
     def diverged(self, row: Sequence[float]) -> str:
         """Return why the state cannot be a solution, or an empty text.
@@ -62,9 +73,9 @@ class Watch:
         """Return the name of the demand whose limit is passed, or an empty text."""
         if self._drift(row) >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
-        for point, normal, seat_m in self._corners:
+        for point, normal, support_m in self._corners:
             x, y = point.disp(row)
-            if -(x * normal[0] + y * normal[1]) > seat_m:
+            if -(x * normal[0] + y * normal[1]) > support_m:
                 return "unseating_m"
         if self._disp_m(row) > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"

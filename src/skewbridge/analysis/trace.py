@@ -124,6 +124,11 @@ class Trace:
         values = self.layout.disp(self.rows, node)
         return values - values[0]
 
+    def under_gravity_m(self, node: int) -> tuple[float, float]:
+        """Plan displacement of a node under gravity, from which all others count."""
+        x, y = self.layout.disp(self.rows[:1], node)[0, :2].tolist()
+        return x, y
+
     def column_forces(self, element: int) -> Series:
         """Global end forces of a column, shape (n, 12)."""
         start = self.layout.column(element)

@@ -14,12 +14,14 @@ from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.monitor import Monitor
 from skewbridge.analysis.peaks import demands
+from skewbridge.analysis.rest import drifts_at_rest
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.status import Watch
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, solver_log
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
+from skewbridge.statuses import OK
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -92,6 +94,14 @@ class _History:
         energy = {} if self._energy is None else self._energy.terms_kj()
         ground = self._ground.at(trace.time_s)
         effort = self._loop.effort
+        found = demands(self._model, trace, ground, energy_residual_ratio(energy))
+        messages = list(self._messages(ending.message, effort.failed_attempts, energy))
+        if ending.status == OK:
+            rest = drifts_at_rest(self._model, self._settings, trace.under_gravity_m)
+            if rest.reason:
+                messages.append(f"residual drift is that of the last step: {rest.reason}")
+            else:
+                found["column_residual_drift_ratio"] = max(rest.drifts, default=0.0)
         return AnalysisResult(
             status=ending.status,
             collapse_criterion=ending.collapse_criterion,
@@ -101,11 +111,11 @@ class _History:
             substeps=effort.substeps,
             failed_attempts=effort.failed_attempts,
             iterations=effort.iterations,
-            demands=demands(self._model, trace, ground, energy_residual_ratio(energy)),
+            demands=found,
             energy_kj=energy,
             histories=histories_of(self._model, trace, ground) if self._histories else None,
             contact_layout=contact_layout(self._model) if self._histories else None,
-            messages=tuple(self._messages(ending.message, effort.failed_attempts, energy)),
+            messages=tuple(messages),
         )
 
     def _read(self) -> Ending | None:

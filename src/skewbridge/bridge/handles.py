@@ -94,7 +94,7 @@ class AbutmentHandle:
         tangent: ``normal`` turned by +90 degrees: along the wall.
         gap_m: Opening of the joint at rest, normal to the wall.
         transverse_gap_m: Gap at the keys.
-        seat_width_m: Support length normal to the seat.
+        seat_width_m: From the backwall to the edge of the seat, normal to it.
         centre_node: Node at deck level on the centreline, moves with the deck end.
         corners: The two corners of the deck end.
         bearings: Pads (or supports).
@@ -105,7 +105,8 @@ class AbutmentHandle:
         key_nodes: Key nodes, same order as ``key_units``.
         wall_springs: Springs that push the deck away from the backfill: between ground and wall
             node with contact, between ground and deck without.
-        key_springs: The same for the shear keys (transverse springs of `simplified`).
+        key_springs: Backbones of the shear keys: between ground, or the body of `spring`, and key
+            node; transverse springs of `simplified`.
         wing_springs: Wing-wall springs.
         other_springs: Weak restoring springs and dashpots as elements (no demand reads them).
         links: Stiff elements of the transverse arrays.
@@ -129,6 +130,11 @@ class AbutmentHandle:
     wing_springs: tuple[SpringHandle, ...]
     other_springs: tuple[int, ...]
     links: tuple[int, ...] = ()
+
+    @property
+    def support_length_m(self) -> float:
+        """Length of deck on the seat at rest, normal to it: the deck ends a gap from the wall."""
+        return self.seat_width_m - self.gap_m
 
     @property
     def springs(self) -> tuple[SpringHandle, ...]:

@@ -22,7 +22,6 @@ from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
-from skewbridge.units import MM
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -139,7 +138,7 @@ def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
         data=bridge.abutment,
         options=plan.options,
         tags=plan.tags,
-        gap_m=plan.options.normal_gap_mm(plan.variant.gap_mm, plan.variant.skew_deg) * MM,
+        gap_m=plan.variant.normal_gap_m(plan.options.gap_measured),
         friction=plan.variant.friction,
         contacts=plan.contacts,
     )

@@ -77,7 +77,8 @@ DEMAND_COLUMNS: Final = (
     Column("column_curvature_ductility", label="Curvature ductility", symbol=r"\mu_\phi",
            description="peak curvature over yield curvature", roles=("effect",)),
     Column("column_residual_drift_ratio", label="Residual drift ratio", symbol=r"\delta_r",
-           description="resultant drift at the end of the run", roles=("effect",)),
+           description="resultant drift at rest after the run, worst column; of a collapsed or "
+           "failed run that of its last step", roles=("effect",)),
     Column("deck_disp_x_m", unit="m", label="Deck displacement, longitudinal", symbol="u_x",
            description="peak longitudinal displacement at the mass centre", roles=("effect",)),
     Column("deck_disp_y_m", unit="m", label="Deck displacement, transverse", symbol="u_y",

@@ -12,10 +12,11 @@ from matplotlib.figure import Figure
 from skewbridge.demands.columns import label_of, unit_of
 from skewbridge.fragility.likelihood.intervals import curve, curve_band
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complete, is_of_column
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS
 from skewbridge.report.axis_layout import VariantLayout
 from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
-from skewbridge.statuses import COLLAPSE, OK
+from skewbridge.statuses import COLLAPSE
 
 _LEGEND_COLUMNS: Final = 4
 
@@ -27,9 +28,9 @@ def fragility_curves(
 
     A row of panels per limit state with at least one curve, a column as `VariantLayout` has it.
     Ticks at the bottom are runs that do not exceed, at the top runs that do (collapse included,
-    where the limit state counts it). The band is the pointwise interval of the curve; a thin line
-    is one with a warning (saturating demand, extrapolated median). The dispersion is
-    record-to-record.
+    where the limit state counts it); a run beyond the model has none where its outcome is unknown.
+    The band is the pointwise interval of the curve; a thin line is one with a warning (saturating
+    demand, extrapolated median). The dispersion is record-to-record.
 
     Args:
         curves: Table of `skewbridge.fragility.tables.curves.fit_study`.
@@ -122,8 +123,11 @@ def _curve_panel(
         above = runs[item["demand"]] > item["threshold"]
         if item["collapse_rule"] == COLLAPSE_EXCEEDS:
             above |= runs["status"] == COLLAPSE
+        beyond = is_beyond_model(runs)
+        above |= beyond & is_of_column(item["demand"])
+        below = ~above & ~beyond
         x = runs[item["im"]]
-        for hit, height, marker in ((above, 1.03, 2), (~above, -0.03, 3)):
+        for hit, height, marker in ((above, 1.03, 2), (below, -0.03, 3)):
             axes.plot(x[hit], np.full(int(hit.sum()), height), marker=marker, ls="", ms=3,
                       color=style["color"], alpha=0.5)  # fmt: skip
         if item["status"] != "ok":
@@ -145,7 +149,7 @@ def _curve_panel(
 def _cloud_points(
     axes: Axes, part: pd.DataFrame, demand: str, im_column: str, style: Mapping[str, Any]
 ) -> None:
-    done = (part["status"] == OK).to_numpy()
+    done = is_complete(part)
     x, y = part[im_column].to_numpy(), part[demand].to_numpy()
     colour = style["color"]
     axes.plot(x[done], y[done], "o", ms=2.8, color=colour, alpha=0.6, markeredgewidth=0)

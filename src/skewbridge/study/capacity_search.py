@@ -6,9 +6,11 @@ from math import sqrt
 from pathlib import Path
 from typing import Final
 
+from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import bracket_capacity
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.statuses import OK
 from skewbridge.study.batch import Row, analysed_row, of_task
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
@@ -45,10 +47,12 @@ class Search:
     def exceeds(self, row: Row) -> bool:
         """Return whether an analysis exceeds the limit.
 
-        A collapse does, and so does an analysis without a usable end: the search then goes on at
-        lower levels, where it can be believed, and the fit sees the row with its own status.
+        A collapse does, and so does an analysis without a usable end or beyond the model: the
+        search then goes on at lower levels, where it can be believed, and the fit sees the row with
+        its own status.
         """
-        return row["status"] != "ok" or bool(row[self.demand] >= self.threshold)
+        is_complete = row["status"] == OK and not row.get(BEYOND_MODEL)
+        return not is_complete or bool(row[self.demand] >= self.threshold)
 
 
 def search_capacity(

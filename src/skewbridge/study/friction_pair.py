@@ -8,6 +8,7 @@ from typing import Final
 import pandas as pd
 
 from skewbridge.analysis.transient import analyse
+from skewbridge.fragility.tables.beyond_model import is_complete
 from skewbridge.provenance.tables import provenance, read_frame, write_frame
 from skewbridge.study.setup import StudySetup
 from skewbridge.variant.variant import Variant, parse_slug
@@ -53,7 +54,7 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
 def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     """Return the motion with the upper-quartile deck displacement among the completed runs."""
     part = demands[demands["variant"] == variant.slug]
-    completed = part[part["status"] == "ok"]
+    completed = part[is_complete(part)]
     ordered = (completed if len(completed) else part).sort_values("deck_disp_m")["motion_id"]
     return str(ordered.iloc[int(TYPICAL_QUANTILE * (len(ordered) - 1))])
 

@@ -3,7 +3,6 @@
 Each field is a key of the configuration; every numeric one can be an axis of the grid.
 """
 
-from math import cos, radians
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
@@ -15,6 +14,8 @@ from skewbridge.units import MM
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
 Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
+#: How a joint gap is meant: normal to the backwall, or along the bridge.
+type GapMeasured = Literal["normal", "longitudinal"]
 type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 
@@ -41,7 +42,7 @@ class ModelOptions:
     transverse_gap_mm: Number = Field(
         default=6.4, ge=0.0, le=1.0e5, description="gap at each exterior shear key"
     )
-    gap_measured: Literal["normal", "longitudinal"] = Field(
+    gap_measured: GapMeasured = Field(
         default="normal",
         description="whether gap_mm is the opening at rest normal to the backwall, or along the "
         "bridge (the normal opening is then gap_mm times the cosine of the skew)",
@@ -145,10 +146,6 @@ class ModelOptions:
         description="friction bound of a step from the last committed normal force (as in the "
         "paper), or from the one predicted at its end",
     )
-
-    def normal_gap_mm(self, gap_mm: float, skew_deg: float) -> float:
-        """Return the opening at rest normal to the backwall."""
-        return gap_mm if self.gap_measured == "normal" else gap_mm * cos(radians(skew_deg))
 
     @property
     def transverse_gap_m(self) -> float:

@@ -3,12 +3,15 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import cos, radians
 from pathlib import Path
 from typing import Final, Self
 
 from skewbridge.errors import InputError
+from skewbridge.units import MM
 from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
 from skewbridge.variant.axes import AXES, OPTION_PATTERN, axis, option_in_name
+from skewbridge.variant.options import GapMeasured
 
 _NAMES: Final = {traits.code: name for name, traits in ABUTMENTS.items()}
 #: Pattern of the name of a bridge, which begins the name of its variants.
@@ -32,7 +35,7 @@ class Variant:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
         abutment: Abutment model, a name in `skewbridge.variant.abutments`.
         skew_deg: Skew of the abutment line from the transverse axis, whole degrees.
-        gap_mm: Initial longitudinal joint gap, whole millimetres.
+        gap_mm: Initial joint gap, whole millimetres.
         friction_pct: Coulomb coefficient at the contacts, whole hundredths.
         options: Modelling options that are axes of the grid, with their values, sorted.
 
@@ -77,6 +80,15 @@ class Variant:
             friction_pct=core["friction"],
             options=tuple(sorted(options.items())),
         )
+
+    def normal_gap_m(self, measured: GapMeasured = "normal") -> float:
+        """Return the opening of the joint at rest normal to the wall.
+
+        Args:
+            measured: How ``gap_mm`` is meant; along the bridge it is wider than the opening.
+        """
+        narrowing = cos(radians(self.skew_deg)) if measured == "longitudinal" else 1.0
+        return self.gap_mm * MM * narrowing
 
     @property
     def friction(self) -> float:

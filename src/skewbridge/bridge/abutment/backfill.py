@@ -1,7 +1,7 @@
 """Passive resistance of the backfill and of the wing walls: pure functions."""
 
 from dataclasses import dataclass
-from math import degrees, exp
+from math import atan, degrees, exp, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,14 +13,21 @@ type FloatArray = NDArray[np.float64]
 
 MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
 FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees
+# A hyperbola that never reaches its ultimate force (ratio 1) has 99.9 % of it at this multiple of
+# the elastic closure.
+_LONGEST_HYPERBOLA = 1.0e3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Passive:
     """Resistance against closure in N, with d the closure in m.
 
-    Hyperbolic: ``d / (1/stiffness + failure_ratio d / ultimate)``; bilinear where
-    ``failure_ratio`` is zero: ``min(stiffness d, ultimate)``.
+    Hyperbolic: ``d / (1/stiffness + failure_ratio d / ultimate)`` up to the ultimate force;
+    bilinear where ``failure_ratio`` is zero: ``min(stiffness d, ultimate)``.
+
+    References:
+        Shamsabadi, Rollins and Kapuskar (2007), J. Geotech. Geoenviron. Eng. 133(6):707-720: the
+        hyperbola ends at the ultimate force.
     """
 
     stiffness_n_per_m: float
@@ -30,10 +37,23 @@ class Passive:
     def force_n(self, closure_m: ArrayLike) -> FloatArray:
         """Return the force at a closure of first loading."""
         closure = np.maximum(np.asarray(closure_m, dtype=np.float64), 0.0)
-        if self.failure_ratio == 0.0:
-            return np.minimum(self.stiffness_n_per_m * closure, self.ultimate_n)
         flexibility = 1.0 / self.stiffness_n_per_m
-        return closure / (flexibility + self.failure_ratio * closure / self.ultimate_n)
+        hyperbola = closure / (flexibility + self.failure_ratio * closure / self.ultimate_n)
+        return np.minimum(hyperbola, self.ultimate_n)
+
+    def polygon(self, chords: int) -> tuple[FloatArray, FloatArray]:
+        """Return closures in m and forces in N of a polygon inscribed in the hyperbola.
+
+        From the origin to the ultimate force. All chords miss the same share of the force at most,
+        0.1 % with 30. ``failure_ratio`` is not zero.
+        """
+        ratio = self.failure_ratio
+        yield_m = self.ultimate_n / self.stiffness_n_per_m
+        end = min(1.0 / max(1.0 - ratio, 1e-12), _LONGEST_HYPERBOLA)
+        # with force sin^2(t) / ratio a chord's share is dt^2 / 4 everywhere
+        steps = np.linspace(0.0, atan(sqrt(ratio * end)), chords + 1)
+        closures = np.tan(steps) ** 2 / ratio * yield_m
+        return closures, self.force_n(closures)
 
     def scaled(self, factor: float) -> "Passive":
         """Return strength and stiffness times a factor: a share of the wall, or a reduction."""
@@ -76,14 +96,14 @@ def hyperbolic_backfill(abutment: AbutmentData) -> Passive:
             ultimate_n=data.ultimate_kn * KN * scale,
             failure_ratio=data.failure_ratio,
         )
-    # source: PyPBEE, hyperbola through (F / 2, F / 2 K50) and (F, y_max), failure ratio 1
+    # source: PyPBEE, hyperbola through (F / 2, F / 2 K50) and (F, y_max), where it ends
     half, force = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
     end_m = data.ultimate_closure_ratio * abutment.wall_height_m
     stiffness = 2.0 * half - force / end_m
     return Passive(
         stiffness_n_per_m=stiffness,
-        ultimate_n=stiffness / (2.0 * (half / force - 1.0 / end_m)),
-        failure_ratio=1.0,
+        ultimate_n=force,
+        failure_ratio=2.0 * (half - force / end_m) / stiffness,
     )
 
 

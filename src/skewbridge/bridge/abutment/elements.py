@@ -12,9 +12,13 @@ from skewbridge.bridge.handles import SpringHandle
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import KN, MM
 
-# The hyperbolic material wants a gap: far below any displacement that matters.
+# The gap materials want a gap: far below any displacement that matters.
 NO_GAP_M = 1.0e-6
 _NEVER_M = 1.0e3  # an elastic gap spring would yield at this deformation
+_CHORDS = 30  # of a hyperbola: within 0.1 % of it
+_PLATEAU_SLOPE = 1.0e-5  # of the initial stiffness: a tangent of zero would be one of either sign
+_NO_TENSION = 1.0e-6  # of the ultimate force, at which the spring cracks and opens
+_FAR_M = 10.0  # a curve ends at this deformation
 # source: defaults of the OpenSees manual for an unpinched Hysteretic spring without damage
 NO_PINCHING = (1.0, 1.0)
 NO_DAMAGE = (0.0, 0.0)
@@ -27,15 +31,30 @@ def turned(direction: PlanVector) -> PlanVector:
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
     """Create a spring that resists closing (negative deformation) beyond a gap."""
-    # ASSUME the soil keeps its indentation: on unloading a gap opens behind the wall
+    # ASSUME the soil keeps its indentation: it unloads as stiff as at first, then a gap opens
+    # behind the wall
     material = tags.material()
-    gap = max(gap_m, NO_GAP_M)
     stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     if passive.failure_ratio == 0.0:
+        gap = max(gap_m, NO_GAP_M)
         ops.uniaxialMaterial("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage")
-    else:
-        hyperbola = (stiffness, stiffness, passive.failure_ratio, -ultimate, -gap)
-        ops.uniaxialMaterial("HyperbolicGapMaterial", material, *hyperbola)
+        return material
+    # A plastic curve of any shape, without tension. HyperbolicGapMaterial does not end at the
+    # ultimate force, and jumps on reloading after a trial that overshot.
+    closures, forces = passive.polygon(_CHORDS)
+    far_n = ultimate + _PLATEAU_SLOPE * stiffness * _FAR_M
+    crack_n = _NO_TENSION * ultimate
+    compression = ("-Ce", *closures.tolist(), _FAR_M, "-Cs", *forces.tolist(), far_n)
+    undamaged = ("-Cd", *[0.0] * (_CHORDS + 2))
+    opening = ("-Te", 0.0, crack_n / stiffness, _FAR_M, "-Ts", 0.0, crack_n, crack_n)
+    curve = (*compression, *undamaged, *opening, "-Td", 0.0, 0.0, 1.0, "-tangent")
+    ops.uniaxialMaterial("ASDConcrete1D", material, stiffness, *curve)
+    return _behind_gap(material, gap_m, tags) if gap_m > 0.0 else material
+
+
+def _behind_gap(spring: int, gap_m: float, tags: TagAllocator) -> int:
+    material = tags.material()
+    ops.uniaxialMaterial("InitStrainMaterial", material, spring, gap_m)
     return material
 
 

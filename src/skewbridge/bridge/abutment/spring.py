@@ -98,6 +98,6 @@ def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -
     penalty = normal_penalty(key_stiffness_n_per_m(context.key), mass_kg, context.options)
     material = gap_material(penalty, context.options.transverse_gap_m, tags)
     gap, _ = spring_element((node, deck_node), inward, [material], [], tags)
-    parts.key_springs.append(gap)
-    parts.other_springs.append(holder.element)
+    parts.key_springs.append(holder)
+    parts.other_springs.append(gap.element)
     parts.key_nodes.append(node)

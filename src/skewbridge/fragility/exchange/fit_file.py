@@ -16,6 +16,7 @@ from skewbridge.fragility.likelihood.parts import RunCounts
 from skewbridge.fragility.likelihood.validate import as_column
 from skewbridge.fragility.methods import cloud, cloud_models, ida, stripes, tobit
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.beyond_model import is_beyond_model
 from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
 from skewbridge.fragility.tables.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.tables.outcomes import Runs, outcomes_of
@@ -197,11 +198,13 @@ def _fit_tobit(
 
 
 def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
-    """Fit a table with one row per run; a ``status`` and a ``motion_id`` column are obeyed."""
+    """Fit a table with one row per run; ``status``, ``beyond_model``, ``motion_id`` are obeyed."""
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
     need_columns(table, (options.im, options.edp), "the table")
-    plain = "status" not in table.columns or bool((table["status"] == OK).all())
+    beyond = is_beyond_model(table)
+    ended = "status" not in table.columns or bool((table["status"] == OK).all())
+    plain = ended and not np.any(beyond)
     alone = "motion_id" not in table.columns or bool(table["motion_id"].is_unique)
     im = as_column(table[options.im].to_numpy(), options.im)
     if options.method == "cloud" and plain and (alone or options.model is not None):
@@ -212,7 +215,7 @@ def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
     x, _, _ = cloud.cloud_columns(im, np.ones(im.size), options.threshold)
     status = np.full(x.size, OK) if "status" not in table.columns else table["status"].to_numpy(str)
     codes = motion_codes(table) if "motion_id" in table.columns else np.arange(x.size)
-    runs = Runs(im=im, status=status, records=codes)
+    runs = Runs(im=im, status=status, beyond=beyond, records=codes)
     state = LimitState(
         component=options.edp,
         name="threshold",
@@ -221,7 +224,7 @@ def _fit_runs(table: pd.DataFrame, options: FitOptions) -> FragilityFit:
         dispersion=options.capacity_dispersion,
     )
     demand = as_column(table[options.edp].to_numpy(), options.edp)
-    outcomes = outcomes_of(demand, status, state)
+    outcomes = outcomes_of(demand, status, beyond, state)
     cloud.cloud_columns(im, demand, options.threshold, (~outcomes.complete).astype(np.float64))
     if options.method == "cloud":
         fit = fit_variant_cloud(runs, outcomes, state, options.settings)

@@ -10,6 +10,7 @@ import pandas as pd
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.data_files import read_table
 from skewbridge.fragility.likelihood.validate import as_column, require_all
+from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.fragility.tables.key_columns import (
     IDENTITY_COLUMNS,
     LOADING_COLUMNS,
@@ -63,7 +64,7 @@ def read_foreign(
     for name, value in (dict(_DEFAULTS) | dict(constants or {})).items():
         if name not in out:
             out[name] = value
-    texts = {*IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion"}
+    texts = {*IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", BEYOND_MODEL}
     for name in out.columns.difference(sorted(texts)):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
         out[name] = numbers * (factors or {}).get(name, 1.0)
@@ -71,7 +72,8 @@ def read_foreign(
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(texts) for texts in zip(*parts, strict=True)]
     for name in texts & set(out.columns):
-        out[name] = out[name].astype(str)
+        values = out[name].fillna("") if name == BEYOND_MODEL else out[name]
+        out[name] = values.astype(str)
     known = out["status"].isin(STATUSES).to_numpy()
     wrong = repr(out["status"].iloc[int(np.argmin(known))])
     require_all(known, "status", f"{wrong} is not known")

@@ -39,8 +39,9 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "n_runs": "runs of the variant",
     "n_records": "motions behind them",
     "n_exceed": "runs known to exceed",
-    "n_unknown": "failed runs whose outcome is unknown",
+    "n_unknown": "runs, failed or beyond the model, whose outcome is unknown",
     "n_collapse": "collapsed runs",
+    "n_beyond_model": "runs in which a column failed beyond the model",
     "theta_exclude": "median with unknown outcomes left out",
     "beta_exclude": "dispersion with unknown outcomes left out",
     "theta_all_exceed": "median if all unknown outcomes exceed",
@@ -79,7 +80,8 @@ def curve_row(
 ) -> dict[str, Any]:
     """Return the row of one fit (without the columns that name the variant).
 
-    ``counts`` are n_runs, n_records, n_exceed, n_unknown, n_collapse; ``slope`` is b of the log-
+    ``counts`` are n_runs, n_records, n_exceed, n_unknown, n_collapse, n_beyond_model;
+    ``slope`` is b of the log-
     log line, which carries the dispersion of the capacity over to the intensity measure, if there
     is one.
     """

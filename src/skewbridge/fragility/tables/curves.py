@@ -10,6 +10,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.methods.ordered import crossing
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.beyond_model import is_beyond_model
 from skewbridge.fragility.tables.curve_rows import curve_row
 from skewbridge.fragility.tables.key_columns import motion_codes, variant_values
 from skewbridge.fragility.tables.limit_states import LimitState
@@ -29,7 +30,8 @@ def fit_study(
 ) -> pd.DataFrame:
     """Fit every variant and limit state of a demands table.
 
-    Methods: ``cloud`` (log-log regression; Tobit where runs collapsed or failed) and
+    Methods: ``cloud`` (log-log regression; Tobit where runs collapsed, failed or
+    went beyond the model) and
     ``exceedance`` (probit on exceeded or not); where motions repeat at several levels also
     ``ida_interval``. Intervals are Fieller's (cloud) and profile (others), but by record
     bootstrap where motions repeat, since runs are not independent then.
@@ -51,6 +53,7 @@ def fit_study(
         runs = Runs(
             im=part[im_column].to_numpy(dtype=np.float64),
             status=part["status"].to_numpy(dtype=str),
+            beyond=is_beyond_model(part),
             records=motion_codes(part),
         )
         variant = variant_values(part)
@@ -77,7 +80,7 @@ def _variant_rows(
     runs: Runs, part: pd.DataFrame, state: LimitState, im_column: str, settings: FitSettings
 ) -> list[dict[str, Any]]:
     demand = part[state.demand].to_numpy(dtype=np.float64)
-    outcomes = outcomes_of(demand, runs.status, state)
+    outcomes = outcomes_of(demand, runs.status, runs.beyond, state)
     missing = np.isnan(demand) & outcomes.complete
     counts = {
         "n_runs": int(runs.im.size),
@@ -85,6 +88,7 @@ def _variant_rows(
         "n_exceed": int(np.sum(outcomes.exceed)),
         "n_unknown": int(np.sum(outcomes.unknown)),
         "n_collapse": int(np.sum(runs.status == COLLAPSE)),
+        "n_beyond_model": int(np.sum(runs.beyond)),
     }
     if np.any(missing):
         if not np.all(np.isnan(demand[outcomes.complete])):

@@ -18,6 +18,7 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.fragility.tables.key_columns import (
     BRIDGE_COLUMNS,
     KEY_COLUMNS,
@@ -25,7 +26,7 @@ from skewbridge.fragility.tables.key_columns import (
     axis_names,
     need_columns,
 )
-from skewbridge.statuses import COLLAPSE, OK
+from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import AXES, Axis, axes_of
 
 NEGLIGIBLE: Final = "negligible"
@@ -58,8 +59,11 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "level": "confidence level",
         "margin": "relative change that counts as negligible",
         "n_motions": "motions with a usable pair",
-        "n_left_out": "pairs left out: a run collapsed or failed, or a demand is zero",
-        "n_discordant": "of these, pairs in which one side alone collapsed, failed or is zero",
+        "n_left_out": "pairs left out: a run collapsed, failed or went beyond the model, or a "
+        "demand is zero",
+        "n_discordant": "of these, pairs in which one side alone collapsed, failed, went beyond "
+        "the model or is zero",
+        "n_beyond_model": "of these, pairs in which a column failed beyond the model",
         "n_collapse_from": "collapsed runs at from_value",
         "n_collapse_to": "collapsed runs at to_value",
         "verdict": "negligible (interval inside the margin) | matters (outside it) | undecided",
@@ -93,8 +97,9 @@ def paired_effects(
 
     Two variants that differ in one axis only are paired run by run (same motion, scale and
     incidence). The ratio is the geometric mean over motions (a motion counts once, however often
-    it ran); the smallest value of the axis is the reference. Pairs in which a run collapsed or
-    failed, or a demand is zero, have no ratio: they are left out and counted.
+    it ran); the smallest value of the axis is the reference. Pairs in which a run collapsed,
+    failed or went beyond the model, or a demand is zero, have no ratio: they are left out and
+    counted.
 
     By default the demand columns are those with the role ``effect`` that the table has.
 
@@ -146,14 +151,17 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 
     Returns:
         One row per pair: bridge, abutment, the other axes, motion_id, from_value, to_value,
-        status_from, status_to and per demand ``<name>_from`` and ``<name>_to``.
+        status, beyond_model and complete (truth values) and the demands with ``_from`` and
+        ``_to``.
 
     Raises:
         InputError: A run occurs twice.
     """
     group = [*BRIDGE_COLUMNS, *(name for name in axis_names(demands) if name != axis)]
     key = [*group, *LOADING_COLUMNS]
-    table = demands[[*key, axis, "status", *columns]]
+    table = demands[[*key, axis, "status", *columns]].assign(
+        **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
+    )
     once = ~table.duplicated([*key, axis]).to_numpy()
     if not once.all():
         row = int(np.argmin(once))
@@ -167,8 +175,7 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 def _effect(part: pd.DataFrame, name: str, settings: FitSettings) -> dict[str, Any]:
     top, bottom, usable = usable_pairs(part, name)
     usable &= np.isfinite(top) & np.isfinite(bottom)
-    apart = (part["status_to"] != part["status_from"]).to_numpy()
-    discordant = apart | ((top > 0.0) != (bottom > 0.0))
+    discordant = ended_apart(part) | ((top > 0.0) != (bottom > 0.0))
     logs = pd.Series(np.log(top[usable] / bottom[usable]))
     motions = part["motion_id"].to_numpy()[usable]
     # sorted by motion, so that the result does not depend on the order of the rows
@@ -191,13 +198,22 @@ def _effect(part: pd.DataFrame, name: str, settings: FitSettings) -> dict[str, A
 def usable_pairs(part: pd.DataFrame, name: str) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Return a demand at to_value and at from_value, and the pairs in which both are usable."""
     top, bottom = (part[f"{name}_{end}"].to_numpy(dtype=np.float64) for end in ("to", "from"))
-    finished = ((part["status_to"] == OK) & (part["status_from"] == OK)).to_numpy()
+    finished = (part["complete_to"] & part["complete_from"]).to_numpy()
     return top, bottom, finished & (top > 0.0) & (bottom > 0.0)
 
 
+def ended_apart(part: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return the pairs of which one side alone collapsed, failed or went beyond the model."""
+    return np.logical_or.reduce(
+        [part[f"{name}_to"] != part[f"{name}_from"] for name in ("status", BEYOND_MODEL)]
+    )
+
+
 def pair_counts(part: pd.DataFrame, usable: NDArray[np.bool_]) -> dict[str, int]:
-    """Return how many pairs were left out and how many runs collapsed."""
+    """Return how many pairs were left out, how many for a failed column, and the collapses."""
+    beyond = part[f"{BEYOND_MODEL}_to"] | part[f"{BEYOND_MODEL}_from"]
     return {
+        "n_beyond_model": int(beyond.sum()),
         "n_left_out": int(np.sum(~usable)),
         "n_collapse_from": int((part["status_from"] == COLLAPSE).sum()),
         "n_collapse_to": int((part["status_to"] == COLLAPSE).sum()),
@@ -207,7 +223,7 @@ def pair_counts(part: pd.DataFrame, usable: NDArray[np.bool_]) -> dict[str, int]
 def paired_verdict(ln_low: float, ln_high: float, discordant: float, margin: float) -> str:
     """Judge an interval of ln ratio; never ``negligible`` where many pairs have no ratio.
 
-    ``discordant`` is the share of the pairs in which one side alone collapsed, failed or is zero,
+    ``discordant`` is the share of the pairs in which one side alone has no demand to compare,
     ``margin`` the relative change that counts as negligible.
     """
     found = verdict_of(float(np.exp(ln_low)), float(np.exp(ln_high)), margin)

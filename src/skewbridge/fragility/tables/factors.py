@@ -16,6 +16,7 @@ from skewbridge.fragility.methods.axis_probit import (
     scaled_axes,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complete
 from skewbridge.fragility.tables.key_columns import axis_names, motion_codes, varying_axes
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import check_demands, outcomes_of
@@ -25,7 +26,6 @@ from skewbridge.fragility.tables.surrogate import (
     leave_one_variant_out,
     surrogate_sobol,
 )
-from skewbridge.statuses import OK
 from skewbridge.variant.axes import AXES
 
 INTERACTION_LEVEL: Final = 0.05
@@ -53,7 +53,7 @@ def factor_summary(
     rows: list[dict[str, Any]] = []
     factors = varying_axes(demands)
     for column in columns:
-        done = demands.loc[demands["status"] == OK, column]
+        done = demands.loc[is_complete(demands), column]
         if not factors or done.empty or not bool((done > 0.0).all()):
             continue
         explained = anova(demands, column).set_index("term")
@@ -93,6 +93,7 @@ def parameterised_curve(
     judged = outcomes_of(
         demands[state.demand].to_numpy(dtype=np.float64),
         demands["status"].to_numpy(dtype=str),
+        is_beyond_model(demands),
         state,
     )
     known = ~judged.unknown

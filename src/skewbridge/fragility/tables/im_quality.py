@@ -20,8 +20,8 @@ from skewbridge.fragility.likelihood.parts import LineFit
 from skewbridge.fragility.likelihood.validate import require_all
 from skewbridge.fragility.methods.cloud import fit_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.beyond_model import is_complete
 from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
-from skewbridge.statuses import OK
 
 # Measures for which ground-motion models and hazard curves are in common use.
 HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
@@ -53,7 +53,7 @@ def rank_measures(
     names = [c for c in demands if str(c).startswith("im_")] if measures is None else measures
     names = [str(name) for name in names]
     need_columns(demands, (column, "motion_id", "status", *names))
-    table = demands[demands["status"] == OK].reset_index(drop=True)
+    table = demands[is_complete(demands)].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
     require_all(demand > 0.0, column, "must be > 0 in completed runs", demand)
     y = np.log(demand)

@@ -11,6 +11,7 @@ from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.effects import (
     effect_table,
+    ended_apart,
     pair_counts,
     pair_groups,
     usable_pairs,
@@ -93,7 +94,7 @@ def _ratio(
         "level": settings.effect_confidence,
         "margin": settings.margin,
         "n_motions": int(np.unique(motions).size),
-        "n_discordant": int((part["status_to"] != part["status_from"]).sum()),
+        "n_discordant": int(np.sum(ended_apart(part))),
         **pair_counts(part, usable),
         "verdict": verdict_of(low, high, settings.margin),
     }

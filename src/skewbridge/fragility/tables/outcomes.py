@@ -1,7 +1,8 @@
 """What each run says about a limit state (exceeded, not, or unknown) and what unknowns do to fits.
 
-A failed run is never dropped in silence. Its peak so far decides where it exceeds already; else
-its outcome is unknown and its demand is known only to exceed that peak.
+A failed run, and one that went beyond the model, is never dropped in silence. Its peak so far
+decides where it exceeds already; else its outcome is unknown and its demand is known only to exceed
+that peak.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +20,7 @@ from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.parts import RunCounts
 from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.tables.beyond_model import is_of_column
 from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, need_columns
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.statuses import COLLAPSE, OK, STATUSES
@@ -38,11 +40,13 @@ class Runs:
     Attributes:
         im: Intensity of each run.
         status: Its status.
+        beyond: Whether a column failed beyond the model.
         records: Number of its motion, 0 .. m - 1.
     """
 
     im: FloatArray
     status: NDArray[np.str_]
+    beyond: NDArray[np.bool_]
     records: NDArray[np.intp]
 
     @property
@@ -57,12 +61,16 @@ class Outcomes:
 
     Attributes:
         exceed: True where the limit state is known to be exceeded.
+        defined: True where it exceeds by definition, whatever its demand: a collapse, a failed
+            column.
         unknown: True where the outcome is unknown.
         demand: Demand, or its peak so far; NaN where a run left none.
-        complete: True where the demand is final (the run ended, without collapse).
+        complete: True where the demand is final (the run ended, without collapse, inside the
+            model).
     """
 
     exceed: NDArray[np.bool_]
+    defined: NDArray[np.bool_]
     unknown: NDArray[np.bool_]
     demand: FloatArray
     complete: NDArray[np.bool_]
@@ -124,19 +132,32 @@ def bootstrapped(fit: FragilityFit, again: Replicates) -> FragilityFit:
     )
 
 
-def outcomes_of(demand: FloatArray, status: NDArray[np.str_], state: LimitState) -> Outcomes:
+def outcomes_of(
+    demand: FloatArray, status: NDArray[np.str_], beyond: NDArray[np.bool_], state: LimitState
+) -> Outcomes:
     """Judge runs against a limit state by its median capacity.
 
-    ``demand`` is the peak (so far) and ``status`` the status of each run, shape (n,).
+    ``demand`` is the peak (so far) of each run, ``status`` its status and ``beyond`` whether a
+    column failed beyond the model, shape (n,).
     """
     collapsed = status == COLLAPSE
-    complete = status == OK
+    complete = (status == OK) & ~beyond
     above = np.nan_to_num(demand, nan=-np.inf) > state.threshold
     # ASSUME a collapsed bridge exceeds every limit state, unless the state says that its peak up
     # to the collapse decides (column shear)
-    exceed = above | (collapsed if state.collapse == COLLAPSE_EXCEEDS else False)
-    judged = complete | collapsed
-    return Outcomes(exceed=exceed, unknown=~judged & ~exceed, demand=demand, complete=complete)
+    defined = collapsed & (state.collapse == COLLAPSE_EXCEEDS)
+    # ASSUME a failed column has passed all its limit states; the peaks of the rest of the bridge up
+    # to the failure say what it went through at least
+    defined |= beyond & is_of_column(state.demand)
+    exceed = above | defined
+    judged = complete | (collapsed & ~beyond)
+    return Outcomes(
+        exceed=exceed,
+        defined=defined,
+        unknown=~judged & ~exceed,
+        demand=demand,
+        complete=complete,
+    )
 
 
 def check_demands(demands: pd.DataFrame, im_column: str, columns: Sequence[str]) -> None:

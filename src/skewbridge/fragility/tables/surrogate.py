@@ -21,8 +21,8 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.validate import require_all
 from skewbridge.fragility.methods.axis_probit import scaled_axes
+from skewbridge.fragility.tables.beyond_model import is_complete
 from skewbridge.fragility.tables.key_columns import axis_names, varying_axes
-from skewbridge.statuses import OK
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,7 +196,8 @@ def leave_one_variant_out(demands: pd.DataFrame, column: str) -> pd.DataFrame:
 
 
 def _usable(demands: pd.DataFrame, column: str) -> pd.DataFrame:
-    table = demands[(demands["status"] == OK) & demands[column].notna()].reset_index(drop=True)
+    used = is_complete(demands) & demands[column].notna().to_numpy()
+    table = demands[used].reset_index(drop=True)
     good = table[column].to_numpy(dtype=np.float64) > 0.0
     if table.empty:
         good = np.zeros(1, dtype=np.bool_)

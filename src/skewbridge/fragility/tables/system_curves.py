@@ -14,10 +14,10 @@ from skewbridge.fragility.methods.system import (
     lognormal_of_system,
     series_system,
 )
+from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complete
 from skewbridge.fragility.tables.key_columns import variant_values
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import check_demands
-from skewbridge.statuses import OK
 
 MIN_RUNS: Final = 8
 _POINTS: Final = 41
@@ -34,7 +34,8 @@ def system_curves(
 
     A component takes part where it has a state of that name and its cloud is usable; ``left_out``
     names the others. The cloud of the completed runs is used (``n_runs``): where runs collapsed
-    the curve is a lower bound of the fragility, and ``n_not_ok`` says how many.
+    or went beyond the model the curve is a lower bound of the fragility; ``n_not_ok`` says how many
+    are left out, ``n_beyond_model`` how many of these for a failed column.
 
     Limit states of one ``name`` form a system. ``exclude`` names the components left out, by
     default the demand-capacity ratios, which have names of their own.
@@ -43,7 +44,7 @@ def system_curves(
         One row per (variant, limit_state): components, left_out, status, theta, beta (lognormal
         through x16, x50, x84), max_dp (its largest distance to the curve), theta_weakest and
         weakest (component with the largest contribution at theta), its share_without, n_runs,
-        n_not_ok.
+        n_not_ok, n_beyond_model.
 
     Raises:
         InputError: A column is missing or a value unusable.
@@ -61,8 +62,12 @@ def system_curves(
 
 
 def _system(part: pd.DataFrame, members: Sequence[LimitState], im_column: str) -> dict[str, Any]:
-    done = part[part["status"] == OK]
-    row: dict[str, Any] = {"n_runs": len(done), "n_not_ok": len(part) - len(done)}
+    done = part[is_complete(part)]
+    row: dict[str, Any] = {
+        "n_runs": len(done),
+        "n_not_ok": len(part) - len(done),
+        "n_beyond_model": int(np.sum(is_beyond_model(part))),
+    }
     usable = [state for state in members if _usable(done, state)]
     row["components"] = ";".join(state.component for state in usable)
     row["left_out"] = ";".join(state.component for state in members if state not in usable)

@@ -13,7 +13,7 @@ from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.parts import RunCounts
 from skewbridge.fragility.methods import cloud, tobit
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitState
+from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import TREATMENTS, Outcomes, Runs, bootstrapped
 
 
@@ -51,8 +51,7 @@ def fit_variant_cloud(
         refused = replace(_line_only(blank, runs, outcomes), status=reason)
         return outcomes.judge_bounds(refused, settings, {})
     peak = np.nan_to_num(outcomes.demand, nan=0.0)
-    defined = ~outcomes.complete & outcomes.exceed & (state.collapse == COLLAPSE_EXCEEDS)
-    lower = np.where(defined, np.maximum(peak, state.threshold), peak)
+    lower = np.where(outcomes.defined, np.maximum(peak, state.threshold), peak)
     endless = np.full(lower.size, inf)
     fit = _line_fit(runs, outcomes, _Cloud(lower, endless, lower > 0.0), state, settings)
     bounds: dict[str, FragilityFit] = dict.fromkeys(TREATMENTS, fit)

@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import label_of
+from skewbridge.fragility.tables.beyond_model import KINDS, failure_kinds
 from skewbridge.fragility.tables.effects import MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
@@ -21,10 +22,11 @@ from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import axes_of
 
 ESTIMATES: Final = tuple(f"{of}{end}" for of in ("theta", "beta") for end in ("", "_low", "_high"))
-COUNTS: Final = ("n_runs", "n_exceed", "n_collapse", "n_unknown")
+COUNTS: Final = ("n_runs", "n_exceed", "n_collapse", "n_beyond_model", "n_unknown")
 CURVE_NAMES: Final = ("variant", "component", "limit_state", "method", "status")
 CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, "theta_bound", "warnings"]
-EFFECT_RESULTS: Final = ("ratio", "ci_low", "ci_high", "n_motions", "n_left_out", "verdict")
+EFFECT_COUNTS: Final = ("n_motions", "n_left_out", "n_beyond_model")
+EFFECT_RESULTS: Final = ("ratio", "ci_low", "ci_high", *EFFECT_COUNTS, "verdict")
 WHOLE: Final = ("factors", "system", "gate", "sensitivity")
 VERDICTS: Final = (NEGLIGIBLE, MATTERS, UNDECIDED)
 
@@ -57,6 +59,7 @@ def write_report(
     page = environment.get_template("report.html.j2").render(
         bridges=[load_bridge(name) for name in sorted(config["grid"]["bridge"])],
         statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
+        beyond_model=_beyond_model(demands),
         summary=_summary(demands),
         headline=_headline(effects),
         margin=float(effects["margin"].iloc[0]) if len(effects) else 0.0,
@@ -72,6 +75,12 @@ def write_report(
         provenance=_provenance(tables["demands"]),
     )
     write_text(output, page)
+
+
+def _beyond_model(demands: pd.DataFrame) -> str:
+    kinds = failure_kinds(demands)
+    counts = [f"{name} {int((kinds == name).sum())}" for name in KINDS]
+    return ", ".join(counts)
 
 
 def _summary(demands: pd.DataFrame) -> dict[str, Any]:

@@ -1,0 +1,123 @@
+"""One backfill spring on paths: capped hyperbola, unloading, gap behind the wall, reloading.
+
+Limits: 0.5 % of the force on first loading (the polygon misses 0.1 %), 2 micrometres where a gap
+closes, and no force to speak of while a gap is open.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.bridge.abutment.backfill import Passive, wall_backfill
+from skewbridge.bridge.abutment.elements import elastic_material, gap_material, passive_material
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.model import domain
+from skewbridge.bridge.tags import TagAllocator
+
+OSB1 = wall_backfill(load_bridge("osb1").abutment, "hyperbolic", 0.0)
+STIFFNESS = OSB1.stiffness_n_per_m
+CLOSES_M = 2.0e-6
+
+
+def forces(closures_m, *, gap_m=0.0, passive=OSB1):
+    """Return the compressive force of the spring at successive closures."""
+    with domain():
+        ops.model("basic", "-ndm", 1, "-ndf", 1)
+        ops.testUniaxialMaterial(passive_material(passive, gap_m, TagAllocator()))
+        out = []
+        for closure_m in closures_m:
+            ops.setStrain(-closure_m)
+            out.append(-ops.getStress())
+    return np.array(out)
+
+
+def path(*turns_m, steps=100):
+    return np.concatenate([np.linspace(a, b, steps + 1)[1:] for a, b in pairwise((0.0, *turns_m))])
+
+
+@pytest.mark.parametrize("gap_m", [0.0, 0.025, 0.051])
+@pytest.mark.parametrize("bridge", ["osb1", "bridge_a", "bridge_b", "bridge_c"])
+def test_first_loading_is_the_hyperbola_and_ends_at_the_ultimate_force(bridge, gap_m):
+    passive = wall_backfill(load_bridge(bridge).abutment, "hyperbolic", 0.0)
+    closures = np.geomspace(1e-3, 1.0, 200)
+    found = forces(gap_m + closures, gap_m=gap_m, passive=passive)
+    np.testing.assert_allclose(found, passive.force_n(closures), rtol=0.005)
+    assert found.max() == pytest.approx(passive.ultimate_n, rel=0.002)
+
+
+def test_the_force_of_osb1_at_300_mm_is_its_ultimate_force():
+    assert forces([0.3])[0] == pytest.approx(5085e3, rel=0.001)
+    assert OSB1.force_n(0.3) == pytest.approx(5085e3, rel=1e-3)
+
+
+@pytest.mark.parametrize("reached_m", [0.005, 0.02, 0.05, 0.3])
+def test_unloading_is_as_stiff_as_at_first_and_opens_a_gap(reached_m):
+    loading = path(reached_m)
+    peak_n = forces(loading)[-1]
+    gap_starts_m = reached_m - peak_n / STIFFNESS
+    back = np.linspace(reached_m, 0.0, 200)
+    found = forces([*loading, *back])[loading.size :]
+    expected = np.maximum(peak_n - STIFFNESS * (reached_m - back), 0.0)
+    np.testing.assert_allclose(found, expected, atol=CLOSES_M * STIFFNESS)
+    assert np.abs(found[back < gap_starts_m - CLOSES_M]).max() < 1e-5 * OSB1.ultimate_n
+
+
+@pytest.mark.parametrize("away_m", [0.01, 0.0, -0.1])
+def test_reloading_meets_the_curve_where_it_was_left_and_goes_on(away_m):
+    loading = path(0.04, away_m)
+    again = np.linspace(away_m, 0.3, 400)
+    found = forces([*loading, *again])[loading.size :]
+    peak_n = float(OSB1.force_n(0.04))
+    starts_m = 0.04 - peak_n / STIFFNESS
+    reload = np.clip(STIFFNESS * (again - starts_m), 0.0, None)
+    expected = np.where(again < 0.04, np.minimum(reload, peak_n), OSB1.force_n(again))
+    np.testing.assert_allclose(found, expected, rtol=0.005, atol=0.002 * peak_n)
+
+
+def test_growing_cycles_never_pull_and_never_pass_the_ultimate_force():
+    turns = [x for size in (0.005, 0.02, 0.06, 0.15, 0.3) for x in (size, -size)]
+    found = forces(path(*turns))
+    assert found.min() > -1e-5 * OSB1.ultimate_n
+    assert found.max() < 1.001 * OSB1.ultimate_n
+
+
+def test_a_partial_unloading_and_reloading_leaves_nothing_behind():
+    found = forces(path(0.05, 0.045, 0.05, 0.045, 0.05))
+    peaks = found[[99, 299, 499]]
+    np.testing.assert_allclose(peaks, peaks[0], rtol=1e-6)
+
+
+def test_a_massless_node_that_a_contact_pushes_is_solved_through_all_branches():
+    with domain():
+        ops.model("basic", "-ndm", 1, "-ndf", 1)
+        for node in (1, 2, 3):
+            ops.node(node, 0.0)
+        ops.fix(1, 1)
+        tags = TagAllocator()
+        weak = elastic_material(1e-4 * STIFFNESS, tags)
+        contact = gap_material(10 * STIFFNESS, 0.02, tags)
+        spring = passive_material(OSB1, 0.0, tags)
+        ops.element("zeroLength", 1, 1, 2, "-mat", spring, weak, "-dir", 1, 1)
+        ops.element("zeroLength", 2, 2, 3, "-mat", contact, "-dir", 1)
+        ops.timeSeries("Path", 1, "-dt", 1.0, "-values", 0, -1, 0, 0.2, -1.2, 0, -0.9, 0)
+        ops.pattern("Plain", 1, 1)
+        ops.sp(3, 1, 0.15)
+        ops.constraints("Transformation")
+        ops.numberer("Plain")
+        ops.system("ProfileSPD")
+        ops.test("EnergyIncr", 1e-8, 10)
+        ops.algorithm("Newton")
+        ops.integrator("LoadControl", 0.01)
+        ops.analysis("Static", "-noWarnings")
+        assert ops.analyze(700) == 0
+        assert ops.nodeDisp(2, 1) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_straight_curve_stays_bilinear():
+    straight = Passive(stiffness_n_per_m=1e8, ultimate_n=1e6, failure_ratio=0.0)
+    closures = np.array([0.005, 0.01, 0.05])
+    np.testing.assert_allclose(
+        forces(closures, passive=straight), straight.force_n(closures), rtol=1e-3
+    )
