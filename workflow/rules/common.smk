@@ -11,6 +11,7 @@ from skewbridge.provenance.files import writable_folder
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import bridge_digest
 from skewbridge.study.config import parse_config, plain_sections
+from skewbridge.study.modelling_choices import chosen_variants, is_current
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import SLUG_PATTERN, parse_slug
 
@@ -31,10 +32,11 @@ try:
         level_range_g=tuple(STUDY.motions.level_range_g),
         cache=FOLDER.motions_digest,
     )
+    VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
+    CHANGED = chosen_variants(VARIANTS.values(), STUDY.modelling_choices.variants)
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
-VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
 HARDEST = max(VARIANTS.values(), key=lambda v: (v.friction_pct, abs(v.skew_deg)))
 
 
@@ -84,17 +86,27 @@ def script_digest(script, *after, shown=False):
     return digest_of(source_digest(path, shown=shown), *before)
 
 
-def study_products(_wildcards):
-    """What the whole study makes.
+def trust_contents():
+    """Let the parameters and the contents of files tell what has changed.
 
-    This is asked when the settings of the run are known and before the jobs are planned: the place
-    to say that the parameters and the contents of files tell what has changed, and that the times of
-    files and scripts, which a copied tree changes, do not.
+    The times of files and scripts, which a copied tree changes, do not. To be called when the
+    settings of the run are known and before the jobs are planned, as the inputs of a target are.
     """
     workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE}
     for holder in (workflow.dag, workflow.persistence):
         holder.max_checksum_file_size = sys.maxsize
+
+
+def study_products(_wildcards):
+    """What the whole study makes."""
+    trust_contents()
     return [FOLDER.plan, FOLDER.report, FOLDER.checks]
+
+
+def choice_products(_wildcards):
+    """What `make choices` makes."""
+    trust_contents()
+    return FOLDER.modelling_choices
 
 
 onsuccess:
