@@ -8,10 +8,11 @@ from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.content import content_digest
 from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
 from skewbridge.provenance.files import writable_folder
+from skewbridge.provenance.tables import is_made_for
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import bridge_digest
+from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config, plain_sections
-from skewbridge.study.modelling_choices import chosen_variants, is_current
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import SLUG_PATTERN, parse_slug
 

@@ -122,7 +122,7 @@ def shown_choices():
     As an input it would be made; this way a report without it is as complete as one with it, and
     one made anew is shown at once.
     """
-    if is_current(FOLDER.modelling_choices, CHOICES_DIGEST):
+    if is_made_for(FOLDER.modelling_choices, CHOICES_DIGEST):
         return {"table": str(FOLDER.modelling_choices), "digest": CHOICES_DIGEST}
     return {}
 

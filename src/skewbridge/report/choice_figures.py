@@ -22,7 +22,7 @@ _LABELS: Final = {choice.key: choice.label for choice in CHOICES}
 _BAR_IN: Final = 0.21  # height of a bar in the figure, with the space between two
 _HEAD_IN: Final = 0.95  # title and axis of a panel
 _LINEAR_PCT: Final = 5.0  # the scale is linear up to here, logarithmic beyond
-_TICKS_PCT: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+_TICKS_PCT: Final = (2, 5, 20, 100, 500)
 _LEAST_PCT: Final = 6.0  # reach of a panel in which nothing moves
 
 type Record = Mapping[Hashable, Any]
@@ -66,7 +66,7 @@ def _panel(panel: Axes, rows: Sequence[Record]) -> None:
     panel.axvline(0.0, color="black", linewidth=0.8)
     panel.set_xscale("symlog", linthresh=_LINEAR_PCT)
     panel.set_xlim(-reach, reach)
-    ticks = [tick for tick in _TICKS_PCT if 2 <= tick <= reach]
+    ticks = [tick for tick in _TICKS_PCT if tick <= reach]
     panel.xaxis.set_major_locator(FixedLocator([*(-tick for tick in reversed(ticks)), 0, *ticks]))
     panel.xaxis.set_minor_locator(NullLocator())
     panel.xaxis.set_major_formatter(StrMethodFormatter("{x:+g}"))
@@ -101,9 +101,11 @@ def choice_findings(choices: pd.DataFrame) -> list[str]:
         if not friction:
             continue
         tried = [row for row in rows if row["kind"] == "choice"]
-        larger = [row for row in tried if _size(row) > _size(friction[0])]
-        larger.sort(key=_size, reverse=True)
-        told = ", ".join(f"{_bar_name(row)} ({_told(row)})" for row in larger)
+        larger: dict[Any, Record] = {}
+        for row in sorted(tried, key=_size, reverse=True):
+            if _size(row) > _size(friction[0]):
+                larger.setdefault(row["name"], row)
+        told = ", ".join(f"{_bar_name(row)} ({_told(row)})" for row in larger.values())
         found.append(
             f"{_label(demand)}: friction {_change(friction[0])} moves it by {_told(friction[0])}; "
             + (f"more than that do {told}." if larger else "no choice tried moves it more.")
@@ -133,7 +135,7 @@ def _change(row: Record) -> str:
 def _told(row: Record) -> str:
     if not row["n"]:
         return "no pair"
-    percent = f"{_percent(row['ratio']):+.1f} %"
+    percent = f"{_percent(row['ratio']):+.1f} %".replace("-0.0", "0.0").replace("+0.0", "0.0")
     return percent if row["n"] == row["n_pairs"] else f"{percent}, {row['n']} of {row['n_pairs']}"
 
 

@@ -11,7 +11,7 @@ from typing import Final, Literal
 from skewbridge.analysis.damping import damping_ratio
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.study.task import Task
-from skewbridge.units import split_unit
+from skewbridge.units import MN, split_unit
 from skewbridge.variant.variant import Variant
 
 type Value = bool | float | str | tuple[str | float, ...]
@@ -188,6 +188,8 @@ def value_text(key: str, value: Value) -> str:
     if isinstance(value, str):
         return value.replace("_", " ")
     unit = split_unit(key)[1]
+    if unit == "N/m":
+        value, unit = value / MN, "MN/m"
     return f"{value:g}" if unit == "-" else f"{value:g} {unit}"
 
 

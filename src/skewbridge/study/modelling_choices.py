@@ -15,8 +15,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.errors import InputError
-from skewbridge.provenance.tables import provenance, read_table, write_frame
+from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import OK
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.choices import CHOICES, Choice, value_text
@@ -25,7 +24,6 @@ from skewbridge.study.keys import run_key
 from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.variant import Variant, parse_slug
 
 logger = logging.getLogger(__name__)
@@ -49,7 +47,6 @@ CHOICE_COLUMNS: Final = {
 _RESULT: Final = ("demand", "ratio", "lowest", "highest", "n", "n_failed", "n_pairs")
 _NAMES: Final = [name for name in CHOICE_COLUMNS if name not in _RESULT]
 _JOURNAL: Final = "modelling_choices"
-_DIGEST: Final = "choices_digest"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,37 +77,6 @@ class Pair:
             "abutment": variant.abutment,
             **{name: getattr(self, name) for name in ("kind", "name", "from_value", "to_value")},
         }
-
-
-def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
-    """Return the variants to change: those named, or two of each bridge of a grid.
-
-    These are the most complete abutment model with the largest friction and the smallest gap, at
-    the middle and the largest skew.
-
-    Raises:
-        InputError: A name is no variant, or of a bridge that the grid does not have.
-    """
-    by_bridge: dict[str, list[Variant]] = {}
-    for variant in variants:
-        by_bridge.setdefault(variant.bridge_name, []).append(variant)
-    for slug in named:
-        if (bridge := parse_slug(slug).bridge_name) not in by_bridge:
-            raise InputError(f"modelling_choices.variants: {bridge} is not a bridge of the grid")
-    return list(dict.fromkeys(named)) or [
-        variant.slug for own in by_bridge.values() for variant in _typical(own)
-    ]
-
-
-def _typical(variants: Sequence[Variant]) -> list[Variant]:
-    def rank(variant: Variant) -> tuple[float, ...]:
-        models = list(ABUTMENTS)
-        return models.index(variant.abutment), variant.friction_pct, -variant.gap_mm
-
-    hardest = max(map(rank, variants))
-    by_skew = {abs(each.skew_deg): each for each in variants if rank(each) == hardest}
-    skews = sorted(by_skew)
-    return [by_skew[skew] for skew in dict.fromkeys((skews[len(skews) // 2], skews[-1]))]
 
 
 def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
@@ -150,9 +116,10 @@ def axis_pairs(
         low, high = (end(values, key=abs) for end in (min, max))
         places = [variant.values() | {name: value} for value in (low, high)]
         ends = [Variant.at(variant.bridge, variant.abutment, place) for place in places]
-        before, after = (sampled(setup.tasks(end.normalised().slug), count) for end in ends)
-        if before == after:
+        slugs = [end.normalised().slug for end in ends]
+        if slugs[0] == slugs[1]:
             continue  # one value, or an axis that the abutment model does not have
+        before, after = (sampled(setup.tasks(slug), count) for slug in slugs)
         texts = {"from_value": value_text(name, low), "to_value": value_text(name, high)}
         for one, other in zip(before, after, strict=True):
             yield Pair(kind="axis", name=name, **texts, before=one, after=other)
@@ -179,23 +146,14 @@ def write_choices(
         motions: So many of each.
         n_jobs: Worker processes.
         output: Parquet file.
-        digest: What the table is made for, to be told by `is_current`.
+        digest: What the table is made for.
     """
     pairs: list[Pair] = []
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)
     rows = _run(setup, [task for pair in pairs for task in (pair.before, pair.after)], n_jobs)
-    write_frame(choices_table(pairs, rows), output, provenance(**{_DIGEST: digest}))
-
-
-def is_current(path: Path, digest: str) -> bool:
-    """Return whether a table is there and was made for what this digest tells."""
-    try:
-        metadata = read_table(path).schema.metadata or {}
-    except InputError:  # not there, or of another version of the program
-        return False
-    return metadata.get(_DIGEST.encode()) == digest.encode()
+    write_frame(choices_table(pairs, rows), output, provenance(made_for=digest))
 
 
 def choices_table(pairs: Sequence[Pair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
