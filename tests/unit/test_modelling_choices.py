@@ -114,8 +114,8 @@ def test_null_counts_as_what_it_stands_for(task: Task) -> None:
 def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
     everywhere = {"column_integration", "damping_ratio", "integrator"}
     assert tried(at(task, abutment="roller")) == everywhere
-    assert {"key_frame", "backfill_variation"} <= tried(task)
-    assert not {"key_frame", "backfill_variation"} & tried(at(task, skew_deg=0))
+    assert {"key_frame", "gap_measured", "backfill_variation"} <= tried(task)
+    assert not {"key_frame", "gap_measured", "backfill_variation"} & tried(at(task, skew_deg=0))
     assert "embankment_mass" in tried(at(task, abutment="spring"))
     assert not {"embankment_mass", "foundation"} & tried(task)
     assert "foundation" in tried(at(task, bridge="bridge_a"))

@@ -107,6 +107,20 @@ CHOICES: Final = (
         acts_on=_has_keys,
     ),
     Choice(
+        key="gap_measured",
+        label="Gap measured",
+        values=("normal", "longitudinal"),
+        source="the opening across the joint, or along the bridge as drawings may give it",
+        acts_on=lambda variant: _has_backfill(variant) and variant.skew_deg != 0,
+    ),
+    Choice(
+        key="wall_mass",
+        label="Wall mass",
+        values=(False, True),
+        source="walls and keys without inertia of their own, or with it as in the paper",
+        acts_on=_has_keys,
+    ),
+    Choice(
         key="wall_dashpot_ratio",
         label="Wall dashpot",
         values=(0.02, 0.10, 0.30),
