@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
+from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from skewbridge.demands.columns import column_of, demands_for
 from skewbridge.report.fragility_style import STYLE
@@ -67,9 +67,12 @@ def _panel(panel: Axes, rows: Sequence[Record]) -> None:
     panel.set_xscale("symlog", linthresh=_LINEAR_PCT)
     panel.set_xlim(-reach, reach)
     ticks = [tick for tick in _TICKS_PCT if tick <= reach]
-    panel.xaxis.set_major_locator(FixedLocator([*(-tick for tick in reversed(ticks)), 0, *ticks]))
+    places = [*(-tick for tick in reversed(ticks)), 0, *ticks]
+    panel.xaxis.set_major_locator(FixedLocator(places))
+    panel.xaxis.set_major_formatter(
+        FixedFormatter([f"{tick:+d}" if tick else "0" for tick in places])
+    )
     panel.xaxis.set_minor_locator(NullLocator())
-    panel.xaxis.set_major_formatter(StrMethodFormatter("{x:+g}"))
     panel.tick_params(axis="x", labelsize=8)
     panel.set_xlabel("change of the demand (%)")
     panel.grid(visible=False, axis="y")
@@ -81,7 +84,7 @@ def tornado_text(choices: pd.DataFrame) -> str:
     failed = int(choices.drop_duplicates(["kind", "name", "to_value"])["n_failed"].sum())
     left_out = f" {failed} pairs with a run that did not end ok are left out." if failed else ""
     return (
-        f"Bars: geometric mean of the ratio over up to {most} pairs of runs with the same motion "
+        f"Bars: geometric mean of the ratio over {most} pairs of runs with the same motion "
         "and variant, a choice against the configured model, an axis from its lowest to its "
         "highest value; thin lines: the lowest and the highest single pair. The scale is "
         f"logarithmic beyond {_LINEAR_PCT:g} %.{left_out}"

@@ -122,6 +122,7 @@ def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
             "model": f"{bridge}, {str(abutment).replace('_', '-')}",
             "findings": choice_findings(own),
             "left_out": choices_left_out(own),
+            "pairs": int(own["n_pairs"].max()),
             "rows": own.drop(columns=["bridge", "abutment"]).to_dict("records"),
         }
         for (bridge, abutment), own in table.groupby(["bridge", "abutment"], sort=False)
