@@ -297,4 +297,4 @@ class Tables:
 def test_there_is_no_tornado_without_its_table(tmp_path: Path, ran: list[str]) -> None:
     assert choice_cases(Tables(None)) == []
     (words,) = choice_cases(Tables(made(setup_in(tmp_path))))
-    assert "over 1 pairs of runs" in words["choice_text"]
+    assert "over up to 1 pairs of runs" in words["choice_text"]

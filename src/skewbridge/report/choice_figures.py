@@ -84,7 +84,7 @@ def tornado_text(choices: pd.DataFrame) -> str:
     failed = int(choices.drop_duplicates(["kind", "name", "to_value"])["n_failed"].sum())
     left_out = f" {failed} pairs with a run that did not end ok are left out." if failed else ""
     return (
-        f"Bars: geometric mean of the ratio over {most} pairs of runs with the same motion "
+        f"Bars: geometric mean of the ratio over up to {most} pairs of runs with the same motion "
         "and variant, a choice against the configured model, an axis from its lowest to its "
         "highest value; thin lines: the lowest and the highest single pair. The scale is "
         f"logarithmic beyond {_LINEAR_PCT:g} %.{left_out}"
