@@ -33,14 +33,18 @@ def build_oscillator(tolerance=1e-12, iterations=10):
     ops.test("NormDispIncr", tolerance, iterations)
 
 
-def stepper(integrator, ladder=LADDER, before=None, after=None, loosen=None):
+def stepper(integrator, ladder=LADDER, before=None, after=None, loosen=None, parts=1):
+    def goes_on(size):
+        return after is None or after(size) is not False
+
     made = Stepper(
         integrator=integrator,
         dt_s=DT_S,
+        parts=lambda: parts,
         loosen=loosen or (lambda _: None),
         max_iterations=10,
         before=before or (lambda _: None),
-        after=after or (lambda _: None),
+        after=goes_on,
         ladder=ladder,
     )
     ops.analysis("Transient", "-noWarnings")
@@ -134,21 +138,50 @@ def test_every_rung_divides_the_finest():
 
 def test_what_got_over_a_step_is_held_for_some_more_and_then_dropped():
     build_oscillator()
-    factors = []
+    asked = []
     ladder = (
         Attempt(algorithm=("Newton",)),
-        Attempt(algorithm=("Newton",), loosening=1e3),
+        Attempt(algorithm=("Newton",), tolerance_j=1e3),
     )
 
-    def loosen(factor):
-        factors.append(factor)
-        ops.test("NormDispIncr", 1e-12 if factor > 1.0 or len(factors) > 2 else -1.0, 5)
+    def loosen(loose_j):
+        asked.append(loose_j)
+        ops.test("NormDispIncr", 1e-12 if loose_j > 0.0 or len(asked) > 2 else -1.0, 5)
 
     steps = stepper(("Newmark", 0.5, 0.25), ladder, loosen=loosen)
-    loosen(1.0)
+    loosen(0.0)
     assert all(steps.step() for _ in range(HELD_STEPS))
-    assert factors == [1.0, 1e3]  # one failure, and no other: the loose test is still in force
+    assert asked == [0.0, 1e3]  # one failure, and no other: the loose test is still in force
     assert steps.step()
-    assert factors == [1.0, 1e3, 1.0]
+    assert asked == [0.0, 1e3, 0.0]
     assert steps.effort.failed_attempts == 1
     assert steps.effort.highest_rung == 1
+
+
+def test_a_step_in_parts_ends_where_the_regular_one_does():
+    build_oscillator()
+    sizes = []
+    steps = stepper(("HHT", 0.9), after=sizes.append, parts=5)
+    assert steps.step()
+    assert sizes == [pytest.approx(DT_S / 5)] * 5
+    assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
+    assert steps.effort.substeps == 5
+    assert steps.effort.highest_rung == 0
+
+
+def test_nothing_is_advanced_after_the_end_of_a_history():
+    build_oscillator()
+    steps = stepper(("HHT", 0.9), after=lambda _: False, parts=5)
+    assert not steps.step()
+    assert ops.getTime() == pytest.approx(DT_S / 5)
+
+
+def test_a_change_of_the_step_is_told_before_it():
+    build_oscillator()
+    told = []
+    steps = stepper(("HHT", 0.9), before=told.append)
+    assert steps.step()
+    assert steps.step()
+    steps.parts = lambda: 2
+    assert steps.step()
+    assert told == [DT_S, DT_S / 2]

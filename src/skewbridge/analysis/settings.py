@@ -87,7 +87,7 @@ class AnalysisSettings:
         "example [Newmark, 0.5, 0.25]; null for the scheme's",
     )
     tolerance_j: Number = Field(
-        default=1.0e-8,
+        default=1.0e-4,
         ge=1.0e-16,
         le=1.0e3,
         description="convergence test on the energy of an increment; demands are insensitive to "
@@ -97,7 +97,7 @@ class AnalysisSettings:
         default=30, ge=2, le=1000, description="iterations of one attempt at one step"
     )
     mean_iterations: Number = Field(
-        default=60.0,
+        default=40.0,
         ge=1.0,
         le=1.0e4,
         description="budget of the whole analysis, in iterations per regular step (event steps "
