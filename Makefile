@@ -13,10 +13,11 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study smoke test lint bench verify docs clean
+.PHONY: help setup study choices smoke test lint bench verify docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
+	@echo "make choices      the modeller's choices one at a time, beside friction, gap and skew"
 	@echo "make test         install everything, run all checks"
 	@echo "make smoke        two variants x three motions, full report"
 	@echo "make verify       the paper's studies against independent references, and the slow tests"
@@ -31,6 +32,9 @@ $(STAMP): requirements.lock pyproject.toml .python-version
 
 study: setup
 	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)"
+
+choices: setup
+	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" choices
 
 smoke: setup
 	@bash workflow/study.sh $(BIN) $(CORES) config/smoke.yaml

@@ -27,3 +27,8 @@ rule all:
     default_target: True
     input:
         study_products,
+
+
+rule choices:
+    input:
+        choice_products,

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs the study, one at a time in a folder.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER]
+# Runs the study, one at a time in a folder.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET]]
 set -euo pipefail
-bin=$1 cores=$2 config=$3 motions=${4:-}
+bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all}
 
 exec 9>.study.lock
 flock --nonblock 9 || { echo "Another study is running in this folder." >&2; exit 1; }
@@ -11,4 +11,4 @@ if compgen -G ".snakemake/locks/*" >/dev/null; then
 fi
 override=()
 [ -z "$motions" ] || override=(--config "motions={folder: \"$motions\"}")
-"$bin/snakemake" -j"$cores" --rerun-incomplete --show-failed-logs --configfile "$config" "${override[@]}"
+"$bin/snakemake" -j"$cores" --rerun-incomplete --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"

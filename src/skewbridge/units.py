@@ -10,6 +10,7 @@ G_MPS2: Final = 9.80665  # source: standard gravity, CGPM 1901
 
 MM: Final = 1.0e-3
 KN: Final = 1.0e3
+MN: Final = 1.0e6
 KJ: Final = 1.0e3
 MPA: Final = 1.0e6
 GPA: Final = 1.0e9

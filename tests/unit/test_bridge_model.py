@@ -8,7 +8,7 @@ import openseespy.opensees as ops
 import pytest
 from pydantic import ValidationError
 
-from skewbridge.analysis.damping import apply_rayleigh, rayleigh_factors
+from skewbridge.analysis.damping import apply_rayleigh, damping_ratio, rayleigh_factors
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge.abutment.backfill import variation_factors
 from skewbridge.bridge.abutment.penalty import (
@@ -119,12 +119,44 @@ def test_masses_and_loads_add_up() -> None:
 
 
 def test_rayleigh_damping_meets_its_ratio_at_both_periods() -> None:
-    a0, a1 = rayleigh_factors(load_bridge("osb1"))
+    bridge = load_bridge("osb1")
+    a0, a1 = rayleigh_factors(bridge, damping_ratio(bridge, ModelOptions()))
     assert a0 == pytest.approx(0.487, rel=0.01)
     assert a1 == pytest.approx(0.00406, rel=0.01)
     for period_s in (0.94, 0.35):
         omega = 2 * np.pi / period_s
         assert a0 / (2 * omega) + a1 * omega / 2 == pytest.approx(0.05)
+
+
+def test_the_damping_ratio_of_the_options_stands_above_that_of_the_file() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions(damping_ratio=0.02))
+        expected = np.array(rayleigh_factors(model.bridge, model.bridge.damping.ratio)) * 0.4
+        assert apply_rayleigh(model) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0])
+def test_pads_yield_at_their_strength_times_the_factor(factor: float) -> None:
+    with domain():
+        model = build(variant(0), ModelOptions(pad_strength_factor=factor))
+        pads, bearing = model.bridge.abutment.pads, model.abutments[0].bearings[0]
+        yield_m = factor * pads.yield_force_kn / pads.shear_stiffness_kn_per_m
+        ops.timeSeries("Linear", 900)
+        ops.pattern("Plain", 900, 900)
+        for dof in (2, 3, 4, 5, 6):
+            ops.sp(bearing.deck_node, dof, 0.0)
+        ops.sp(bearing.deck_node, 1, 3 * yield_m)
+        ops.constraints("Transformation")
+        ops.numberer("RCM")
+        ops.system("UmfPack")
+        ops.test("NormDispIncr", 1e-9, 25)
+        ops.algorithm("Newton")
+        ops.integrator("LoadControl", 0.1)
+        ops.analysis("Static")
+        assert ops.analyze(10) == 0
+        force_kn = abs(ops.eleResponse(bearing.element, "basicForce")[1]) / 1e3
+    hardening_kn = pads.hardening_ratio * pads.shear_stiffness_kn_per_m * 3 * yield_m
+    assert force_kn - hardening_kn == pytest.approx(factor * pads.yield_force_kn, rel=1e-3)
 
 
 def test_damping_reaches_deck_and_columns_only() -> None:

@@ -15,6 +15,8 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 
+from skewbridge.provenance.tables import provenance, write_frame
+
 ROOT = Path(__file__).parents[2]
 LEFT_OUT = shutil.ignore_patterns(
     ".git", ".venv", ".uv", ".snakemake", "results", ".*_cache", ".hypothesis", "__pycache__"
@@ -40,9 +42,9 @@ def run(
     return done
 
 
-def planned_jobs(tree: Path, over: str = "") -> set[str]:
+def planned_jobs(tree: Path, over: str = "", *targets: str) -> set[str]:
     """Names of the rules that a dry run would execute, with the variant where there is one."""
-    text = run(tree, "-n", over=over)
+    text = run(tree, "-n", *targets, over=over)
     jobs, rule = set(), ""
     for line in (text.stdout + text.stderr).splitlines():
         words = line.split()
@@ -130,6 +132,16 @@ def test_parquet_files_tell_where_they_come_from(study: Path) -> None:
 
 def test_running_again_does_nothing(study: Path) -> None:
     assert planned_jobs(study) == set()
+
+
+def test_modelling_choices_are_made_on_request_only(study: Path) -> None:
+    assert planned_jobs(study, "", "choices") == {"modelling_choices", "choices"}
+    outdated = study / "results/modelling_choices.parquet"
+    write_frame(pd.DataFrame({"name": ["keys"]}), outdated, provenance(made_for="another study"))
+    try:
+        assert planned_jobs(study) == set()
+    finally:
+        outdated.unlink()
 
 
 def test_one_more_gap_runs_only_the_new_variants(study: Path) -> None:

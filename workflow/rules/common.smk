@@ -8,8 +8,10 @@ from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.content import content_digest
 from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
 from skewbridge.provenance.files import writable_folder
+from skewbridge.provenance.tables import is_made_for
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import bridge_digest
+from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import SLUG_PATTERN, parse_slug
@@ -31,10 +33,11 @@ try:
         level_range_g=tuple(STUDY.motions.level_range_g),
         cache=FOLDER.motions_digest,
     )
+    VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
+    CHANGED = chosen_variants(VARIANTS.values(), STUDY.modelling_choices.variants)
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
-VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
 # The variants with most friction, of which the numerical checks take rows.
 MOST_FRICTION = max(variant.friction_pct for variant in VARIANTS.values())
 SAMPLED = [name for name, v in VARIANTS.items() if v.friction_pct == MOST_FRICTION]
@@ -86,17 +89,27 @@ def script_digest(script, *after, shown=False):
     return digest_of(source_digest(path, shown=shown), *before)
 
 
-def study_products(_wildcards):
-    """What the whole study makes.
+def trust_contents():
+    """Let the parameters and the contents of files tell what has changed.
 
-    This is asked when the settings of the run are known and before the jobs are planned: the place
-    to say that the parameters and the contents of files tell what has changed, and that the times of
-    files and scripts, which a copied tree changes, do not.
+    The times of files and scripts, which a copied tree changes, do not. To be called when the
+    settings of the run are known and before the jobs are planned, as the inputs of a target are.
     """
     workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE}
     for holder in (workflow.dag, workflow.persistence):
         holder.max_checksum_file_size = sys.maxsize
+
+
+def study_products(_wildcards):
+    """What the whole study makes."""
+    trust_contents()
     return [FOLDER.plan, FOLDER.report, FOLDER.checks]
+
+
+def choice_products(_wildcards):
+    """What `make choices` makes."""
+    trust_contents()
+    return FOLDER.modelling_choices
 
 
 onsuccess:

@@ -82,6 +82,51 @@ rule sensitivity:
         "../scripts/sensitivity.py"
 
 
+# Options of the model changed one at a time: `make choices`, on no path to the report, which shows
+# the table while it is what would be made now.
+CHOICES = {
+    "variants": CHANGED,
+    "axes": STUDY.grid.values(),
+    "motions": STUDY.modelling_choices.motions,
+    "sections": ANALYSIS_SECTIONS,
+    "bridges": {
+        name: BRIDGES[name] for name in sorted({parse_slug(s).bridge for s in CHANGED})
+    },
+    "opensees": opensees_version(),
+    "digest": script_digest("modelling_choices", rules.prepare_motions),
+}
+CHOICES_DIGEST = digest_of(*CHOICES.items())
+
+
+rule modelling_choices:
+    input:
+        suite=rules.prepare_motions.output.suite,
+        intensities=rules.prepare_motions.output.intensities,
+        gate=rules.verify_contact.output.table,
+    output:
+        table=FOLDER.modelling_choices,
+    log:
+        FOLDER.log("modelling_choices"),
+    threads: min(2, workflow.cores)
+    params:
+        results=results_folder,
+        choices=CHOICES,
+        digest=CHOICES_DIGEST,
+    script:
+        "../scripts/modelling_choices.py"
+
+
+def shown_choices():
+    """Path of the table of modelling choices with its digest, for `params`, if it is current.
+
+    As an input it would be made; this way a report without it is as complete as one with it, and
+    one made anew is shown at once.
+    """
+    if is_made_for(FOLDER.modelling_choices, CHOICES_DIGEST):
+        return {"table": str(FOLDER.modelling_choices), "digest": CHOICES_DIGEST}
+    return {}
+
+
 # Histories of one bridge without and with friction, to draw.
 rule friction_pair:
     input:

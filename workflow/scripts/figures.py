@@ -8,8 +8,10 @@ if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.report.study_figures import draw_study
 
+        made = snakemake.params.choices
         draw_study(
             {name: Path(path) for name, path in snakemake.input.items()},
+            choices=Path(made["table"]) if made else None,
             folder=Path(snakemake.output.folder),
             captions=Path(snakemake.output.captions),
         )

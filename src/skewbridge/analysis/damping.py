@@ -6,13 +6,19 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue import BridgeData
 from skewbridge.bridge.handles import BridgeModel
+from skewbridge.variant.options import ModelOptions
 
 
-def rayleigh_factors(bridge: BridgeData) -> tuple[float, float]:
-    """Return a0 (1/s) and a1 (s) that give the damping ratio at the two periods of a bridge."""
+def damping_ratio(bridge: BridgeData, options: ModelOptions) -> float:
+    """Return the ratio of the options, or that of the bridge's file where they give none."""
+    return bridge.damping.ratio if options.damping_ratio is None else options.damping_ratio
+
+
+def rayleigh_factors(bridge: BridgeData, ratio: float) -> tuple[float, float]:
+    """Return a0 (1/s) and a1 (s) that give a damping ratio at the two periods of a bridge."""
     data = bridge.damping
     low, high = 2 * pi / data.long_period_s, 2 * pi / data.short_period_s
-    return 2 * data.ratio * low * high / (low + high), 2 * data.ratio / (low + high)
+    return 2 * ratio * low * high / (low + high), 2 * ratio / (low + high)
 
 
 def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
@@ -23,7 +29,7 @@ def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
     Returns:
         The factors, for the energy balance.
     """
-    a0, a1 = rayleigh_factors(model.bridge)
+    a0, a1 = rayleigh_factors(model.bridge, damping_ratio(model.bridge, model.options))
     factors = (a0, 0.0, 0.0, a1)
     ops.region(model.tags.region(), "-ele", *model.damping_elements, "-rayleigh", *factors)
     return a0, a1

@@ -130,11 +130,12 @@ def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
         side, bridge.length_m, plan.variant.skew_deg, deck.width_m, deck.diaphragm_thickness_m
     )
     arrays = build_arrays(end, deck_node, _stations(end, plan), plan.options, plan.tags)
+    pads = bridge.abutment.pads.with_strength(plan.options.pad_strength_factor)
     supports = build_pads if plan.variant.traits.has_pads else build_vertical_supports
     return SideContext(
         end=end,
         arrays=arrays,
-        bearings=supports(end, arrays, bridge.abutment.pads, plan.tags),
+        bearings=supports(end, arrays, pads, plan.tags),
         data=bridge.abutment,
         options=plan.options,
         tags=plan.tags,

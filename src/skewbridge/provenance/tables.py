@@ -69,6 +69,15 @@ def read_table(path: Path) -> pa.Table:
     return table
 
 
+def is_made_for(path: Path, digest: str) -> bool:
+    """Return whether a table is there whose provenance tells this digest as `made_for`."""
+    try:
+        metadata = read_table(path).schema.metadata or {}
+    except InputError:  # not there, or of another version of the program
+        return False
+    return metadata.get(b"made_for") == digest.encode()
+
+
 def read_frame(path: Path) -> pd.DataFrame:
     """Return a table as `read_table` does, as a data frame.
 

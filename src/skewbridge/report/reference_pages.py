@@ -15,10 +15,16 @@ from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS
 from skewbridge.fragility.tables.limit_states import LimitStateEntry
 from skewbridge.study.config import StudyConfig
+from skewbridge.study.modelling_choices import CHOICE_COLUMNS
 
 ROOT: Final = Path(__file__).parents[3]
 
-FIT_TABLES: Final = {"curves": CURVE_COLUMNS, "effects": EFFECT_COLUMNS, "factors": SUMMARY_COLUMNS}
+TABLES: Final = {
+    "fragility/curves": CURVE_COLUMNS,
+    "fragility/effects": EFFECT_COLUMNS,
+    "fragility/factors": SUMMARY_COLUMNS,
+    "modelling_choices": CHOICE_COLUMNS,
+}
 
 CONFIG_HEAD: Final = """\
 # Configuration
@@ -110,9 +116,9 @@ def columns_page() -> str:
     """Return the data dictionary of the tables of results as Markdown."""
     rows = [(f"`{column.name}`", column.unit, column.description) for column in COLUMNS]
     page = COLUMNS_HEAD + "\n" + _table(("column", "unit", "meaning"), rows)
-    for name, columns in FIT_TABLES.items():
+    for name, columns in TABLES.items():
         fits = [(f"`{column}`", meaning) for column, meaning in columns.items()]
-        page += f"\n## results/fragility/{name}.parquet\n\n" + _table(("column", "meaning"), fits)
+        page += f"\n## results/{name}.parquet\n\n" + _table(("column", "meaning"), fits)
     return page
 
 

@@ -17,6 +17,7 @@ from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
+from skewbridge.report.choice_figures import tornado, tornado_text
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.motion_figures import applied_spectra
@@ -53,6 +54,7 @@ class StudyTables:
         effects: Paired effects.
         suite: Motions as applied.
         pair: Histories of one bridge without and with friction; None where the study has none.
+        choices: Modelling choices; None before `make choices`.
     """
 
     demands: pd.DataFrame
@@ -60,6 +62,7 @@ class StudyTables:
     effects: pd.DataFrame
     suite: Sequence[SuiteMotion]
     pair: FrictionPair | None
+    choices: pd.DataFrame | None = None
 
     @property
     def runs(self) -> Mapping[str, pd.DataFrame]:
@@ -118,6 +121,12 @@ def cloud_cases(tables: StudyTables) -> list[dict[str, str]]:
     return [{"demand": demand, "label": label_of(demand)} for demand in names]
 
 
+def choice_cases(tables: StudyTables) -> list[dict[str, str]]:
+    """Return the one case of the tornado, where modelling choices were compared."""
+    table = tables.choices
+    return [] if table is None or table.empty else [{"choice_text": tornado_text(table)}]
+
+
 def pair_cases(tables: StudyTables) -> list[dict[str, str]]:
     """Return the one case of the histories without and with friction, where there are any."""
     if tables.pair is None:
@@ -160,6 +169,13 @@ MODEL_FIGURES: Final = (
         draw=demand_clouds,
         cases=cloud_cases,
     ),
+    StudyFigure(
+        name="modelling_choices",
+        title="Which choices of the modeller matter as much as friction?",
+        text="{choice_text}",
+        draw=tornado,
+        cases=choice_cases,
+    ),
 )
 #: Drawn once.
 STUDY_FIGURES: Final = (
@@ -194,18 +210,22 @@ STUDY_FIGURES: Final = (
 )
 
 
-def draw_study(paths: Mapping[str, Path], *, folder: Path, captions: Path) -> None:
+def draw_study(
+    paths: Mapping[str, Path], *, folder: Path, captions: Path, choices: Path | None = None
+) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
     Args:
         paths: Files by name: demands, curves, effects, suite, friction_pair.
         folder: Where the figures go.
         captions: JSON file of what the report says of them.
+        choices: Table of modelling choices, where there is one.
     """
     tables = StudyTables(
         **{name: read_frame(paths[name]) for name in ("demands", "curves", "effects")},
         suite=read_suite(paths["suite"]),
         pair=read_friction_pair(paths["friction_pair"]),
+        choices=None if choices is None else read_frame(choices),
     )
     folder.mkdir(parents=True, exist_ok=True)
     drawn: list[dict[str, str]] = []

@@ -29,6 +29,20 @@ class SensitivityConfig:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class ModellingChoicesConfig:
+    """What `make choices` analyses: options of `model` and `analysis` changed one at a time."""
+
+    motions: Whole = Field(
+        default=4, ge=1, description="so many motions of every variant, spread over their PGV"
+    )
+    variants: tuple[str, ...] = Field(
+        default=(),
+        description="names of the variants to change; none for two of each bridge of the grid: the "
+        "largest friction and the smallest gap at the middle and the largest skew",
+    )
+
+
 class StudyConfig(BaseModel):
     """The whole configuration."""
 
@@ -48,6 +62,7 @@ class StudyConfig(BaseModel):
     analysis: AnalysisSettings = Field(default_factory=AnalysisSettings)
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
+    modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)
 
 
 def parse_config(raw: Mapping[str, Any]) -> StudyConfig:

@@ -27,6 +27,8 @@ class StudyFolder:
         self.demands: Final = root / "demands.parquet"
         #: Ratios of the demands to those at the default penalties and step.
         self.sensitivity: Final = root / "sensitivity.parquet"
+        #: Demands under other choices of the modeller, over those of the configured model.
+        self.modelling_choices: Final = root / "modelling_choices.parquet"
         #: Histories of a bridge without and with friction.
         self.friction_pair: Final = root / "friction_pair.parquet"
         #: Folder of the checks against independent references.

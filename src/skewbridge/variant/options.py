@@ -123,6 +123,18 @@ class ModelOptions:
         description="whether the critical length of the embankment moves with the abutment "
         "(abutment model spring)",
     )
+    damping_ratio: Number | None = Field(
+        default=None,
+        ge=1.0e-3,
+        le=0.5,
+        description="Rayleigh damping of deck and columns at the two periods of the bridge's file; "
+        "null for the ratio of the file",
+    )
+    # ASSUME pads do not slide on their seats
+    pad_strength_factor: Factor = Field(
+        default=1.0,
+        description="factor on the force at which pads yield, for pads that slide or hold",
+    )
     column_fibers: tuple[Fibers, Fibers, Fibers] = Field(
         default=(8, 20, 2), description="rings and wedges of the core, and rings of the cover"
     )

@@ -143,6 +143,10 @@ class PadData(_Part, frozen=True):
     vertical_stiffness_mn_per_m: Positive
     height_m: Positive
 
+    def with_strength(self, factor: float) -> Self:
+        """Return pads that yield at a multiple of their force."""
+        return self.model_copy(update={"yield_force_kn": factor * self.yield_force_kn})
+
 
 class KeyData(_Part, frozen=True):
     """Backbone of one exterior shear key, three points; the last force stays as residual."""

@@ -17,6 +17,7 @@ from skewbridge.fragility.tables.beyond_model import KINDS, failure_kinds
 from skewbridge.fragility.tables.effects import MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
+from skewbridge.report.choice_figures import choice_findings, choices_left_out
 from skewbridge.report.study_figures import read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import axes_of
@@ -32,7 +33,12 @@ VERDICTS: Final = (NEGLIGIBLE, MATTERS, UNDECIDED)
 
 
 def write_report(
-    *, tables: Mapping[str, Path], figures: Path, config: Mapping[str, Any], output: Path
+    *,
+    tables: Mapping[str, Path],
+    figures: Path,
+    config: Mapping[str, Any],
+    output: Path,
+    choices: Path | None = None,
 ) -> None:
     """Write the report.
 
@@ -42,6 +48,7 @@ def write_report(
         figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
+        choices: Table of modelling choices, where there is one.
     """
     demands = read_frame(tables["demands"])
     curves = read_frame(tables["curves"])
@@ -70,6 +77,7 @@ def write_report(
         effects=effects[_effect_columns(effects)].to_dict("records"),
         medians=medians[_effect_columns(medians)].to_dict("records"),
         **{name: read_frame(tables[name]).to_dict("records") for name in WHOLE},
+        choices=[] if choices is None else _choices(read_frame(choices)),
         no_exceedance=sorted(set(missed)),
         config=yaml.safe_dump(dict(config), sort_keys=False),
         provenance=_provenance(tables["demands"]),
@@ -113,6 +121,20 @@ def _headline(effects: pd.DataFrame) -> list[dict[str, Any]]:
             "verdicts": [int((group["verdict"] == verdict).sum()) for verdict in VERDICTS],
         }
         for (bridge, demand), group in friction.groupby(["bridge", "demand"], sort=False)
+    ]
+
+
+def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the findings and the rows of every bridge and abutment model."""
+    return [
+        {
+            "model": f"{bridge}, {str(abutment).replace('_', '-')}",
+            "findings": choice_findings(own),
+            "left_out": choices_left_out(own),
+            "pairs": int(own["n_pairs"].max()),
+            "rows": own.drop(columns=["bridge", "abutment"]).to_dict("records"),
+        }
+        for (bridge, abutment), own in table.groupby(["bridge", "abutment"], sort=False)
     ]
 
 

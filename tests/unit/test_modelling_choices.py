@@ -1,0 +1,300 @@
+"""The modeller's choices: the table of them, the pairs, the ratios, the journal, what is told."""
+
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from math import exp, log
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.demands.columns import demands_for
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.errors import InputError
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.provenance.tables import is_made_for, read_frame
+from skewbridge.report.choice_figures import choice_findings, choices_left_out, tornado
+from skewbridge.report.study_figures import choice_cases
+from skewbridge.study.choices import CHOICES, Choice
+from skewbridge.study.chosen_variants import chosen_variants
+from skewbridge.study.config import parse_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.keys import run_key
+from skewbridge.study.modelling_choices import (
+    CHOICE_COLUMNS,
+    axis_pairs,
+    choice_pairs,
+    choices_table,
+    sampled,
+    write_choices,
+)
+from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import Task
+from skewbridge.variant.grid import GridConfig, expand_grid
+from skewbridge.variant.options import ModelOptions
+
+SLUG = "osb1_cf_skew30_gap025_mu050"
+AXES = {"skew_deg": (0.0, 30.0), "gap_mm": (25.0,), "friction": (0.0, 0.5)}
+
+
+def setup_in(folder: Path, *, motions: int = 1) -> StudySetup:
+    """A study of weak waves that differ by their factor."""
+    t_s = np.arange(100) * 0.01
+    suite: list[SuiteMotion] = []
+    for number in range(motions):
+        motion = GroundMotion(
+            motion_id=f"wave{number}",
+            dt_s=0.01,
+            accel_1_mps2=np.sin(20 * t_s),
+            accel_2_mps2=np.cos((21 + number) * t_s),
+            sha256=f"wave{number}",
+        )
+        measures = motion_measures(motion, 0.7)
+        suite.append(SuiteMotion(motion=motion, scale=1.0 + number, measures=measures))
+    return StudySetup(
+        folder=StudyFolder(folder),
+        suite=tuple(suite),
+        measures={("osb1", each.motion.motion_id): dict(each.measures) for each in suite},
+        incidence_deg=(0.0,),
+        settings=AnalysisSettings(),
+        options=ModelOptions(),
+    )
+
+
+@pytest.fixture
+def task(tmp_path: Path) -> Task:
+    return setup_in(tmp_path).tasks(SLUG)[0]
+
+
+def at(task: Task, **changes: object) -> Task:
+    """The same analysis of another variant."""
+    return replace(task, variant=replace(task.variant, **changes).normalised())
+
+
+def tried(task: Task) -> set[str]:
+    return {pair.name for pair in choice_pairs([task])}
+
+
+@pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.key)
+def test_every_choice_is_an_option_with_values_that_it_takes(choice: Choice, task: Task) -> None:
+    kind = AnalysisSettings if choice.section == "analysis" else ModelOptions
+    assert choice.key in {field.name for field in fields(kind)}
+    assert choice.label
+    assert choice.source
+    part = "settings" if choice.section == "analysis" else "options"
+    for value in choice.values:
+        assert getattr(getattr(choice.set_in(task, value), part), choice.key) == value
+
+
+def test_no_choice_stands_twice() -> None:
+    assert len({choice.key for choice in CHOICES}) == len(CHOICES)
+
+
+def test_the_configured_value_is_never_compared_with_itself(task: Task) -> None:
+    for choice in CHOICES:
+        for value in choice.values:
+            own = choice.set_in(task, value)
+            others = choice.alternatives(own)
+            assert value not in others
+            keys = {run_key(choice.set_in(own, other)) for other in others}
+            assert run_key(own) not in keys
+            assert len(keys) == len(others)
+
+
+def test_null_counts_as_what_it_stands_for(task: Task) -> None:
+    values = {choice.key: choice.alternatives(task) for choice in CHOICES}
+    assert values["damping_ratio"] == [0.02]  # the file has 0.05
+    assert task.settings.integrator_command not in values["integrator"]
+    assert values["integrator"]
+
+
+def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
+    everywhere = {"column_integration", "damping_ratio", "integrator"}
+    assert tried(at(task, abutment="roller")) == everywhere
+    assert {"key_frame", "gap_measured", "backfill_variation"} <= tried(task)
+    assert not {"key_frame", "gap_measured", "backfill_variation"} & tried(at(task, skew_deg=0))
+    assert "embankment_mass" in tried(at(task, abutment="spring"))
+    assert not {"embankment_mass", "foundation"} & tried(task)
+    assert "foundation" in tried(at(task, bridge="bridge_a"))
+
+
+def test_what_the_scheme_sets_anyway_is_not_tried(task: Task) -> None:
+    paper = replace(task, settings=AnalysisSettings(scheme="paper"))
+    assert "column_integration" in tried(task)
+    assert "column_integration" not in tried(paper)
+
+
+def test_motions_are_spread_over_their_strength(tmp_path: Path) -> None:
+    tasks = setup_in(tmp_path, motions=8).tasks(SLUG)
+    strength = {task.motion.motion.motion_id: place for place, task in enumerate(ranked(tasks))}
+    found = [strength[task.motion.motion.motion_id] for task in sampled(tasks, 4)]
+    assert found == [1, 3, 5, 7]
+    assert len(sampled(tasks, 20)) == 8
+
+
+def ranked(tasks: list[Task]) -> list[Task]:
+    return sorted(tasks, key=lambda task: task.motion.measures["im_pgv_rotd50_mps"])
+
+
+def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
+    pairs = list(axis_pairs(setup_in(tmp_path), SLUG, AXES, 1))
+    ends = [(pair.name, pair.before.variant.slug, pair.after.variant.slug) for pair in pairs]
+    assert ends == [
+        ("skew_deg", "osb1_cf_skew00_gap025_mu050", SLUG),
+        ("friction", "osb1_cf_skew30_gap025_mu000", SLUG),
+    ]
+    assert (pairs[0].from_value, pairs[0].to_value) == ("0 deg", "30 deg")
+    assert not list(
+        axis_pairs(
+            setup_in(tmp_path), "osb1_ro_skew00_gap000_mu000", AXES | {"skew_deg": (0.0,)}, 1
+        )
+    )
+
+
+def test_two_variants_of_each_bridge_are_changed_by_default() -> None:
+    grid = GridConfig(bridge=("osb1", "osb2s"), skew_deg=(0, 30, -60), gap_mm=(25, 51))
+    assert chosen_variants(expand_grid(grid), ()) == [
+        "osb1_cf_skew30_gap025_mu050",
+        "osb1_cf_skewm60_gap025_mu050",
+        "osb2s_cf_skew30_gap025_mu050",
+        "osb2s_cf_skewm60_gap025_mu050",
+    ]
+
+
+def test_named_variants_must_be_of_a_bridge_of_the_grid() -> None:
+    variants = expand_grid(GridConfig())
+    assert chosen_variants(variants, [SLUG, SLUG]) == [SLUG]
+    with pytest.raises(InputError, match="osb2s is not a bridge of the grid"):
+        chosen_variants(variants, ["osb2s_cf_skew30_gap025_mu050"])
+    with pytest.raises(InputError):
+        parse_config({"modelling_choices": {"motions": 0}})
+
+
+def row_of(value: float, status: str = "ok") -> dict[str, object]:
+    return {column.name: value for column in DEMAND_COLUMNS} | {"status": status}
+
+
+def test_ratios_are_paired_by_motion_and_failed_runs_are_counted(tmp_path: Path) -> None:
+    tasks = setup_in(tmp_path, motions=4).tasks(SLUG)
+    frame = next(choice for choice in CHOICES if choice.key == "key_frame")
+    pairs = list(choice_pairs(tasks, [frame]))
+    outcomes = ((1.0, 2.0, "ok"), (10.0, 5.0, "ok"), (3.0, 12.0, "ok"), (1.0, 9.0, "collapse"))
+    rows: dict[str, dict[str, object]] = {}
+    for pair, (before, after, status) in zip(pairs, outcomes, strict=True):
+        rows[run_key(pair.before)] = row_of(before)
+        rows[run_key(pair.after)] = row_of(after, status)
+    rows[run_key(pairs[2].after)]["unseating_m"] = 0.0
+    table = choices_table([*pairs, pairs[0]], rows)
+    assert list(table.columns) == list(CHOICE_COLUMNS)
+    assert list(table["demand"]) == list(demands_for("effect"))
+    by_demand = table.set_index("demand")
+    drift = by_demand.loc["column_drift_ratio"]
+    assert drift["ratio"] == pytest.approx((2.0 * 0.5 * 4.0) ** (1 / 3))
+    assert (drift["lowest"], drift["highest"]) == pytest.approx((0.5, 4.0))
+    assert (drift["n"], drift["n_failed"], drift["n_pairs"]) == (3, 1, 4)
+    unseating = by_demand.loc["unseating_m"]
+    assert unseating["ratio"] == pytest.approx(exp((log(2.0) + log(0.5)) / 2))
+    assert (unseating["n"], unseating["n_failed"]) == (2, 1)
+    assert (drift["from_value"], drift["to_value"]) == ("skewed", "deck edge")
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Keys of the analyses that workers were asked for; their demands depend on the variant."""
+    asked: list[str] = []
+
+    class Workers:
+        def __init__(self, **_: object) -> None:
+            pass
+
+        def __call__(self, jobs: Iterator[tuple[object, tuple[object, ...], object]]):
+            for _, (_, number, task, key, *_), _ in jobs:
+                asked.append(str(key))
+                value = 1.1 if task.variant.friction_pct else 1.0
+                value *= 0.8 if task.options.key_frame == "deck_edge" else 1.0
+                row = row_of(value) | {"run_key": key, "variant": task.variant.slug}
+                yield number, [row]
+
+    monkeypatch.setattr("skewbridge.study.batch.Parallel", Workers)
+    return asked
+
+
+def made(setup: StudySetup, name: str = "table") -> pd.DataFrame:
+    path = setup.folder.root / f"{name}.parquet"
+    write_choices(setup, [SLUG], AXES, motions=2, n_jobs=1, output=path, digest="this study")
+    return read_frame(path)
+
+
+def test_made_twice_it_runs_nothing_and_says_the_same(tmp_path: Path, ran: list[str]) -> None:
+    setup = setup_in(tmp_path, motions=3)
+    first = made(setup)
+    assert len(ran) == len(set(ran)) > 20
+    ran.clear()
+    pd.testing.assert_frame_equal(made(setup, "again"), first)
+    assert not ran
+
+
+def test_rows_of_the_study_are_not_run_again(tmp_path: Path, ran: list[str]) -> None:
+    setup = setup_in(tmp_path, motions=3)
+    made(setup)
+    everything = len(ran)
+    other = setup_in(tmp_path / "other", motions=3)
+    own = setup.folder.journal("modelling_choices").read_text()
+    without = "osb1_cf_skew30_gap025_mu000"
+    journal = other.folder.journal(without)
+    journal.parent.mkdir(parents=True)
+    journal.write_text("\n".join(line for line in own.splitlines() if without in line))
+    ran.clear()
+    made(other)
+    assert len(ran) == everything - 2
+
+
+def test_a_table_tells_what_it_was_made_for(tmp_path: Path, ran: list[str]) -> None:
+    made(setup_in(tmp_path))
+    assert is_made_for(tmp_path / "table.parquet", "this study")
+    assert not is_made_for(tmp_path / "table.parquet", "another")
+    assert not is_made_for(tmp_path / "absent.parquet", "this study")
+
+
+def test_the_page_says_which_choices_move_a_demand_more_than_friction(
+    tmp_path: Path, ran: list[str]
+) -> None:
+    table = made(setup_in(tmp_path))
+    finding = choice_findings(table)[1]
+    assert finding == (
+        "Column drift ratio: friction 0 → 0.5 moves it by +10.0 %; more than that do "
+        "Key frame skewed → deck edge (-20.0 %)."
+    )
+    without = table[table["name"] != "key_frame"]
+    assert choice_findings(without)[1].endswith("no choice tried moves it more.")
+    assert not choice_findings(table[table["name"] != "friction"])
+    assert "Key frame" in choices_left_out(without)
+    assert "Key frame" not in choices_left_out(table)
+
+
+def test_the_tornado_has_a_bar_per_value_the_largest_on_top(tmp_path: Path, ran: list[str]) -> None:
+    table = made(setup_in(tmp_path))
+    figure = tornado(table)
+    values = table[["name", "to_value"]].drop_duplicates()
+    panels = [panel for panel in figure.axes if panel.patches]
+    assert len(panels) == len(demands_for("headline"))
+    for panel in panels:
+        labels = [label.get_text() for label in panel.get_yticklabels()]
+        assert len(labels) == len(panel.patches) == len(values)
+        assert labels[-2:] == ["Friction 0 → 0.5", "Key frame skewed → deck edge"]
+
+
+class Tables:
+    """What decides whether the tornado is drawn."""
+
+    def __init__(self, choices: pd.DataFrame | None) -> None:
+        self.choices = choices
+
+
+def test_there_is_no_tornado_without_its_table(tmp_path: Path, ran: list[str]) -> None:
+    assert choice_cases(Tables(None)) == []
+    (words,) = choice_cases(Tables(made(setup_in(tmp_path))))
+    assert "over up to 1 pairs of runs" in words["choice_text"]
