@@ -14,6 +14,7 @@ from skewbridge.units import MM
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
 Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
+type FrictionAt = Literal["all", "walls", "keys"]
 type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 
@@ -96,6 +97,11 @@ class ModelOptions:
         default="skewed",
         description="normal of the keys along the skewed abutment line, or across the deck edge",
     )
+    friction_at: FrictionAt = Field(
+        default="all",
+        description="which contacts have the variant's friction; walls or keys alone tell where "
+        "its effect comes from",
+    )
     # ASSUME column bases stand on rigid ground
     foundation: Literal["fixed", "springs"] = Field(
         default="fixed",
@@ -131,6 +137,10 @@ class ModelOptions:
         description="friction bound of a step from the last committed normal force (as in the "
         "paper), or from the one predicted at its end",
     )
+
+    def has_friction_at(self, place: Literal["walls", "keys"]) -> bool:
+        """Whether the contacts of a place have the variant's friction."""
+        return self.friction_at in ("all", place)
 
     @property
     def transverse_gap_m(self) -> float:
