@@ -19,7 +19,7 @@ help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
 	@echo "make test         install everything, run all checks"
 	@echo "make smoke        two variants x three motions, full report"
-	@echo "make verify       the paper's studies against independent references, and the slow tests"
+	@echo "make verify       the paper's studies and statements against references, the hard set, and the slow tests"
 	@echo "make setup lint bench docs clean"
 
 setup: $(STAMP)
