@@ -12,7 +12,7 @@ from skewbridge.variant.variant import Variant
 from skewbridge.verification.paper import statements_of
 from skewbridge.verification.registry import run_study
 from skewbridge.verification.studies import paper_motions
-from skewbridge.verification.studies.friction_pairs import stick_slip_changes
+from skewbridge.verification.studies.friction_pairs import paper_variant, stick_slip_changes
 from skewbridge.verification.studies.half_cycles import half_cycles
 from strong_motion import strong_motion
 
@@ -87,6 +87,21 @@ def test_an_abutment_alone_closes_and_slips():
     assert not smooth.friction_n.any()
     # The bound is that of the last step: it may be exceeded where the normal force falls.
     assert rough.friction_n.max() <= 0.5 * rough.normals_n.max() * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize(("place", "free"), [("walls", "key"), ("keys", "backwall")])
+def test_contacts_without_friction_carry_none_while_the_others_slip(place, free):
+    history = abutment_history(
+        paper_variant(skew_deg=25),
+        Excitation(motion=strong_motion(duration_s=4.0)),
+        AnalysisSettings(),
+        ModelOptions(friction_at=place),
+    )
+    by_unit = dict(zip(history.unit_names, history.friction_n.T, strict=True))
+    without = [peaks.max() for name, peaks in by_unit.items() if free in name]
+    others = [peaks.max() for name, peaks in by_unit.items() if free not in name]
+    assert max(without) == 0.0
+    assert max(others) > 1.0e4
 
 
 @pytest.mark.slow
