@@ -66,10 +66,8 @@ def run_studies(
         _write(study, out)
         rows += study.rows()
         statements += study.statement_rows()
-    pd.DataFrame(rows, columns=list(COLUMNS)).to_parquet(out / "studies.parquet", index=False)
-    judged = pd.DataFrame(statements, columns=list(STATEMENT_COLUMNS))
-    numbers = dict.fromkeys(("value", "reference", "tolerance"), float)
-    judged.astype(numbers).to_parquet(out / "statements.parquet", index=False)
+        # After each: a long run that is broken off keeps what it has.
+        _write_all(rows, statements, out)
     return rows + statements
 
 
@@ -94,6 +92,16 @@ def _outcome(name: str) -> Study:
         failed.holds(f"the study ends ({error})", truth=False, source="")
         failed.leave_open(f"the study broke off: {error}")
         return failed
+
+
+def _write_all(
+    rows: Sequence[dict[str, Any]], statements: Sequence[dict[str, Any]], out: Path
+) -> None:
+    """Write the comparisons and the judged statements of all studies so far."""
+    pd.DataFrame(rows, columns=list(COLUMNS)).to_parquet(out / "studies.parquet", index=False)
+    judged = pd.DataFrame(statements, columns=list(STATEMENT_COLUMNS))
+    numbers = dict.fromkeys(("value", "reference", "tolerance"), float)
+    judged.astype(numbers).to_parquet(out / "statements.parquet", index=False)
 
 
 def _write(study: Study, out: Path) -> None:
