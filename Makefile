@@ -20,7 +20,7 @@ help:
 	@echo "make choices      the modeller's choices one at a time, beside friction, gap and skew"
 	@echo "make test         install everything, run all checks"
 	@echo "make smoke        two variants x three motions, full report"
-	@echo "make verify       the paper's studies against independent references, and the slow tests"
+	@echo "make verify       the paper's studies and statements against references, the hard set, and the slow tests"
 	@echo "make setup lint bench docs clean"
 
 setup: $(STAMP)

@@ -93,6 +93,19 @@ def test_keys_can_face_the_deck_edge_instead() -> None:
                 assert model.contacts.units[index].normal == pytest.approx((0.0, inward, 0.0))
 
 
+@pytest.mark.parametrize(
+    ("place", "at_walls", "at_keys"), [("all", 0.5, 0.5), ("walls", 0.5, 0.0), ("keys", 0.0, 0.5)]
+)
+def test_friction_can_be_left_to_walls_or_keys(place, at_walls: float, at_keys: float) -> None:
+    with domain():
+        model = build(variant(30), ModelOptions(friction_at=place))
+        assert model.contacts is not None
+        units = model.contacts.units
+        for abutment in model.abutments:
+            assert {units[index].friction for index in abutment.wall_units} == {at_walls}
+            assert {units[index].friction for index in abutment.key_units} == {at_keys}
+
+
 def test_the_acute_corners_lie_at_the_ends_of_the_longer_diagonal() -> None:
     with domain():
         model = build(variant(30), ModelOptions())

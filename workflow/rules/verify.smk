@@ -11,10 +11,11 @@ rule verify_contact:
         "../scripts/verify_contact.py"
 
 
-# The paper's studies against independent references; not part of the default target.
+# The paper's studies against their references; not part of the default target.
 rule verification:
     output:
         table=FOLDER.verification / "studies.parquet",
+        statements=FOLDER.verification / "statements.parquet",
     log:
         FOLDER.log("verification"),
     params:

@@ -1,4 +1,4 @@
-"""Repeat the studies of the paper against independent references."""
+"""Repeat the studies of the paper against their references and judge its statements."""
 
 import logging
 from pathlib import Path

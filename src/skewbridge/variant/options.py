@@ -16,6 +16,7 @@ Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: How a joint gap is meant: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
+type FrictionAt = Literal["all", "walls", "keys"]
 type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 
@@ -112,6 +113,11 @@ class ModelOptions:
         default="skewed",
         description="normal of the keys along the skewed abutment line, or across the deck edge",
     )
+    friction_at: FrictionAt = Field(
+        default="all",
+        description="which contacts have the variant's friction; walls or keys alone tell where "
+        "its effect comes from",
+    )
     # ASSUME column bases stand on rigid ground
     foundation: Literal["fixed", "springs"] = Field(
         default="fixed",
@@ -158,6 +164,10 @@ class ModelOptions:
         description="friction bound of a step from the last committed normal force (as in the "
         "paper), or from the one predicted at its end",
     )
+
+    def has_friction_at(self, place: Literal["walls", "keys"]) -> bool:
+        """Whether the contacts of a place have the variant's friction."""
+        return self.friction_at in ("all", place)
 
     @property
     def transverse_gap_m(self) -> float:

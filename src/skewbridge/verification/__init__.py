@@ -1,1 +1,1 @@
-"""The paper's studies and closed forms against independent references."""
+"""The paper's studies and statements, held against closed forms and other references."""

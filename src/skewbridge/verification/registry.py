@@ -14,7 +14,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
-from skewbridge.verification.studies.comparison import COLUMNS, Study
+from skewbridge.verification.studies.comparison import COLUMNS, STATEMENT_COLUMNS, Study
 
 # Name of the study, as the paper numbers its figures, and its module.
 STUDIES: Final[dict[str, str]] = {
@@ -27,11 +27,13 @@ STUDIES: Final[dict[str, str]] = {
     "bridges": "bridge_hand_values",
     "fig10": "abutment_friction",
     "fig11-12": "bridge_friction",
+    "friction-source": "friction_source",
     "ladder": "abutment_models",
     "coupling": "coupling_order",
     "closed-forms": "oscillators",
     "restitution": "integrator_restitution",
     "native": "native_element",
+    "hard-set": "hard_set",
 }
 
 
@@ -41,8 +43,10 @@ def run_studies(
     """Run studies, all without names, write their tables and figures, and return all rows.
 
     The folder gets `<study>.parquet`, `<study>[_<name>].svg`, further tables, and `<study>.json`
-    with the rows of the comparisons; all rows in `studies.parquet`. `tell` is called with one line
-    per study.
+    with the rows of the comparisons; all of these in `studies.parquet`, and what the studies say
+    about the paper's statements in `statements.parquet`. The rows returned are the comparisons,
+    then the statements, which have an `outcome`, its `reason` and the `case`, too. `tell` is
+    called with one line per study.
 
     Raises:
         InputError: An unknown name, or the folder cannot be made.
@@ -54,24 +58,28 @@ def run_studies(
         )
     writable_folder(out)
     rows: list[dict[str, Any]] = []
+    statements: list[dict[str, Any]] = []
     for name in names or STUDIES:
         if tell:
             tell(f"{name} ...")
         study = _outcome(name)
         _write(study, out)
         rows += study.rows()
-    pd.DataFrame(rows, columns=list(COLUMNS)).to_parquet(out / "studies.parquet", index=False)
-    return rows
+        statements += study.statement_rows()
+        # After each: a long run that is broken off keeps what it has.
+        _write_all(rows, statements, out)
+    return rows + statements
 
 
 def run_study(name: str) -> Study:
-    """Run one study.
+    """Run one study; what it leaves open of the paper's statements cannot be told.
 
     Raises:
         RuntimeError: A solver could not finish.
     """
     study = Study(name)
     import_module(f"skewbridge.verification.studies.{STUDIES[name]}").run(study)
+    study.leave_open()
     return study
 
 
@@ -82,7 +90,18 @@ def _outcome(name: str) -> Study:
     except RuntimeError as error:
         failed = Study(name)
         failed.holds(f"the study ends ({error})", truth=False, source="")
+        failed.leave_open(f"the study broke off: {error}")
         return failed
+
+
+def _write_all(
+    rows: Sequence[dict[str, Any]], statements: Sequence[dict[str, Any]], out: Path
+) -> None:
+    """Write the comparisons and the judged statements of all studies so far."""
+    pd.DataFrame(rows, columns=list(COLUMNS)).to_parquet(out / "studies.parquet", index=False)
+    judged = pd.DataFrame(statements, columns=list(STATEMENT_COLUMNS))
+    numbers = dict.fromkeys(("value", "reference", "tolerance"), float)
+    judged.astype(numbers).to_parquet(out / "statements.parquet", index=False)
 
 
 def _write(study: Study, out: Path) -> None:

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
 from skewbridge.verification.references.live_model import Array
 
@@ -72,12 +71,3 @@ def half_cycles(
             )
         )
     return cycles
-
-
-def together_correlation(cycles: list[HalfCycle]) -> float:
-    """Return the rank correlation of the size of the change with how much the axes coincide."""
-    if len(cycles) < 3:
-        return float("nan")
-    together = [cycle.together for cycle in cycles]
-    change = [abs(cycle.peak_with_m - cycle.peak_without_m) for cycle in cycles]
-    return float(spearmanr(together, change).statistic)

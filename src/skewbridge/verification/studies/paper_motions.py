@@ -52,6 +52,11 @@ class PaperMotion:
     label: str
     is_paper_record: bool
 
+    @property
+    def stand_in(self) -> str:
+        """What to add to the name of a case that is not under the paper's record."""
+        return "" if self.is_paper_record else f" ({self.label})"
+
 
 def tarzana() -> PaperMotion:
     """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
@@ -101,15 +106,24 @@ def _record(
     return PaperMotion(motion=motion, label=label, is_paper_record=True)
 
 
-def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMotion:
-    """Return the first motion of the package's suite, brought to a multiple of a published peak."""
+def embedded_motions() -> list[GroundMotion]:
+    """Return the motions of the package's suite, unscaled.
+
+    Raises:
+        InputError: The suite is not in the working folder.
+    """
     places = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
     if (index := next(filter(Path.is_file, places), None)) is None:
         raise InputError(
-            f"no record for {wanted} in {FOLDERS_VARIABLE} or motions/, and the package's own "
-            "suite motions/index.csv is not in the working folder"
+            "the package's own suite motions/index.csv is not in the working folder; for the "
+            f"studies under one record, {FOLDERS_VARIABLE} or motions/ may hold it"
         )
-    motion = read_entry(read_index(index)[0])
+    return [read_entry(entry) for entry in read_index(index)]
+
+
+def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMotion:
+    """Return the first motion of the package's suite, brought to a multiple of a published peak."""
+    motion = embedded_motions()[0]
     pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
     return PaperMotion(
         motion=motion.scaled(factor * pga_rotd50_g / pga_g),

@@ -9,9 +9,11 @@ from math import pi
 from typing import Final
 
 import numpy as np
+import openseespy.opensees as ops
 from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactLaw
+from skewbridge.verification.judgement import at_most, decided
 from skewbridge.verification.references.block import run_block, sliding_block
 from skewbridge.verification.references.closed_forms import (
     RockingBlock,
@@ -39,6 +41,8 @@ def run(study: Study) -> None:
     """Run the study."""
     loops = {gap: _loops(gap, study) for gap in (0.0, 0.02)}
     _sliding_blocks(study)
+    reason = f"the loops ran in OpenSees {ops.version()} as released"
+    study.states("existing parts", "loops of one unit", decided(True, reason))
     study.figures["unit"] = _unit_figure(loops)
     study.figures["rocking"] = _rocking_figure(_upright_blocks(study))
 
@@ -71,6 +75,9 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
         error = float(np.sqrt(np.mean(np.sum((forces - exact) ** 2, axis=1)))) / _LIMIT_N
         quantity = f"{name} loop, gap {1000 * gap_m:g} mm: RMS error over the limit"
         study.at_most(quantity, error, 0.01, "radial return on a fine grid")
+        key = "unit behind a gap" if gap_m else "unit without gap"
+        judged = at_most("RMS error of the forces over the friction limit", error, 0.01)
+        study.states(key, f"{name} loop", judged)
         result[name] = (path, forces)
     path, forces = result["constant"]
     half = slice(len(path) // 2, None)

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactLaw, Coupling, Scheme
+from skewbridge.verification.judgement import SMALL, at_most
 from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.references.paths import figure_3
 from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
@@ -43,6 +44,8 @@ INTERVAL_WORK_J: Final = {
     (8.75, 10.0): 9183.37,
 }
 _SCHEMES: Final[tuple[Scheme, ...]] = ("vector", "componentwise", "elastic")
+_PAPER_WAY: Final = ("componentwise", "lagged")
+_CLOSE: Final = 0.01
 _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
 
 
@@ -80,6 +83,7 @@ def _check_cone(study: Study, forces: Array) -> None:
     study.at_most("force beyond the cone over the limit", beyond, 1e-6, "cone")
     loose = float(np.abs(forces[~closed & steady, :2]).max())
     study.at_most("friction while open (N)", loose, 0.0, "no friction")
+    study.states("closing decides", "vector", at_most("friction while open (N)", loose, 0.0))
 
 
 def _compare_schemes(study: Study) -> pd.DataFrame:
@@ -94,6 +98,7 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
         kept = error[np.argsort(error)[: -3 * _event_count(path)]]
         rms, work = float(np.sqrt(np.mean(kept**2))), path_work_j(path, forces)
         largest = max(hypot(x, y) for x, y, _ in forces) / LIMIT_N
+        _judge(study, (scheme, coupling), rms, largest)
         rows.append((scheme, coupling, rms, work / EXACT_WORK_J - 1.0, largest))
         if (scheme, coupling) == ("vector", "extrapolated"):
             study.at_most("RMS error at 1 ms steps over the limit", rms, 0.01, _SOURCE)
@@ -102,6 +107,16 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
             study.report(f"{scheme}, {coupling}: RMS error at 1 ms steps", rms, 0.0, _SOURCE)
     errors = ["rms_error_ratio", "work_error_ratio", "largest_force_ratio"]
     return pd.DataFrame(rows, columns=["scheme", "coupling", *errors])
+
+
+def _judge(study: Study, way: tuple[Scheme, Coupling], rms: float, largest: float) -> None:
+    """Judge what the paper says of a way to find the components; its own is the second."""
+    case = f"{way[0]}, {way[1]}" + (" (the paper's way)" if way == _PAPER_WAY else "")
+    text = "largest force over the limit"
+    study.states("limit in every direction", case, at_most(text, largest, 1.0 + _CLOSE))
+    error = at_most("RMS error of the friction over the limit", rms, SMALL)
+    is_elastic = way[0] == "elastic"
+    study.states("elastic springs too" if is_elastic else "components are coupled", case, error)
 
 
 def _event_count(path: Array) -> int:

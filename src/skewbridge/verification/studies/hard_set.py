@@ -1,0 +1,130 @@
+"""The hard set: every abutment model, skew and bridge kind under strong motions ends as it should.
+
+The strongest motions of the package's suite are scaled to a PGA (RotD50) of 1.2 g. Each analysis
+ends `ok`, or in a physical `collapse`: its criterion named and its energy accounted for.
+"""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, Final
+
+import pandas as pd
+from joblib import Parallel, delayed
+
+from skewbridge.analysis.exit_message import hush_exit_message
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import MAX_TRUSTED_RESIDUAL, analyse
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.spectrum import orbit_rotd50
+from skewbridge.statuses import COLLAPSE, OK
+from skewbridge.units import G_MPS2
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.friction_pairs import FRICTION_PCT
+from skewbridge.verification.studies.paper_motions import embedded_motions
+
+logger = logging.getLogger(__name__)
+
+PGA_G: Final = 1.2
+GAP_MM: Final = 25
+_PARTS: Final = ["bridge", "abutment", "skew_deg"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HardSet:
+    """What is run: each combination.
+
+    Attributes:
+        motion_count: How many of the strongest motions of the suite.
+        processes: Worker processes.
+    """
+
+    bridges: tuple[str, ...] = ("osb1", "osb1_fixed", "osb2s")
+    abutments: tuple[str, ...] = tuple(ABUTMENTS)
+    skews_deg: tuple[int, ...] = (0, 30, 60)
+    motion_count: int = 10
+    processes: int = 2
+
+    def variants(self) -> list[Variant]:
+        """Return the variants."""
+        return [
+            Variant(
+                bridge=bridge,
+                abutment=abutment,
+                skew_deg=skew_deg,
+                gap_mm=GAP_MM,
+                friction_pct=FRICTION_PCT,
+            )
+            for bridge, abutment, skew_deg in product(self.bridges, self.abutments, self.skews_deg)
+        ]
+
+
+def run(study: Study) -> None:
+    """Run the study."""
+    run_hard_set(study, HardSet())
+
+
+def run_hard_set(study: Study, chosen: HardSet) -> None:
+    """Run a hard set: one comparison per bridge, abutment and skew, a table of all rows."""
+    motions = strongest_motions(chosen.motion_count)
+    tasks = product(chosen.variants(), motions)
+    rows = Parallel(n_jobs=chosen.processes)(delayed(_row)(*task) for task in tasks)
+    table = pd.DataFrame(list(rows))
+    for parts, group in table.groupby(_PARTS, sort=False):
+        bridge, abutment, skew_deg = parts
+        failed = group[~group["as_it_should"]]
+        text = f"{bridge}, {abutment}, skew {skew_deg}: analyses that end ok or in collapse"
+        if len(failed):
+            text += f" (not: {'; '.join(failed['motion_id'] + ' ' + failed['why'])})"
+        sound = len(group) - len(failed)
+        study.absolute(text, sound, len(group), 0.0, "every analysis ends as it should")
+    study.tables["rows"] = table
+    counts = table.groupby([*_PARTS, "status"], sort=False).size()
+    study.tables["statuses"] = counts.rename("analyses").reset_index()
+
+
+def strongest_motions(count: int) -> list[GroundMotion]:
+    """Return the motions of the suite with the largest PGA (RotD50), each scaled to `PGA_G`."""
+    motions = embedded_motions()
+    peaks_g = [orbit_rotd50(m.accel_1_mps2, m.accel_2_mps2) / G_MPS2 for m in motions]
+    ranked: Sequence[tuple[float, int]] = sorted(
+        ((peak, number) for number, peak in enumerate(peaks_g)), reverse=True
+    )
+    return [motions[number].scaled(PGA_G / peak) for peak, number in ranked[:count]]
+
+
+def _row(variant: Variant, motion: GroundMotion) -> dict[str, Any]:
+    """Analyse one variant under one motion and say whether it ended as it should."""
+    hush_exit_message()
+    row: dict[str, Any] = {
+        "bridge": variant.bridge,
+        "abutment": variant.abutment,
+        "skew_deg": variant.skew_deg,
+        "motion_id": motion.motion_id,
+    }
+    try:
+        found = analyse(variant, Excitation(motion=motion), AnalysisSettings(), ModelOptions())
+    except Exception as error:
+        logger.exception("%s under %s", variant.slug, motion.motion_id)
+        why = f"crash: {type(error).__name__}: {error}"
+        return row | {"status": "crash", "as_it_should": False, "why": why}
+    residual = found.demands["energy_residual_ratio"]
+    is_physical = bool(found.collapse_criterion) and abs(residual) <= MAX_TRUSTED_RESIDUAL
+    messages = "; ".join(found.messages)
+    return row | {
+        "status": found.status,
+        "as_it_should": found.status == OK or (found.status == COLLAPSE and is_physical),
+        "why": f"{found.status} at {found.time_reached_s:.2f} s {messages}".strip(),
+        "collapse_criterion": found.collapse_criterion,
+        "energy_residual_ratio": residual,
+        "time_reached_s": found.time_reached_s,
+        "duration_s": found.duration_s,
+        "recovery_rung": found.recovery_rung,
+        "substeps": found.substeps,
+        "iterations": found.iterations,
+    }
