@@ -121,8 +121,12 @@ class Trace:
 
     def disp(self, node: int) -> Series:
         """Displacements and rotations of a node since gravity, shape (n, 6)."""
-        values = self.layout.disp(self.rows, node)
+        values = self.position(node)
         return values - values[0]
+
+    def position(self, node: int) -> Series:
+        """Displacements and rotations of a node since before gravity, shape (n, 6)."""
+        return self.layout.disp(self.rows, node)
 
     def column_forces(self, element: int) -> Series:
         """Global end forces of a column, shape (n, 12)."""
