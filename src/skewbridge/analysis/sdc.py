@@ -1,15 +1,13 @@
 """Checks of a variant in the form of the seismic design criteria: displacement, P-Delta, seat."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import cos, degrees, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.column import section_response
-from skewbridge.bridge.dead_load import column_axial_n
+from skewbridge.bridge.hinge import bent_capacities
 from skewbridge.units import FOOT, INCH
 from skewbridge.variant.variant import Variant
 
@@ -19,57 +17,6 @@ SEAT_ALLOWANCE_M = 4 * INCH  # source: same, beyond movements and demand
 # ASSUME prestress shortening, creep, shrinkage and temperature together take 1/1000 of the length
 SHORTENING_RATIO = 1.0e-3
 SEISMIC_SEAT_FACTOR = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BentCapacity:
-    """Displacement capacity of a bent by its plastic hinges, columns under dead load.
-
-    Attributes:
-        bent: Number from the left, 1 and up.
-        plastic_moment_nm: Of one column.
-        axial_n: Of one column.
-        yield_disp_m: Idealised yield displacement.
-        capacity_m: Displacement at the ultimate curvature.
-    """
-
-    bent: int
-    plastic_moment_nm: float
-    axial_n: float
-    yield_disp_m: float
-    capacity_m: float
-
-    def p_delta_ratio(self, disp_m: float) -> float:
-        """Return dead load times demand over plastic moment."""
-        return self.axial_n * disp_m / self.plastic_moment_nm
-
-
-def bent_capacities(bridge: BridgeData) -> list[BentCapacity]:
-    """Return the displacement capacities of the bents, rigid deck.
-
-    A pinned column is a cantilever from the base; a fixed one two cantilevers of half its height.
-
-    References:
-        Caltrans SDC 1.7 section 3.1.3.
-    """
-    capacities: list[BentCapacity] = []
-    for number, bent in enumerate(bridge.bents):
-        axial_n = column_axial_n(bridge, number)
-        curve = section_response(bridge.column, axial_n)
-        parts = 1 if bridge.base == "pinned" else 2
-        span, hinge = bent.clear_height_m / parts, bridge.column.hinge_length_m
-        elastic = curve.yield_curvature_per_m * span**2 / 3
-        rotation = hinge * (curve.ultimate_curvature_per_m - curve.yield_curvature_per_m)
-        capacities.append(
-            BentCapacity(
-                bent=number + 1,
-                plastic_moment_nm=curve.plastic_moment_nm,
-                axial_n=axial_n,
-                yield_disp_m=parts * elastic,
-                capacity_m=parts * (elastic + rotation * (span - hinge / 2)),
-            )
-        )
-    return capacities
 
 
 def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
@@ -110,7 +57,9 @@ def sdc_rows(
     checks: list[tuple[str, float, float]] = []  # name, demand, capacity
     for bent in bent_capacities(bridge):
         ratio, name = bent.p_delta_ratio(deck_disp_m), f"bent {bent.bent}"
-        checks.append((f"{name} displacement (m)", deck_disp_m, bent.capacity_m))
+        told = "file" if bridge.column.hinge_length_m is not None else "rule"
+        hinge = f"hinge {bent.hinge_length_m:.3f} m by {told}"
+        checks.append((f"{name} displacement, {hinge} (m)", deck_disp_m, bent.capacity_m))
         checks.append((f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT))
     for corner, unseating_m in corners_m.items():
         checks.append((f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), seat))

@@ -37,18 +37,15 @@ def build_bents(
     bridge: BridgeData, spine: Deck, options: ModelOptions, tags: TagAllocator
 ) -> Bents:
     """Create caps, columns and bases, and put their weight on the spine and cap nodes."""
-    is_pinned = bridge.base == "pinned"
     upright, level = tags.transformation(), tags.transformation()
     ops.geomTransf("PDelta", upright, 1.0, 0.0, 0.0)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
-    integration, hinges = 0, tuple[int, ...]()
-    if bridge.bents and not options.elastic_columns:
-        integration, hinges = build_integration(
-            bridge.column, is_pinned=is_pinned, options=options, tags=tags
-        )
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bent_positions_m(bridge), strict=True)):
+        integration, hinges = 0, tuple[int, ...]()
+        if not options.elastic_columns:
+            integration, hinges = build_integration(bridge, number, options, tags)
         for joint, y in _build_cap(bridge, number, spine, x, level, tags):
             # the top hangs rigidly on the joint at the deck's centroid
             base, top = nodes = tags.node(), tags.node()
@@ -68,7 +65,7 @@ def build_bents(
                     element=element,
                     nodes=nodes,
                     hinge_sections=hinges,
-                    shear_model=options.shear_model,
+                    options=options,
                 )
             )
             # ASSUME the base section, which governs, carries the whole weight of the column;

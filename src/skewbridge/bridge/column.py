@@ -1,6 +1,5 @@
 """Reinforced concrete columns: fiber sections, elements, and the data to judge them."""
 
-from functools import lru_cache
 from math import pi
 
 import openseespy.opensees as ops
@@ -8,21 +7,16 @@ import openseespy.opensees as ops
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
 from skewbridge.bridge.dead_load import column_axial_n
 from skewbridge.bridge.handles import ColumnHandle
+from skewbridge.bridge.hinge import bent_capacity, hinge_length_m, shear_span_m
 from skewbridge.bridge.materials import STEELS, Concrete, core_concrete, cover_concrete
-from skewbridge.bridge.moment_curvature import MomentCurvature, moment_curvature
+from skewbridge.bridge.moment_curvature import MomentCurvature, section_response
 from skewbridge.bridge.shear_capacity import ShearSection
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import GPA, MM, MPA
-from skewbridge.variant.options import ModelOptions, ShearModel
+from skewbridge.variant.options import ModelOptions
 
 LOBATTO_POINTS = 5  # source: usual choice for force-based columns; the paper gives no number
 HINGE_RADAU_SECTIONS = 6  # OpenSees numbers the points of HingeRadau 1 to 6
-
-
-@lru_cache(maxsize=32)
-def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
-    """Return the moment-curvature of a column; cached, as each column of each model needs it."""
-    return moment_curvature(column, axial_n)
 
 
 def shear_modulus_pa(modulus_pa: float) -> float:
@@ -94,22 +88,23 @@ def _cracked_inertias_m4(column: ColumnData) -> tuple[float, float]:
 
 
 def build_integration(
-    column: ColumnData, *, is_pinned: bool, options: ModelOptions, tags: TagAllocator
+    bridge: BridgeData, bent_number: int, options: ModelOptions, tags: TagAllocator
 ) -> tuple[int, tuple[int, ...]]:
-    """Create the beam integration shared by the columns of a bridge.
+    """Create the beam integration shared by the columns of a bent, numbered from 0.
 
     A pinned base never yields, so its hinge carries the elastic section (no change of demands).
 
     Returns:
         Tag, and the integration points where plastic curvature is read.
     """
+    column, is_pinned = bridge.column, bridge.base == "pinned"
     fiber = build_fiber_section(column, options, tags)
-    elastic = build_elastic_section(column, tags)
     integration = tags.integration()
     if options.column_integration == "lobatto5":
         ops.beamIntegration("Lobatto", integration, fiber, LOBATTO_POINTS)
         return integration, (LOBATTO_POINTS,) if is_pinned else (1, LOBATTO_POINTS)
-    length = column.hinge_length_m
+    elastic = build_elastic_section(column, tags)
+    length = hinge_length_m(bridge, bent_number, options.hinge_rule)
     base = elastic if is_pinned else fiber
     ops.beamIntegration("HingeRadau", integration, base, length, fiber, length, elastic)
     return integration, (HINGE_RADAU_SECTIONS,) if is_pinned else (1, HINGE_RADAU_SECTIONS)
@@ -134,22 +129,12 @@ def column_handle(
     element: int,
     nodes: tuple[int, int],
     hinge_sections: tuple[int, ...],
-    shear_model: ShearModel,
+    options: ModelOptions,
 ) -> ColumnHandle:
-    """Return the handle of a column with its yield point and shear data.
-
-    The idealised yield displacement is that of a cantilever from the contraflexure point,
-    ``phi_y L^2 / 3``, twice of it for a fixed base (double curvature).
-
-    References:
-        Caltrans SDC 1.7 section 3.1.3.
-    """
-    column, is_pinned = bridge.column, bridge.base == "pinned"
+    """Return the handle of a column with its yield point and shear data."""
+    column, capacity = bridge.column, bent_capacity(bridge, bent_number, options.hinge_rule)
     curve = section_response(column, column_axial_n(bridge, bent_number))
-    height = bridge.bents[bent_number].clear_height_m
-    # ASSUME the pinned column bends in single, the fixed one in symmetric double curvature
-    span = height if is_pinned else height / 2
-    yield_disp = curve.yield_curvature_per_m * span**2 / 3 * (1.0 if is_pinned else 2.0)
+    height, span = bridge.bents[bent_number].clear_height_m, shear_span_m(bridge, bent_number)
     return ColumnHandle(
         element=element,
         base_node=nodes[0],
@@ -157,9 +142,9 @@ def column_handle(
         clear_height_m=height,
         hinge_sections=hinge_sections,
         yield_curvature_per_m=curve.yield_curvature_per_m,
-        yield_drift_ratio=yield_disp / height,
+        yield_drift_ratio=capacity.yield_disp_m / height,
         shear=shear_section(column, span, curve),
-        shear_model=shear_model,
+        shear_model=options.shear_model,
     )
 
 

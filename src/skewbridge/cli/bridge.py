@@ -242,8 +242,10 @@ def column(
 ) -> None:
     """Moment-curvature and shear strength of a bridge's column under dead load."""
     from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.bridge.column import section_response, shear_section
+    from skewbridge.bridge.column import shear_section
     from skewbridge.bridge.dead_load import column_axial_n
+    from skewbridge.bridge.hinge import shear_span_m
+    from skewbridge.bridge.moment_curvature import section_response
 
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):
@@ -254,8 +256,7 @@ def column(
 
     axial_n = column_axial_n(data, bent - 1)
     curve = section_response(data.column, axial_n)
-    height = data.bents[bent - 1].clear_height_m
-    span = height if data.base == "pinned" else height / 2
+    span = shear_span_m(data, bent - 1)
     shear = shear_section(data.column, span, curve)
     table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
     folder = writable_folder(out)

@@ -14,6 +14,7 @@ from skewbridge.units import MM
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
 Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
+type HingeRule = Literal["sdc", "paulay_priestley"]
 type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 
@@ -33,8 +34,13 @@ class ModelOptions:
     )
     column_integration: Literal["hinge_radau", "lobatto5"] = Field(
         default="hinge_radau",
-        description="column plasticity: hinge_radau (hinge of the bridge's hinge length) or "
+        description="column plasticity: hinge_radau (hinges of the length of hinge_rule) or "
         "lobatto5 (distributed, as in the paper)",
+    )
+    hinge_rule: HingeRule = Field(
+        default="sdc",
+        description="length of the plastic hinges, unless the bridge's file gives it: 0.08 L + "
+        "0.022 fye db, at least 0.044 fye db (sdc), or without this limit",
     )
     # source: Rahman & Mackie, section 4
     transverse_gap_mm: Number = Field(

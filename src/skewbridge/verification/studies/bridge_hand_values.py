@@ -13,12 +13,13 @@ import openseespy.opensees as ops
 from skewbridge.analysis.gravity import apply_gravity
 from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
 from skewbridge.analysis.pushover import push_abutment, push_bridge
-from skewbridge.analysis.sdc import bent_capacities
 from skewbridge.bridge.abutment.arrays import LINK_N_PER_M
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.column import section_response, shear_section
+from skewbridge.bridge.column import shear_section
 from skewbridge.bridge.dead_load import column_axial_n, total_weight_n
+from skewbridge.bridge.hinge import bent_capacities
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.moment_curvature import section_response
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
