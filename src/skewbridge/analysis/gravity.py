@@ -25,9 +25,11 @@ def apply_gravity(model: BridgeModel) -> None:
 
 
 def hold_dead_load(
-    loads_n: Mapping[int, float], moments_nm: Mapping[int, float], tags: TagAllocator
+    loads_n: Mapping[int, float],
+    moments_nm: Mapping[int, tuple[float, float]],
+    tags: TagAllocator,
 ) -> None:
-    """Apply downward loads and moments about y by node, and hold them from time zero on.
+    """Apply downward loads and moments about x and y by node, and hold them from time zero on.
 
     Nodal loads: the corotational transformation ignores element loads.
 
@@ -36,7 +38,7 @@ def hold_dead_load(
     """
     open_linear_pattern(tags)
     for node, load_n in loads_n.items():
-        ops.load(node, 0.0, 0.0, -load_n, 0.0, moments_nm.get(node, 0.0), 0.0)
+        ops.load(node, 0.0, 0.0, -load_n, *moments_nm.get(node, (0.0, 0.0)), 0.0)
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("ProfileSPD")

@@ -150,7 +150,7 @@ class BridgeModel:
             a little).
         wall_masses_kg: Further masses: wall and key nodes, by node.
         dead_loads_n: Downward nodal load by node.
-        dead_moments_nm: Fixed-end moments of the deck's line load about y, by node.
+        dead_moments_nm: Fixed-end moments of the dead load of deck and caps about x and y, by node.
         columns: Bent by bent.
         abutments: Left, right.
         contacts: The contact units, or None for models without contact.
@@ -169,7 +169,7 @@ class BridgeModel:
     deck_masses_kg: Mapping[int, float]
     wall_masses_kg: Mapping[int, float]
     dead_loads_n: Mapping[int, float]
-    dead_moments_nm: Mapping[int, float]
+    dead_moments_nm: Mapping[int, tuple[float, float]]
     columns: tuple[ColumnHandle, ...]
     abutments: tuple[AbutmentHandle, AbutmentHandle]
     contacts: ContactSet | None

@@ -102,6 +102,12 @@ class ModelOptions:
         default="skewed",
         description="normal of the keys along the skewed abutment line, or across the deck edge",
     )
+    # ASSUME webs and slabs bring the dead load of the deck evenly over its width onto the caps
+    cap_load: Literal["spread", "middle"] = Field(
+        default="spread",
+        description="where the deck's dead load enters the cap of a bent: evenly over the deck's "
+        "width, or in the middle as in spine models (the columns then thrust apart at rest)",
+    )
     # ASSUME column bases stand on rigid ground
     foundation: Literal["fixed", "springs"] = Field(
         default="fixed",
