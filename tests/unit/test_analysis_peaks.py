@@ -68,6 +68,7 @@ def column():
         hinge_sections=(6,),
         yield_curvature_per_m=0.0034,
         yield_drift_ratio=0.01,
+        drift_capacity_ratio=0.04,
         shear=SECTION,
     )
 
@@ -139,6 +140,42 @@ def test_tension_lowers_the_shear_capacity(layout, rows, column):
     rows[:, layout.column(COLUMN) + 2] = [6.0e6, -1.0e5, 6.0e6, 6.0e6]
     ratio = column_peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
     assert ratio[1] > ratio[0] == pytest.approx(ratio[2])
+
+
+@pytest.mark.parametrize(
+    ("drift", "shear_n", "changes", "mode", "row"),
+    [
+        ([0.0, 0.03, 0.05, 0.02], [0.0] * 4, {}, "flexure", 2),
+        ([0.0] * 4, [0.0, 8.0e6, 0.0, 0.0], {}, "shear", 1),
+        ([0.0, 0.0, 0.0, 0.05], [0.0, 8.0e6, 0.0, 0.0], {}, "shear", 1),
+        ([0.0, 0.05, 0.0, 0.0], [0.0, -9.0e6, 0.0, 0.0], {}, "shear", 1),  # the brittle one
+        (
+            [0.0, 0.0, 0.0, 0.05],
+            [0.0, 8.0e6, 0.0, 0.0],
+            {"loses_shear_strength": True},
+            "flexure",
+            3,
+        ),
+        ([0.0, 0.05, 0.0, 0.0], [0.0, 8.0e6, 0.0, 0.0], {"is_elastic": True}, "", None),
+        ([0.0, 0.03, 0.0, 0.0], [0.0, 1.0e6, 0.0, 0.0], {}, "", None),
+    ],
+)
+def test_the_model_ends_where_the_first_column_reaches_its_capacity(
+    layout, rows, column, drift, shear_n, changes, mode, row
+):
+    rows[:, layout.node(TOP)] = np.multiply(drift, 5.0)
+    rows[:, layout.column(COLUMN)] = shear_n
+    trace = Trace(layout=layout, rows=rows)
+    end = column_peaks.model_end([replace(column, **changes)], trace)
+    assert end.mode == mode
+    if row is None:
+        assert np.isnan(end.time_s)
+        assert end.rows == STEPS
+    else:
+        assert end.time_s == pytest.approx(0.1 * row)
+        assert end.rows == row + 1
+        peaks_so_far = column_peaks.column_demands([column], trace.first(end.rows))
+        assert peaks_so_far["column_residual_drift_ratio"] == pytest.approx(drift[row])
 
 
 def test_curvature_ductility_is_the_resultant_over_yield(layout, rows, column):

@@ -4,6 +4,7 @@ Displacements are relative to the ground and counted from the state under gravit
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,46 @@ from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_sh
 from skewbridge.units import KN
 
 type Series = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelEnd:
+    """Where the response leaves what the model of the columns can say.
+
+    Attributes:
+        mode: ``shear`` or ``flexure``; empty if it never does.
+        time_s: Time of the first row in that state, nan if there is none.
+        rows: Number of rows up to and with it; all of them if there is none.
+    """
+
+    mode: str
+    time_s: float
+    rows: int
+
+
+def model_end(columns: Sequence[ColumnHandle], trace: Trace) -> ModelEnd:
+    """Return when the first column reaches its capacity, and in which mode.
+
+    In shear at a demand over capacity of 1, unless the model has the loss of shear strength in it;
+    in flexure when the drift reaches the displacement capacity of the bent. Elastic columns, which
+    have no strength, have no such end.
+    """
+    reached: list[tuple[int, str]] = []
+    for column in columns:
+        if column.is_elastic:
+            continue
+        ratios = {"flexure": drift_over_capacity(column, trace)}
+        if not column.loses_shear_strength:
+            ratios["shear"] = column_shear_dcr(column, trace)
+        for mode, ratio in ratios.items():
+            failed = ratio >= 1.0
+            if failed.any():
+                reached.append((int(failed.argmax()), mode))
+    if not reached:
+        return ModelEnd(mode="", time_s=float("nan"), rows=len(trace.rows))
+    # of two in the same step, the brittle one
+    row, mode = min(reached, key=lambda end: (end[0], end[1] != "shear"))
+    return ModelEnd(mode=mode, time_s=float(trace.time_s[row]), rows=row + 1)
 
 
 def column_demands(columns: Sequence[ColumnHandle], trace: Trace) -> dict[str, float]:
@@ -29,6 +70,7 @@ def column_demands(columns: Sequence[ColumnHandle], trace: Trace) -> dict[str, f
         "column_base_shear_kn": peak(np.hypot(*base.T) for base in bases) / KN,
         "column_shear_dcr": peak(column_shear_dcr(column, trace) for column in columns),
         "column_drift_ratio": peak(drifts),
+        "drift_over_capacity": peak(drift_over_capacity(column, trace) for column in columns),
         "column_curvature_ductility": peak(
             curvature_ductility(column, trace) for column in columns
         ),
@@ -58,6 +100,11 @@ def column_drift(column: ColumnHandle, trace: Trace) -> Series:
     """Return top minus base displacement, resultant, over the clear height, shape (n,)."""
     relative = trace.disp(column.top_node)[:, :2] - trace.disp(column.base_node)[:, :2]
     return np.hypot(*relative.T) / column.clear_height_m
+
+
+def drift_over_capacity(column: ColumnHandle, trace: Trace) -> Series:
+    """Return the drift over the displacement capacity of the bent per clear height, shape (n,)."""
+    return column_drift(column, trace) / column.drift_capacity_ratio
 
 
 def column_shear_dcr(column: ColumnHandle, trace: Trace) -> Series:

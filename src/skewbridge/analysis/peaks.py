@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.column_peaks import column_demands
+from skewbridge.analysis.column_peaks import column_demands, model_end
 from skewbridge.analysis.series import highest, peak
 from skewbridge.analysis.trace import Trace
 from skewbridge.bridge.handles import (
@@ -28,9 +28,15 @@ def demands(
 ) -> dict[str, float]:
     """Return the demand columns of the table, peaks over time.
 
+    The peaks are those up to the step in which a column reaches its capacity (`model_end`): what
+    the model says afterwards is no demand. Totals of the contacts and the energy residual are those
+    of the whole analysis.
+
     The ground acceleration is that along x and y at the times of the trace, shape (n, 2); the
     energy residual is nan when no balance was kept.
     """
+    end = model_end(model.columns, trace).rows
+    trace, ground_accel_mps2 = trace.first(end), ground_accel_mps2[:end]
     ledger = () if model.contacts is None else model.contacts.ledger()
     return {
         **column_demands(model.columns, trace),

@@ -13,7 +13,7 @@ type Series = NDArray[np.float64]
 
 DISP: Final = 6  # components of a node
 END_FORCES: Final = 12  # of a column, base first
-SECTION: Final = 4  # deformations: axial, about z, about y, torsion
+SECTION: Final = 4  # deformations: axial, about z, about y, torsion (shear may follow)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +108,10 @@ class Trace:
 
     layout: Layout
     rows: Series
+
+    def first(self, rows: int) -> "Trace":
+        """Return the trace up to a number of rows."""
+        return Trace(layout=self.layout, rows=self.rows[:rows])
 
     @property
     def time_s(self) -> Series:

@@ -49,6 +49,10 @@ class ColumnHandle:
             load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
+        drift_capacity_ratio: Displacement capacity of its bent by the Caltrans criteria over clear
+            height.
+        is_elastic: Whether it has no strength, so that no capacity bounds what the model says.
+        loses_shear_strength: Whether the model itself holds its failure in shear.
         shear_model: Capacity to judge by, ``sdc`` or ``kowalsky_priestley``, from `shear`.
     """
 
@@ -59,8 +63,11 @@ class ColumnHandle:
     hinge_sections: tuple[int, ...]
     yield_curvature_per_m: float
     yield_drift_ratio: float
+    drift_capacity_ratio: float
     shear: ShearSection
     shear_model: ShearModel = "sdc"
+    is_elastic: bool = False
+    loses_shear_strength: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -119,6 +119,17 @@ class ModelOptions:
         description="whether the critical length of the embankment moves with the abutment "
         "(abutment model spring)",
     )
+    # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
+    fiber_end: Literal["loss", "none"] = Field(
+        default="loss",
+        description="column fibers beyond the ultimate strain: the core keeps 0.2 of its strength "
+        "and bars break in tension or buckle where the core has crushed, or all go on (none)",
+    )
+    shear_failure: Literal["flag", "degrade"] = Field(
+        default="flag",
+        description="a column at its shear capacity: named in beyond_model, or it loses its shear "
+        "strength (a softening section at the top)",
+    )
     column_fibers: tuple[Fibers, Fibers, Fibers] = Field(
         default=(8, 20, 2), description="rings and wedges of the core, and rings of the cover"
     )
