@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.hinge import bent_capacities
-from skewbridge.units import FOOT, INCH
+from skewbridge.bridge.hinge import bent_capacities, hinge_length_source
+from skewbridge.units import FOOT, INCH, KN
 from skewbridge.variant.variant import Variant
 
 P_DELTA_LIMIT = 0.20  # source: Caltrans SDC 1.7 section 4.2
@@ -45,6 +45,34 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
     return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
 
 
+def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
+    """Return what the bents of a bridge can bear by the criteria, whatever the motion.
+
+    The P-Delta ratio is that at the displacement capacity; where it is above its limit, the limit
+    is passed before the capacity, at the displacement given beside it.
+    """
+    source = hinge_length_source(bridge)
+    rows: list[dict[str, object]] = []
+    for bent in bent_capacities(bridge):
+        ratio = bent.p_delta_ratio(bent.capacity_m)
+        rows.append(
+            {
+                "bent": bent.bent,
+                "hinge_length_m": bent.hinge_length_m,
+                "hinge_length_by": source,
+                "axial_kn": bent.axial_n / KN,
+                "plastic_moment_knm": bent.plastic_moment_nm / KN,
+                "yield_disp_m": bent.yield_disp_m,
+                "capacity_m": bent.capacity_m,
+                "p_delta_ratio": ratio,
+                "p_delta_limit": P_DELTA_LIMIT,
+                "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
+                "ok": ratio <= P_DELTA_LIMIT,
+            }
+        )
+    return rows
+
+
 def sdc_rows(
     variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
 ) -> list[dict[str, object]]:
@@ -57,8 +85,7 @@ def sdc_rows(
     checks: list[tuple[str, float, float]] = []  # name, demand, capacity
     for bent in bent_capacities(bridge):
         ratio, name = bent.p_delta_ratio(deck_disp_m), f"bent {bent.bent}"
-        told = "file" if bridge.column.hinge_length_m is not None else "rule"
-        hinge = f"hinge {bent.hinge_length_m:.3f} m by {told}"
+        hinge = f"hinge {bent.hinge_length_m:.3f} m by {hinge_length_source(bridge)}"
         checks.append((f"{name} displacement, {hinge} (m)", deck_disp_m, bent.capacity_m))
         checks.append((f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT))
     for corner, unseating_m in corners_m.items():

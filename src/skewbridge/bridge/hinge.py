@@ -63,6 +63,11 @@ def hinge_length_m(bridge: BridgeData, bent_number: int, rule: HingeRule = "sdc"
     return max(by_rule, 2 * penetration_m) if rule == "sdc" else by_rule
 
 
+def hinge_length_source(bridge: BridgeData) -> str:
+    """Return where the hinge lengths of a bridge come from: ``rule`` or its ``file``."""
+    return "rule" if bridge.column.hinge_length_m is None else "file"
+
+
 def bent_capacity(
     bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc"
 ) -> BentCapacity:
