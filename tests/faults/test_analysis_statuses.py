@@ -44,9 +44,30 @@ def assert_has_peaks(result):
 def test_a_collapse_names_its_criterion_and_stops():
     result = run(scale=4.0)
     assert (result.status, result.collapse_criterion) == ("collapse", "column_drift_ratio")
-    assert 0.10 <= result.demands["column_drift_ratio"] < 0.12
+    assert 0.10 <= result.histories["column_1_drift_ratio"].max() < 0.12
     assert result.time_reached_s < result.duration_s
     assert_has_peaks(result)
+
+
+def test_demands_are_the_peaks_until_a_column_reaches_its_capacity():
+    result = run(scale=4.0)
+    end, histories = result.model_end, result.histories
+    assert end.mode == "flexure"
+    drift = histories["column_1_drift_ratio"]
+    row = end.rows - 1
+    assert histories["t_s"][row] == end.time_s < result.time_reached_s
+    peaks = np.maximum(drift, histories["column_2_drift_ratio"])
+    assert peaks[: row + 1].max() == pytest.approx(result.demands["column_drift_ratio"])
+    assert peaks.max() > 2 * result.demands["column_drift_ratio"]  # the histories go on
+    assert 1.0 <= result.demands["drift_over_capacity"] < 1.2
+    shear = histories["column_shear_kn"][: row + 1].max()
+    assert shear == pytest.approx(result.demands["column_shear_kn"])
+
+
+def test_a_column_that_stays_below_its_capacity_has_no_end():
+    end = run(scale=0.2, duration_s=2.0).model_end
+    assert end.mode == ""
+    assert math.isnan(end.time_s)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from skewbridge.analysis import peaks
+from skewbridge.analysis import column_peaks, peaks
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.status import Watch
 from skewbridge.analysis.trace import Layout, Trace
@@ -72,6 +72,7 @@ def column():
         hinge_sections=(6,),
         yield_curvature_per_m=0.0034,
         yield_drift_ratio=0.01,
+        drift_capacity_ratio=0.04,
         shear=SECTION,
     )
 
@@ -115,14 +116,24 @@ def test_a_fixed_node_does_not_move(layout, rows):
 def test_drift_is_the_resultant_over_the_clear_height(layout, rows, column):
     rows[1, layout.node(TOP) : layout.node(TOP) + 2] = 0.3, 0.4
     trace = Trace(layout=layout, rows=rows)
-    assert peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
+    assert column_peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
+
+
+def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(layout, rows, column):
+    rows[:, layout.column(COLUMN)] = -2.0e6  # the base pushes back a top that has moved to +x
+    rows[:, layout.column(COLUMN) + 2] = 6.0e6
+    rows[1:, layout.node(TOP)] = 0.25
+    trace = Trace(layout=layout, rows=rows)
+    shear = column_peaks.column_shear_n(column, trace)
+    assert shear[:, 0].tolist() == pytest.approx([-2.0e6, -2.3e6, -2.3e6, -2.3e6])
+    assert column_peaks.column_base_shear_n(column, trace)[:, 0].tolist() == [-2.0e6] * STEPS
 
 
 def test_capacity_remembers_the_largest_ductility_so_far(layout, rows, column):
-    rows[:, layout.column(COLUMN)] = 2.0e6  # the same shear all the time
+    rows[:, layout.column(COLUMN)] = 2.0e6, 2.3e6, 2.0e6, 2.0e6  # the section's is 2 MN throughout
     rows[:, layout.column(COLUMN) + 2] = 6.0e6
     rows[1, layout.node(TOP)] = 0.25  # drift 0.05, five times yield
-    ratio = peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
+    ratio = column_peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
     undamaged, damaged = (2.0e6 / sdc_shear_strength(SECTION, 6.0e6, mu) for mu in (1.0, 5.0))
     assert ratio.tolist() == pytest.approx([undamaged, damaged, damaged, damaged])
     assert damaged > undamaged
@@ -131,14 +142,50 @@ def test_capacity_remembers_the_largest_ductility_so_far(layout, rows, column):
 def test_tension_lowers_the_shear_capacity(layout, rows, column):
     rows[:, layout.column(COLUMN)] = 2.0e6
     rows[:, layout.column(COLUMN) + 2] = [6.0e6, -1.0e5, 6.0e6, 6.0e6]
-    ratio = peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
+    ratio = column_peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
     assert ratio[1] > ratio[0] == pytest.approx(ratio[2])
+
+
+@pytest.mark.parametrize(
+    ("drift", "shear_n", "changes", "mode", "row"),
+    [
+        ([0.0, 0.03, 0.05, 0.02], [0.0] * 4, {}, "flexure", 2),
+        ([0.0] * 4, [0.0, 8.0e6, 0.0, 0.0], {}, "shear", 1),
+        ([0.0, 0.0, 0.0, 0.05], [0.0, 8.0e6, 0.0, 0.0], {}, "shear", 1),
+        ([0.0, 0.05, 0.0, 0.0], [0.0, -9.0e6, 0.0, 0.0], {}, "shear", 1),  # the brittle one
+        (
+            [0.0, 0.0, 0.0, 0.05],
+            [0.0, 8.0e6, 0.0, 0.0],
+            {"loses_shear_strength": True},
+            "flexure",
+            3,
+        ),
+        ([0.0, 0.05, 0.0, 0.0], [0.0, 8.0e6, 0.0, 0.0], {"is_elastic": True}, "", None),
+        ([0.0, 0.03, 0.0, 0.0], [0.0, 1.0e6, 0.0, 0.0], {}, "", None),
+    ],
+)
+def test_the_model_ends_where_the_first_column_reaches_its_capacity(
+    layout, rows, column, drift, shear_n, changes, mode, row
+):
+    rows[:, layout.node(TOP)] = np.multiply(drift, 5.0)
+    rows[:, layout.column(COLUMN)] = shear_n
+    trace = Trace(layout=layout, rows=rows)
+    end = column_peaks.model_end([replace(column, **changes)], trace)
+    assert end.mode == mode
+    if row is None:
+        assert np.isnan(end.time_s)
+        assert end.rows == STEPS
+    else:
+        assert end.time_s == pytest.approx(0.1 * row)
+        assert end.rows == row + 1
+        peaks_so_far = column_peaks.column_demands([column], trace.first(end.rows))
+        assert peaks_so_far["column_residual_drift_ratio"] == pytest.approx(drift[row])
 
 
 def test_curvature_ductility_is_the_resultant_over_yield(layout, rows, column):
     start = layout.section(COLUMN, 6)
     rows[2, start + 1 : start + 3] = 0.003, -0.004
-    ductility = peaks.curvature_ductility(column, Trace(layout=layout, rows=rows))
+    ductility = column_peaks.curvature_ductility(column, Trace(layout=layout, rows=rows))
     assert ductility.max() == pytest.approx(0.005 / 0.0034)
 
 

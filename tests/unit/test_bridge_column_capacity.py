@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.column import section_response, shear_section
+from skewbridge.bridge.column import shear_section
 from skewbridge.bridge.dead_load import column_axial_n
 from skewbridge.bridge.materials import (
     Concrete,
@@ -16,6 +16,7 @@ from skewbridge.bridge.materials import (
     core_concrete,
     cover_concrete,
 )
+from skewbridge.bridge.moment_curvature import section_response
 from skewbridge.bridge.shear_capacity import (
     ShearSection,
     hoop_strength_n,

@@ -106,8 +106,26 @@ def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     names = [check["check"] for check in found["checks"]]
     assert sum("seat, SDC" in name for name in names) == 4
     assert all(check["ok"] for check in found["checks"])
+    own = tmp_path / "own.yaml"
+    own.write_text("extends: osb1\nbase: fixed\n")
+    row = pd.DataFrame([{"variant": "own_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}])
+    row.to_parquet(tmp_path / "demands.parquet")
+    checks = answer("sdc", str(tmp_path), "--bridge", str(own))["checks"]
+    assert checks[0]["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
     missing = RUNNER.invoke(build_app(), ["sdc", str(tmp_path / "none")])
     assert missing.exit_code == 2
+
+
+def test_a_bridge_gets_the_capacities_of_its_bents(tmp_path: Path) -> None:
+    bents = answer("sdc", "osb2s")["bents"]
+    assert [bent["p_delta_ratio"] for bent in bents] == pytest.approx([0.39, 0.43], abs=0.01)
+    assert not any(bent["ok"] for bent in bents)
+    path = tmp_path / "own.yaml"
+    path.write_text(
+        'extends: osb1\ncolumn:\n  hinge_length_m: {v: 0.7, src: "d: a test"}\n', encoding="utf-8"
+    )
+    (bent,) = answer("sdc", str(path))["bents"]
+    assert (bent["hinge_length_m"], bent["hinge_length_by"], bent["ok"]) == (0.7, "file", True)
 
 
 def test_a_study_gets_one_row_of_checks_per_variant(tmp_path: Path) -> None:

@@ -317,3 +317,18 @@ def test_four_elements_per_span_give_the_periods_of_sixteen() -> None:
     for direction in ("x", "y", "rz", "z"):
         found, expected = coarse.period_s(direction), fine.period_s(direction)
         assert found == pytest.approx(expected, rel=0.002), direction
+
+
+@pytest.mark.parametrize(
+    ("name", "lengths_m"),
+    [("osb2s", (1.5165, 1.5165, 1.5901, 1.5901)), ("osb1_fixed", (0.7388, 0.7388))],
+)
+def test_each_bent_has_hinges_of_its_own_length(name: str, lengths_m: tuple[float, ...]) -> None:
+    with domain():
+        model = build(variant(bridge=name), ModelOptions())
+        found = [
+            ops.sectionWeight(column.element, point)
+            for column in model.columns
+            for point in column.hinge_sections[-1:]
+        ]
+    assert found == pytest.approx(lengths_m, abs=1e-4)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from skewbridge.analysis.sdc import (
-    bent_capacities,
     corner_moves_m,
     sdc_rows,
     seat_demand_aashto_m,
@@ -15,6 +14,8 @@ from skewbridge.analysis.sdc import (
     summary_row,
 )
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.hinge import bent_capacities, bent_capacity, hinge_length_m
+from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import Variant
 
 VARIANT = Variant(
@@ -35,6 +36,35 @@ def test_displacement_capacity_agrees_with_the_hand_value(
     assert bent.capacity_m / bent.yield_disp_m == pytest.approx(ductility, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("name", "bent", "rule", "length_m"),
+    [
+        # 0.08 x 5640 + 0.022 x 469 x 35.8 = 451.2 + 369.4 mm (0.817 m in the inch form of the rule)
+        ("osb1", 0, "sdc", 0.8206),
+        # 0.08 x 2820 + 369.4 = 595.0 mm; the lower limit 0.044 x 469 x 35.8 = 738.8 mm governs
+        ("osb1_fixed", 0, "paulay_priestley", 0.5950),
+        ("osb1_fixed", 0, "sdc", 0.7388),
+        # bents of different height: 0.08 x 13410 or 14330 + 0.022 x 469 x 43.0 = 443.7 mm
+        ("osb2s", 0, "sdc", 1.5165),
+        ("osb2s", 1, "sdc", 1.5901),
+    ],
+)
+def test_the_hinge_length_follows_from_height_and_base(
+    name: str, bent: int, rule: HingeRule, length_m: float
+) -> None:
+    bridge = load_bridge(name)
+    assert hinge_length_m(bridge, bent, rule) == pytest.approx(length_m, abs=1e-4)
+    assert bent_capacity(bridge, bent, rule).hinge_length_m == pytest.approx(length_m, abs=1e-4)
+
+
+def test_a_hinge_length_in_the_file_overrides_the_rule() -> None:
+    bridge = load_bridge("osb2s")
+    column = bridge.column.model_copy(update={"hinge_length_m": 0.9})
+    given = bridge.model_copy(update={"column": column})
+    assert [bent.hinge_length_m for bent in bent_capacities(given)] == [0.9, 0.9]
+    assert bent_capacity(given, 0).capacity_m < bent_capacity(bridge, 0).capacity_m
+
+
 @pytest.mark.parametrize(("skew_deg", "seat_m"), [(0, 0.59), (30, 0.66), (45, 0.74), (60, 0.86)])
 def test_seat_width_of_aashto_agrees_with_the_hand_value(skew_deg: int, seat_m: float) -> None:
     found = seat_demand_aashto_m(load_bridge("osb1"), radians(skew_deg))
@@ -51,7 +81,10 @@ def test_seat_width_of_the_criteria_has_a_minimum() -> None:
 def test_the_table_names_what_fails() -> None:
     rows = sdc_rows(VARIANT, 0.30, {"left acute": 0.2, "right acute": 0.9})
     failed = {row["check"] for row in rows if not row["ok"]}
-    assert failed == {"bent 1 displacement (m)", "right acute seat, SDC (m)"}
+    assert failed == {
+        "bent 1 displacement, hinge 0.821 m by rule (m)",
+        "right acute seat, SDC (m)",
+    }
 
 
 def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:

@@ -99,7 +99,7 @@ def test_the_parent_of_a_bridge_counts(tmp_path: Path) -> None:
         folder = tmp_path / str(number)
         folder.mkdir()
         parent = (FOLDER / "osb1.yaml").read_text()
-        (folder / "parent.yaml").write_text(parent.replace("0.748", f"0.74{number}", 1))
+        (folder / "parent.yaml").write_text(parent.replace("0.7192", f"0.74{number}", 1))
         (folder / "child.yaml").write_text("extends: parent\n")
         digests.append(bridge_digest(str(folder / "child.yaml")))
     assert digests[0] != digests[1]

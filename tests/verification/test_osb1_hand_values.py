@@ -2,15 +2,20 @@
 
 The figures are those of the project's reference page on bridge data, section 8 (engineering rules
 applied by hand, and a trial OpenSees model, which tells only whether the model has changed); the
-section state of each period is named. Tolerances: 1 % on weight and axial force, 5 % on periods
+section state of each period is named; that model's deck load enters in the middle of the cap.
+Tolerances: 1 % on weight and axial force, 5 % on periods
 and pushover strength.
 """
 
+from typing import Literal
+
+import openseespy.opensees as ops
 import pytest
 
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -20,8 +25,8 @@ def variant(abutment: str, skew_deg: int = 0, bridge: str = "osb1") -> Variant:
 
 
 ELASTIC = ModelOptions(elastic_columns=True)
-HINGE = ModelOptions()
-LOBATTO = ModelOptions(column_integration="lobatto5")
+HINGE = ModelOptions(cap_load="middle")
+LOBATTO = ModelOptions(column_integration="lobatto5", cap_load="middle")
 
 
 def test_weight_and_dead_load_forces_agree_with_hand_values() -> None:
@@ -57,6 +62,37 @@ def test_periods_agree_at_the_same_section_state(
 ) -> None:
     result = modal_properties(variant(abutment), options)
     assert result.period_s(direction) == pytest.approx(period_s, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("bridge", "cap_load", "thrust_kn"),
+    [
+        # turns of the cap over a column: w (6 a^2 L - L^3)/24 spread, w b L^2/16 in the middle:
+        # 0.128 of it, the other way, with span L, overhang a and deck width b
+        ("osb1", "spread", 67.0),
+        ("osb1", "middle", 524.0),
+    ],
+)
+def test_the_thrust_of_a_two_column_bent_at_rest_is_that_of_a_spread_deck(
+    bridge: str, cap_load: Literal["spread", "middle"], thrust_kn: float
+) -> None:
+    options = ModelOptions(cap_load=cap_load, elastic_columns=True)
+    with domain():
+        model = build(variant("roller", bridge=bridge), options)
+        thrusts_n = [ops.eleResponse(column.element, "force")[1] for column in model.columns]
+    assert thrusts_n[0] == pytest.approx(-thrusts_n[1], rel=1e-6)
+    assert abs(thrusts_n[0]) / 1e3 == pytest.approx(thrust_kn, rel=0.1)
+
+
+def test_the_load_of_the_cap_leaves_strength_and_base_forces() -> None:
+    spread, middle = ModelOptions(), HINGE
+    peaks = [
+        push_bridge(variant("roller"), options, angle_deg=0.0, max_disp_m=0.2, steps=60).peak_n
+        for options in (spread, middle)
+    ]
+    assert peaks[0] == pytest.approx(peaks[1], rel=0.01)
+    axial = modal_properties(variant("contact_friction"), spread).column_axial_kn
+    assert axial == pytest.approx([5_997, 5_997], rel=0.01)
 
 
 def test_a_roller_bridge_is_nearly_free_to_turn() -> None:

@@ -76,8 +76,9 @@ def batch(tasks: list[Task], folder: Path, n_jobs: int) -> tuple[list[dict[str, 
 TIMING = ("wall_s", "cpu_s")  # may differ between two runs of the same analysis
 
 
-def without_timing(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return [{key: value for key, value in row.items() if key not in TIMING} for row in rows]
+def without_timing(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
+    """Return the other values as texts, so that what is no number equals itself."""
+    return [{key: repr(value) for key, value in row.items() if key not in TIMING} for row in rows]
 
 
 def test_one_core_and_two_give_identical_rows(tasks: list[Task], tmp_path: Path) -> None:
@@ -91,7 +92,7 @@ def test_what_the_journal_has_is_not_run_again(tasks: list[Task], tmp_path: Path
     first, ran_first = batch(tasks[:2], tmp_path, 1)
     again, ran_again = batch(tasks, tmp_path, 1)
     assert (ran_first, ran_again) == (2, 1)
-    assert again[:2] == first
+    assert without_timing(again[:2]) == without_timing(first)
 
 
 def test_a_worker_that_dies_costs_only_its_own_analysis(tasks: list[Task], tmp_path: Path) -> None:

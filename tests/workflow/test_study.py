@@ -224,7 +224,7 @@ def test_a_corrected_index_or_period_prepares_the_motions_again(copy: Path) -> N
     rest = {"prepare_motions", "plan", "sensitivity", "collect_demands", "friction_pair"}
     index = {"motions/index.csv": (",g,0.01,", ",g,0.02,")}
     assert jobs_after(copy, index) == ANALYSES | FITS | rest
-    period = {"src/skewbridge/bridge/catalogue/osb1.yaml": ("t1_s: {v: 0.748", "t1_s: {v: 0.75")}
+    period = {"src/skewbridge/bridge/catalogue/osb1.yaml": ("t1_s: {v: 0.7192", "t1_s: {v: 0.75")}
     assert jobs_after(copy, period) == ANALYSES | FITS | rest
 
 

@@ -3,15 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.contact_layout import contact_column
-from skewbridge.analysis.peaks import (
-    backfill_force_n,
+from skewbridge.analysis.column_peaks import (
+    column_base_shear_n,
     column_drift,
     column_shear_dcr,
     column_shear_n,
-    unseating_m,
-    wall_force_n,
 )
+from skewbridge.analysis.contact_layout import contact_column
+from skewbridge.analysis.peaks import backfill_force_n, unseating_m, wall_force_n
 from skewbridge.analysis.trace import Trace
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.units import KN
@@ -36,6 +35,10 @@ def histories_of(model: BridgeModel, trace: Trace, ground_accel_mps2: Series) ->
         "deck_rot_rad": disp[:, 5],
         "column_shear_kn": np.maximum.reduce(
             [none, *(np.hypot(*column_shear_n(column, trace).T) for column in model.columns)]
+        )
+        / KN,
+        "column_base_shear_kn": np.maximum.reduce(
+            [none, *(np.hypot(*column_base_shear_n(column, trace).T) for column in model.columns)]
         )
         / KN,
         "column_shear_dcr": np.maximum.reduce(

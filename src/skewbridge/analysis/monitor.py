@@ -11,7 +11,7 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.trace import DISP, Layout, Trace
+from skewbridge.analysis.trace import DISP, SECTION, Layout, Trace
 from skewbridge.bridge.handles import BridgeModel
 
 
@@ -39,7 +39,7 @@ class Monitor:
         for element in layout.columns:
             row += response(element, "force")
         for element, point in self._sections:
-            row += response(element, "section", point, "deformation")
+            row += response(element, "section", point, "deformation")[:SECTION]
         contacts = self._contacts
         closed = () if contacts is None else contacts.closed
         for element, unit, nothing in self._springs:

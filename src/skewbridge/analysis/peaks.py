@@ -3,21 +3,21 @@
 Displacements are relative to the ground and counted from the state under gravity.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from skewbridge.analysis.column_peaks import column_demands, model_end
 from skewbridge.analysis.contact_sums import contact_demands
+from skewbridge.analysis.series import highest, peak
 from skewbridge.analysis.trace import Trace
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BridgeModel,
-    ColumnHandle,
     PlanVector,
     SpringHandle,
 )
-from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
 from skewbridge.units import KN
 
 type Series = NDArray[np.float64]
@@ -28,55 +28,23 @@ def demands(
 ) -> dict[str, float]:
     """Return the demand columns of the table, peaks over time.
 
+    The peaks are those up to the step in which a column reaches its capacity (`model_end`): what
+    the model says afterwards is no demand. Totals of the contacts and the energy residual are those
+    of the whole analysis.
+
     The ground acceleration is that along x and y at the times of the trace, shape (n, 2); the
     energy residual is nan when no balance was kept.
     """
+    end = model_end(model.columns, trace).rows
+    trace, ground_accel_mps2 = trace.first(end), ground_accel_mps2[:end]
     return {
-        **_column_demands(model, trace),
+        **column_demands(model.columns, trace),
         **_deck_demands(model, trace, ground_accel_mps2),
         **_abutment_demands(model, trace),
         **_force_demands(model, trace),
         **contact_demands(model),
         "energy_residual_ratio": energy_residual_ratio,
     }
-
-
-def column_shear_n(column: ColumnHandle, trace: Trace) -> NDArray[np.float64]:
-    """Return the horizontal force at the base of a column, x and y, shape (n, 2)."""
-    return trace.column_forces(column.element)[:, :2]
-
-
-def column_drift(column: ColumnHandle, trace: Trace) -> Series:
-    """Return top minus base displacement, resultant, over the clear height, shape (n,)."""
-    relative = trace.disp(column.top_node)[:, :2] - trace.disp(column.base_node)[:, :2]
-    return np.hypot(*relative.T) / column.clear_height_m
-
-
-def column_shear_dcr(column: ColumnHandle, trace: Trace) -> Series:
-    """Return shear over the capacity at the same time, shape (n,).
-
-    The capacity follows the axial force of the moment and the largest ductility so far (of
-    displacement or of curvature, by the model of the capacity): concrete that has dilated does
-    not heal.
-    """
-    axial = trace.column_forces(column.element)[:, 2]
-    # ASSUME the hinge region governs over the whole height: these columns are short.
-    if column.shear_model == "kowalsky_priestley":
-        ductility = np.maximum.accumulate(curvature_ductility(column, trace))
-        capacity = kowalsky_priestley_strength(column.shear, axial, ductility)
-    else:
-        ductility = np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio
-        capacity = sdc_shear_strength(column.shear, axial, ductility)
-    return np.hypot(*column_shear_n(column, trace).T) / capacity
-
-
-def curvature_ductility(column: ColumnHandle, trace: Trace) -> Series:
-    """Return the largest resultant curvature of the hinges over the yield curvature, (n,)."""
-    largest = np.zeros(len(trace.rows))
-    for point in column.hinge_sections:
-        deformation = trace.section(column.element, point)
-        largest = np.maximum(largest, np.hypot(deformation[:, 1], deformation[:, 2]))
-    return largest / column.yield_curvature_per_m
 
 
 def along(direction: PlanVector, disp: NDArray[np.float64]) -> Series:
@@ -159,31 +127,14 @@ def _closed(trace: Trace, units: Sequence[int]) -> NDArray[np.bool_]:
     return (trace.normals_n[:, list(units)] > 0.0).any(axis=1)
 
 
-def _column_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
-    columns = model.columns
-    shears = [column_shear_n(column, trace) for column in columns]
-    drifts = [column_drift(column, trace) for column in columns]
-    return {
-        "column_shear_x_kn": _peak(shear[:, 0] for shear in shears) / KN,
-        "column_shear_y_kn": _peak(shear[:, 1] for shear in shears) / KN,
-        "column_shear_kn": _peak(np.hypot(*shear.T) for shear in shears) / KN,
-        "column_shear_dcr": _peak(column_shear_dcr(column, trace) for column in columns),
-        "column_drift_ratio": _peak(drifts),
-        "column_curvature_ductility": _peak(
-            curvature_ductility(column, trace) for column in columns
-        ),
-        "column_residual_drift_ratio": _peak(drift[-1:] for drift in drifts),
-    }
-
-
 def _deck_demands(model: BridgeModel, trace: Trace, ground: Series) -> dict[str, float]:
     disp = trace.disp(model.deck_centre_node)
     return {
-        "deck_disp_x_m": _peak([disp[:, 0]]),
-        "deck_disp_y_m": _peak([disp[:, 1]]),
-        "deck_disp_m": _peak([np.hypot(disp[:, 0], disp[:, 1])]),
-        "deck_rotation_rad": _peak([disp[:, 5]]),
-        "deck_accel_mps2": _peak([np.hypot(*(trace.centre_accel_mps2 + ground).T)]),
+        "deck_disp_x_m": peak([disp[:, 0]]),
+        "deck_disp_y_m": peak([disp[:, 1]]),
+        "deck_disp_m": peak([np.hypot(disp[:, 0], disp[:, 1])]),
+        "deck_rotation_rad": peak([disp[:, 5]]),
+        "deck_accel_mps2": peak([np.hypot(*(trace.centre_accel_mps2 + ground).T)]),
     }
 
 
@@ -192,12 +143,12 @@ def _abutment_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
     pushes = [wall_push_m(abutment, trace) for abutment in abutments]
     bearings = [bearing.deck_node for abutment in abutments for bearing in abutment.bearings]
     return {
-        "abutment_passive_m": _highest(pushes),
-        "abutment_active_m": _highest(-push for push in pushes),
-        "abutment_transverse_m": _peak(_transverse_m(abutment, trace) for abutment in abutments),
-        "bearing_disp_m": _peak(np.hypot(*trace.disp(node)[:, :2].T) for node in bearings),
-        "unseating_m": _highest(unseating_m(abutment, trace) for abutment in abutments),
-        "acute_corner_unseating_m": _highest(
+        "abutment_passive_m": highest(pushes),
+        "abutment_active_m": highest(-push for push in pushes),
+        "abutment_transverse_m": peak(_transverse_m(abutment, trace) for abutment in abutments),
+        "bearing_disp_m": peak(np.hypot(*trace.disp(node)[:, :2].T) for node in bearings),
+        "unseating_m": highest(unseating_m(abutment, trace) for abutment in abutments),
+        "acute_corner_unseating_m": highest(
             unseating_m(abutment, trace, "acute") for abutment in abutments
         ),
     }
@@ -233,20 +184,10 @@ def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
     keys = [force for abutment in abutments for force in key_forces_n(abutment, trace)]
     walls = [backfill_force_n(abutment, trace) for abutment in abutments]
     return {
-        "shear_key_force_kn": _peak(keys) / KN,
-        "shear_key_disp_m": _peak(
+        "shear_key_force_kn": peak(keys) / KN,
+        "shear_key_disp_m": peak(
             move for abutment in abutments for move in key_deformations_m(abutment, trace)
         ),
-        "backwall_force_kn": _highest(walls) / KN,
-        "friction_force_kn": _peak(friction) / KN,
+        "backwall_force_kn": highest(walls) / KN,
+        "friction_force_kn": peak(friction) / KN,
     }
-
-
-def _peak(series: Iterable[Series]) -> float:
-    """Return the largest magnitude of all series, 0 without any."""
-    return max((float(np.abs(values).max()) for values in series), default=0.0)
-
-
-def _highest(series: Iterable[Series]) -> float:
-    """Return the largest value of all series, at least 0."""
-    return max(0.0, *(float(values.max()) for values in series))

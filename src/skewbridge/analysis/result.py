@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from skewbridge.analysis.column_peaks import ModelEnd
 from skewbridge.analysis.contact_layout import ContactLayout
 from skewbridge.statuses import Status
 
@@ -22,6 +23,7 @@ class AnalysisResult:
         substeps: Beyond the regular steps.
         iterations: Equilibrium iterations, those of failed attempts included.
         demands: The demand columns of the table, in their units.
+        model_end: When a column reached its capacity; the demands are peaks up to then.
         energy_kj: Energy balance by term; empty when it was not kept.
         histories: Columns of the history table, each of shape (steps + 1,), or None.
         contact_layout: Where the contacts are, when there are histories and contacts.
@@ -36,6 +38,7 @@ class AnalysisResult:
     failed_attempts: int
     iterations: int
     demands: dict[str, float]
+    model_end: ModelEnd
     energy_kj: Mapping[str, float]
     histories: dict[str, NDArray[np.float64]] | None
     contact_layout: ContactLayout | None

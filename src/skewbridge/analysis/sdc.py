@@ -1,16 +1,14 @@
 """Checks of a variant in the form of the seismic design criteria: displacement, P-Delta, seat."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import cos, degrees, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.column import section_response
-from skewbridge.bridge.dead_load import column_axial_n
-from skewbridge.units import FOOT, INCH
+from skewbridge.bridge.hinge import bent_capacities, hinge_length_source
+from skewbridge.units import FOOT, INCH, KN
 from skewbridge.variant.variant import Variant
 
 P_DELTA_LIMIT = 0.20  # source: Caltrans SDC 1.7 section 4.2
@@ -19,57 +17,6 @@ SEAT_ALLOWANCE_M = 4 * INCH  # source: same, beyond movements and demand
 # ASSUME prestress shortening, creep, shrinkage and temperature together take 1/1000 of the length
 SHORTENING_RATIO = 1.0e-3
 SEISMIC_SEAT_FACTOR = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BentCapacity:
-    """Displacement capacity of a bent by its plastic hinges, columns under dead load.
-
-    Attributes:
-        bent: Number from the left, 1 and up.
-        plastic_moment_nm: Of one column.
-        axial_n: Of one column.
-        yield_disp_m: Idealised yield displacement.
-        capacity_m: Displacement at the ultimate curvature.
-    """
-
-    bent: int
-    plastic_moment_nm: float
-    axial_n: float
-    yield_disp_m: float
-    capacity_m: float
-
-    def p_delta_ratio(self, disp_m: float) -> float:
-        """Return dead load times demand over plastic moment."""
-        return self.axial_n * disp_m / self.plastic_moment_nm
-
-
-def bent_capacities(bridge: BridgeData) -> list[BentCapacity]:
-    """Return the displacement capacities of the bents, rigid deck.
-
-    A pinned column is a cantilever from the base; a fixed one two cantilevers of half its height.
-
-    References:
-        Caltrans SDC 1.7 section 3.1.3.
-    """
-    capacities: list[BentCapacity] = []
-    for number, bent in enumerate(bridge.bents):
-        axial_n = column_axial_n(bridge, number)
-        curve = section_response(bridge.column, axial_n)
-        parts = 1 if bridge.base == "pinned" else 2
-        span, hinge = bent.clear_height_m / parts, bridge.column.hinge_length_m
-        elastic = curve.yield_curvature_per_m * span**2 / 3
-        rotation = hinge * (curve.ultimate_curvature_per_m - curve.yield_curvature_per_m)
-        capacities.append(
-            BentCapacity(
-                bent=number + 1,
-                plastic_moment_nm=curve.plastic_moment_nm,
-                axial_n=axial_n,
-                yield_disp_m=parts * elastic,
-                capacity_m=parts * (elastic + rotation * (span - hinge / 2)),
-            )
-        )
-    return capacities
 
 
 def support_length_m(variant: Variant, bridge: BridgeData) -> float:
@@ -107,6 +54,34 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
     return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
 
 
+def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
+    """Return what the bents of a bridge can bear by the criteria, whatever the motion.
+
+    The P-Delta ratio is that at the displacement capacity; where it is above its limit, the limit
+    is passed before the capacity, at the displacement given beside it.
+    """
+    source = hinge_length_source(bridge)
+    rows: list[dict[str, object]] = []
+    for bent in bent_capacities(bridge):
+        ratio = bent.p_delta_ratio(bent.capacity_m)
+        rows.append(
+            {
+                "bent": bent.bent,
+                "hinge_length_m": bent.hinge_length_m,
+                "hinge_length_by": source,
+                "axial_kn": bent.axial_n / KN,
+                "plastic_moment_knm": bent.plastic_moment_nm / KN,
+                "yield_disp_m": bent.yield_disp_m,
+                "capacity_m": bent.capacity_m,
+                "p_delta_ratio": ratio,
+                "p_delta_limit": P_DELTA_LIMIT,
+                "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
+                "ok": ratio <= P_DELTA_LIMIT,
+            }
+        )
+    return rows
+
+
 def sdc_rows(
     variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
 ) -> list[dict[str, object]]:
@@ -119,7 +94,8 @@ def sdc_rows(
     checks: list[tuple[str, float, float]] = []  # name, demand, capacity
     for bent in bent_capacities(bridge):
         ratio, name = bent.p_delta_ratio(deck_disp_m), f"bent {bent.bent}"
-        checks.append((f"{name} displacement (m)", deck_disp_m, bent.capacity_m))
+        hinge = f"hinge {bent.hinge_length_m:.3f} m by {hinge_length_source(bridge)}"
+        checks.append((f"{name} displacement, {hinge} (m)", deck_disp_m, bent.capacity_m))
         checks.append((f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT))
     for corner, unseating_m in corners_m.items():
         checks.append((f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support))

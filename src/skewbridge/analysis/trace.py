@@ -13,7 +13,7 @@ type Series = NDArray[np.float64]
 
 DISP: Final = 6  # components of a node
 END_FORCES: Final = 12  # of a column, base first
-SECTION: Final = 4  # deformations: axial, about z, about y, torsion
+SECTION: Final = 4  # deformations: axial, about z, about y, torsion (shear may follow)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,6 +109,10 @@ class Trace:
     layout: Layout
     rows: Series
 
+    def first(self, rows: int) -> "Trace":
+        """Return the trace up to a number of rows."""
+        return Trace(layout=self.layout, rows=self.rows[:rows])
+
     @property
     def time_s(self) -> Series:
         """Times of the rows."""
@@ -121,13 +125,17 @@ class Trace:
 
     def disp(self, node: int) -> Series:
         """Displacements and rotations of a node since gravity, shape (n, 6)."""
-        values = self.layout.disp(self.rows, node)
+        values = self.position(node)
         return values - values[0]
 
     def under_gravity_m(self, node: int) -> tuple[float, float]:
         """Plan displacement of a node under gravity, from which all others count."""
         x, y = self.layout.disp(self.rows[:1], node)[0, :2].tolist()
         return x, y
+
+    def position(self, node: int) -> Series:
+        """Displacements and rotations of a node since before gravity, shape (n, 6)."""
+        return self.layout.disp(self.rows, node)
 
     def column_forces(self, element: int) -> Series:
         """Global end forces of a column, shape (n, 12)."""

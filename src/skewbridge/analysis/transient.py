@@ -7,6 +7,7 @@ from typing import Final
 
 import openseespy.opensees as ops
 
+from skewbridge.analysis.column_peaks import model_end
 from skewbridge.analysis.contact_layout import contact_layout
 from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.energy import EnergyBalance, energy_residual_ratio
@@ -112,6 +113,7 @@ class _History:
             failed_attempts=effort.failed_attempts,
             iterations=effort.iterations,
             demands=found,
+            model_end=model_end(self._model.columns, trace),
             energy_kj=energy,
             histories=histories_of(self._model, trace, ground) if self._histories else None,
             contact_layout=contact_layout(self._model) if self._histories else None,

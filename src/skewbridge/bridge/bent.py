@@ -13,8 +13,8 @@ from skewbridge.bridge.column import (
     column_handle,
     shear_modulus_pa,
 )
-from skewbridge.bridge.dead_load import column_weight_n
-from skewbridge.bridge.deck import Deck, add_weight, bent_positions_m
+from skewbridge.bridge.dead_load import column_weight_n, deck_reaction_n
+from skewbridge.bridge.deck import Deck, add_moment, add_weight, bent_positions_m
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.errors import InputError
@@ -37,19 +37,19 @@ def build_bents(
     bridge: BridgeData, spine: Deck, options: ModelOptions, tags: TagAllocator
 ) -> Bents:
     """Create caps, columns and bases, and put their weight on the spine and cap nodes."""
-    is_pinned = bridge.base == "pinned"
     upright, level = tags.transformation(), tags.transformation()
     ops.geomTransf("PDelta", upright, 1.0, 0.0, 0.0)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
-    integration, hinges = 0, tuple[int, ...]()
-    if bridge.bents and not options.elastic_columns:
-        integration, hinges = build_integration(
-            bridge.column, is_pinned=is_pinned, options=options, tags=tags
-        )
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bent_positions_m(bridge), strict=True)):
-        for joint, y in _build_cap(bridge, number, spine, x, level, tags):
+        integration, hinges = 0, tuple[int, ...]()
+        if not options.elastic_columns:
+            integration, hinges = build_integration(bridge, number, options, tags)
+        joints = _build_cap(bridge, number, spine, x, level, tags)
+        if options.cap_load == "spread" and len(joints) > 1:
+            _spread_deck_load(bridge, number, spine, joints)
+        for joint, y in joints:
             # the top hangs rigidly on the joint at the deck's centroid
             base, top = nodes = tags.node(), tags.node()
             ops.node(base, x, y, -bent.clear_height_m)
@@ -68,7 +68,7 @@ def build_bents(
                     element=element,
                     nodes=nodes,
                     hinge_sections=hinges,
-                    shear_model=options.shear_model,
+                    options=options,
                 )
             )
             # ASSUME the base section, which governs, carries the whole weight of the column;
@@ -112,6 +112,33 @@ def _build_cap(
         spine.elements.append(tags.element())
         ops.element("elasticBeamColumn", spine.elements[-1], i, j, *section, transformation)
     return joints
+
+
+def _spread_deck_load(
+    bridge: BridgeData, number: int, spine: Deck, joints: list[tuple[int, float]]
+) -> None:
+    """Move the deck's dead load from the middle of a cap to where a spread load acts.
+
+    The spine hands it to the middle of the cap, which would bend the cap and push the columns'
+    bases apart. The loads added here are in equilibrium with each other and make up the
+    difference: fixed-end forces of the cap between its nodes under an even load, less the spine's.
+    """
+    bent, width = bridge.bents[number], bridge.deck.width_m
+    load_n = deck_reaction_n(bridge, number) + bent.cap_weight_kn * KN
+    centre = spine.bent_nodes[number]
+    nodes = sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
+    spine.loads_n[centre] -= load_n
+    per_m, ends = load_n / width, ((-width / 2), *(y for _, y in nodes), width / 2)
+    for i, (node, y) in enumerate(nodes):
+        # left and right of the node: an overhang beyond the last one, else half of a span
+        for sign, other, is_end in (
+            (-1.0, ends[i], i == 0),
+            (1.0, ends[i + 2], i == len(nodes) - 1),
+        ):
+            length = abs(other - y)
+            spine.loads_n[node] += per_m * length / (1.0 if is_end else 2.0)
+            moment = per_m * length**2 / (2.0 if is_end else 12.0)
+            add_moment(spine, node, about_x_nm=-sign * moment)
 
 
 def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllocator) -> list[int]:

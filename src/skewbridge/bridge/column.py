@@ -1,28 +1,25 @@
 """Reinforced concrete columns: fiber sections, elements, and the data to judge them."""
 
-from functools import lru_cache
 from math import pi
 
 import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
 from skewbridge.bridge.dead_load import column_axial_n
+from skewbridge.bridge.fibers import bar_material, concrete_material, core_material
 from skewbridge.bridge.handles import ColumnHandle
-from skewbridge.bridge.materials import STEELS, Concrete, core_concrete, cover_concrete
-from skewbridge.bridge.moment_curvature import MomentCurvature, moment_curvature
+from skewbridge.bridge.hinge import bent_capacity, hinge_length_m, shear_span_m
+from skewbridge.bridge.materials import STEELS, cover_concrete
+from skewbridge.bridge.moment_curvature import MomentCurvature, section_response
 from skewbridge.bridge.shear_capacity import ShearSection
+from skewbridge.bridge.shear_failure import build_shear_section, shear_loss
 from skewbridge.bridge.tags import TagAllocator
+from skewbridge.errors import InputError
 from skewbridge.units import GPA, MM, MPA
-from skewbridge.variant.options import ModelOptions, ShearModel
+from skewbridge.variant.options import ModelOptions
 
 LOBATTO_POINTS = 5  # source: usual choice for force-based columns; the paper gives no number
 HINGE_RADAU_SECTIONS = 6  # OpenSees numbers the points of HingeRadau 1 to 6
-
-
-@lru_cache(maxsize=32)
-def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
-    """Return the moment-curvature of a column; cached, as each column of each model needs it."""
-    return moment_curvature(column, axial_n)
 
 
 def shear_modulus_pa(modulus_pa: float) -> float:
@@ -40,15 +37,10 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
 
     Concrete01 for confined core and spalling cover, Steel02 for the bars; torsion is elastic.
     """
-    core, cover = core_concrete(column), cover_concrete(column)
-    steel = STEELS[column.steel]
-    crushed_pa = float(core.stress_pa(core.ultimate_strain))
-    core_tag = _concrete_material(core, crushed_pa, tags)
-    cover_tag = _concrete_material(cover, 0.0, tags)
-    bar_tag = tags.material()
-    backbone = (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio)
-    # source: transition parameters recommended in the OpenSees manual for Steel02
-    ops.uniaxialMaterial("Steel02", bar_tag, *backbone, 18.5, 0.925, 0.15)
+    has_end = options.fiber_end == "loss"
+    core_tag = core_material(column, tags, has_end=has_end)
+    cover_tag = concrete_material(cover_concrete(column), 0.0, tags)
+    bar_tag = bar_material(column, tags, has_end=has_end)
     rings, wedges, cover_rings = options.column_fibers
     section = tags.section()
     shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
@@ -61,20 +53,6 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     bar_m2 = column.bar_area_mm2 * MM**2
     ops.layer("circ", bar_tag, column.bar_count, bar_m2, 0.0, 0.0, column.bar_circle_m / 2)
     return section
-
-
-def _concrete_material(concrete: Concrete, crushed_pa: float, tags: TagAllocator) -> int:
-    """Create Concrete01 with the strength, initial modulus and end of a Mander curve.
-
-    Its parabola starts at twice strength over peak strain. The peak strain is set to meet the
-    initial modulus; between, the parabola is then above the curve by less than 8 % of the strength.
-    """
-    material = tags.material()
-    # ASSUME the right initial stiffness matters more than the strain at the peak
-    peak_strain = 2 * concrete.peak_pa / concrete.modulus_pa
-    points = (-concrete.peak_pa, -peak_strain, -crushed_pa, -concrete.ultimate_strain)
-    ops.uniaxialMaterial("Concrete01", material, *points)
-    return material
 
 
 def build_elastic_section(column: ColumnData, tags: TagAllocator) -> int:
@@ -94,24 +72,35 @@ def _cracked_inertias_m4(column: ColumnData) -> tuple[float, float]:
 
 
 def build_integration(
-    column: ColumnData, *, is_pinned: bool, options: ModelOptions, tags: TagAllocator
+    bridge: BridgeData, bent_number: int, options: ModelOptions, tags: TagAllocator
 ) -> tuple[int, tuple[int, ...]]:
-    """Create the beam integration shared by the columns of a bridge.
+    """Create the beam integration shared by the columns of a bent, numbered from 0.
 
     A pinned base never yields, so its hinge carries the elastic section (no change of demands).
+    A loss of shear strength is that of the top section.
 
     Returns:
         Tag, and the integration points where plastic curvature is read.
+
+    Raises:
+        InputError: Distributed plasticity with a loss of shear strength, which needs a hinge.
     """
+    column, is_pinned = bridge.column, bridge.base == "pinned"
     fiber = build_fiber_section(column, options, tags)
-    elastic = build_elastic_section(column, tags)
     integration = tags.integration()
     if options.column_integration == "lobatto5":
+        if options.shear_failure == "degrade":
+            raise InputError("option shear_failure: degrade needs column_integration hinge_radau")
         ops.beamIntegration("Lobatto", integration, fiber, LOBATTO_POINTS)
         return integration, (LOBATTO_POINTS,) if is_pinned else (1, LOBATTO_POINTS)
-    length = column.hinge_length_m
-    base = elastic if is_pinned else fiber
-    ops.beamIntegration("HingeRadau", integration, base, length, fiber, length, elastic)
+    elastic = build_elastic_section(column, tags)
+    length = hinge_length_m(bridge, bent_number, options.hinge_rule)
+    base, top = elastic if is_pinned else fiber, fiber
+    if options.shear_failure == "degrade":
+        section = column_shear_section(bridge, bent_number)
+        loss = shear_loss(bridge, bent_number, section, options.hinge_rule)
+        top = build_shear_section(fiber, loss, length, tags)
+    ops.beamIntegration("HingeRadau", integration, base, length, top, length, elastic)
     return integration, (HINGE_RADAU_SECTIONS,) if is_pinned else (1, HINGE_RADAU_SECTIONS)
 
 
@@ -134,22 +123,12 @@ def column_handle(
     element: int,
     nodes: tuple[int, int],
     hinge_sections: tuple[int, ...],
-    shear_model: ShearModel,
+    options: ModelOptions,
 ) -> ColumnHandle:
-    """Return the handle of a column with its yield point and shear data.
-
-    The idealised yield displacement is that of a cantilever from the contraflexure point,
-    ``phi_y L^2 / 3``, twice of it for a fixed base (double curvature).
-
-    References:
-        Caltrans SDC 1.7 section 3.1.3.
-    """
-    column, is_pinned = bridge.column, bridge.base == "pinned"
+    """Return the handle of a column with its yield point and shear data."""
+    column, capacity = bridge.column, bent_capacity(bridge, bent_number, options.hinge_rule)
     curve = section_response(column, column_axial_n(bridge, bent_number))
     height = bridge.bents[bent_number].clear_height_m
-    # ASSUME the pinned column bends in single, the fixed one in symmetric double curvature
-    span = height if is_pinned else height / 2
-    yield_disp = curve.yield_curvature_per_m * span**2 / 3 * (1.0 if is_pinned else 2.0)
     return ColumnHandle(
         element=element,
         base_node=nodes[0],
@@ -157,10 +136,19 @@ def column_handle(
         clear_height_m=height,
         hinge_sections=hinge_sections,
         yield_curvature_per_m=curve.yield_curvature_per_m,
-        yield_drift_ratio=yield_disp / height,
-        shear=shear_section(column, span, curve),
-        shear_model=shear_model,
+        yield_drift_ratio=capacity.yield_disp_m / height,
+        drift_capacity_ratio=capacity.capacity_m / height,
+        shear=column_shear_section(bridge, bent_number),
+        shear_model=options.shear_model,
+        is_elastic=options.elastic_columns,
+        loses_shear_strength=options.shear_failure == "degrade",
     )
+
+
+def column_shear_section(bridge: BridgeData, bent_number: int) -> ShearSection:
+    """Return what the shear strength of the columns of a bent, numbered from 0, depends on."""
+    curve = section_response(bridge.column, column_axial_n(bridge, bent_number))
+    return shear_section(bridge.column, shear_span_m(bridge, bent_number), curve)
 
 
 def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> ShearSection:

@@ -35,11 +35,15 @@ def column_weight_n(bridge: BridgeData, bent: BentData) -> float:
     return column.gross_area_m2 * column.unit_weight_kn_per_m3 * KN * bent.clear_height_m
 
 
+def deck_reaction_n(bridge: BridgeData, bent_number: int) -> float:
+    """Return the part of the deck's line load that a bent carries, numbered from 0."""
+    line = bridge.deck.line_load_kn_per_m * KN
+    return continuous_reactions_n(bridge.spans_m, line)[bent_number + 1]
+
+
 def column_axial_n(bridge: BridgeData, bent_number: int) -> float:
     """Return the axial force at the base of each column of a bent."""
-    bent = bridge.bents[bent_number]
-    line = bridge.deck.line_load_kn_per_m * KN
-    deck = continuous_reactions_n(bridge.spans_m, line)[bent_number + 1]
+    bent, deck = bridge.bents[bent_number], deck_reaction_n(bridge, bent_number)
     return (deck + bent.cap_weight_kn * KN) / bent.columns + column_weight_n(bridge, bent)
 
 

@@ -29,7 +29,7 @@ class Deck:
         centre_node: Node at the mass centre.
         elements: Spine and cap elements.
         loads_n: Downward dead load by node.
-        moments_nm: Fixed-end moments of the dead load about y, by spine node.
+        moments_nm: Fixed-end moments of the dead load about x and y, by node.
         masses_kg: Horizontal mass by node.
     """
 
@@ -39,7 +39,7 @@ class Deck:
     centre_node: int
     elements: list[int]
     loads_n: dict[int, float] = field(default_factory=lambda: defaultdict(float))
-    moments_nm: dict[int, float] = field(default_factory=lambda: defaultdict(float))
+    moments_nm: dict[int, tuple[float, float]] = field(default_factory=dict)
     masses_kg: dict[int, float] = field(default_factory=lambda: defaultdict(float))
 
 
@@ -162,9 +162,15 @@ def _add_line_load(spine: Deck, deck: DeckData) -> None:
         length = b - a
         for node, sign in ((i, 1.0), (j, -1.0)):
             spine.loads_n[node] += load * length / 2
-            spine.moments_nm[node] += sign * load * length**2 / 12
+            add_moment(spine, node, about_y_nm=sign * load * length**2 / 12)
     for node in (spine.nodes[0], spine.nodes[-1]):
         spine.loads_n[node] += deck.diaphragm_weight_kn * KN
+
+
+def add_moment(spine: Deck, node: int, *, about_x_nm: float = 0.0, about_y_nm: float = 0.0) -> None:
+    """Put a further fixed-end moment of the dead load on a node."""
+    x, y = spine.moments_nm.get(node, (0.0, 0.0))
+    spine.moments_nm[node] = (x + about_x_nm, y + about_y_nm)
 
 
 def add_weight(spine: Deck, node: int, weight_n: float, mass_kg: float) -> None:

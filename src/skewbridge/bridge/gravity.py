@@ -16,11 +16,13 @@ class GravityError(RuntimeError):
 
 
 def hold_dead_load(
-    loads_n: Mapping[int, float], moments_nm: Mapping[int, float], tags: TagAllocator
+    loads_n: Mapping[int, float],
+    moments_nm: Mapping[int, tuple[float, float]],
+    tags: TagAllocator,
 ) -> None:
     """Bring a fresh model under its dead load and hold it; the time is zero afterwards.
 
-    The loads act downwards, the moments about y, by node.
+    The loads act downwards, the moments about x and y, by node.
 
     Nodal loads: the corotational transformation ignores element loads.
 
@@ -29,7 +31,7 @@ def hold_dead_load(
     """
     open_linear_pattern(tags)
     for node, load_n in loads_n.items():
-        ops.load(node, 0.0, 0.0, -load_n, 0.0, moments_nm.get(node, 0.0), 0.0)
+        ops.load(node, 0.0, 0.0, -load_n, *moments_nm.get(node, (0.0, 0.0)), 0.0)
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("ProfileSPD")

@@ -49,6 +49,10 @@ class ColumnHandle:
             load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
+        drift_capacity_ratio: Displacement capacity of its bent by the Caltrans criteria over clear
+            height.
+        is_elastic: Whether it has no strength, so that no capacity bounds what the model says.
+        loses_shear_strength: Whether the model itself holds its failure in shear.
         shear_model: Capacity to judge by, ``sdc`` or ``kowalsky_priestley``, from `shear`.
     """
 
@@ -59,8 +63,11 @@ class ColumnHandle:
     hinge_sections: tuple[int, ...]
     yield_curvature_per_m: float
     yield_drift_ratio: float
+    drift_capacity_ratio: float
     shear: ShearSection
     shear_model: ShearModel = "sdc"
+    is_elastic: bool = False
+    loses_shear_strength: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,7 +160,7 @@ class BridgeModel:
         deck_masses_kg: Horizontal masses of spine, caps and columns by node (upright they differ
             a little).
         dead_loads_n: Downward nodal load by node.
-        dead_moments_nm: Fixed-end moments of the deck's line load about y, by node.
+        dead_moments_nm: Fixed-end moments of the dead load of deck and caps about x and y, by node.
         columns: Bent by bent.
         abutments: Left, right.
         contacts: The contact units, or None for models without contact.
@@ -171,7 +178,7 @@ class BridgeModel:
     deck_centre_node: int
     deck_masses_kg: Mapping[int, float]
     dead_loads_n: Mapping[int, float]
-    dead_moments_nm: Mapping[int, float]
+    dead_moments_nm: Mapping[int, tuple[float, float]]
     columns: tuple[ColumnHandle, ...]
     abutments: tuple[AbutmentHandle, AbutmentHandle]
     contacts: ContactSet | None

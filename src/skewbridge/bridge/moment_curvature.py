@@ -1,6 +1,7 @@
 """Moment-curvature of a circular reinforced concrete column, without a finite element domain."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +85,12 @@ def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -
         ultimate_curvature_per_m=float(end),
         neutral_axis_depth_m=float(np.interp(knee, curvature, axis)),
     )
+
+
+@lru_cache(maxsize=32)
+def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
+    """Return the moment-curvature of a column; cached, as each column of each model needs it."""
+    return moment_curvature(column, axial_n)
 
 
 class _Section:

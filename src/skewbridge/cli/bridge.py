@@ -201,31 +201,71 @@ def model(
 @clear_errors
 def sdc(
     source: Annotated[
-        Path, typer.Argument(metavar="RUN", help="Folder of `run`, or a demands.parquet.")
+        Path,
+        typer.Argument(
+            metavar="RUN|BRIDGE",
+            help="Folder of `run`, a demands.parquet, or a bridge: its name or the path of its "
+            "file.",
+        ),
     ],
+    bridge_path: Annotated[
+        Path | None,
+        typer.Option("--bridge", help="File of the analysed bridge, if its name does not find it."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Displacement, P-Delta and seat checks, as in the Caltrans criteria.
 
     A folder of `run` gives all checks of one analysis, per corner; the demands of a study give
-    one row of ratios per variant, for the medians over its motions.
+    one row of ratios per variant, for the medians over its motions. A bridge gives the capacities
+    of its bents, with the P-Delta ratio at the displacement capacity.
     """
-    from skewbridge.analysis.sdc import corner_moves_m, sdc_rows, summary_row
+    from dataclasses import replace
+
+    from skewbridge.analysis.sdc import capacity_rows, corner_moves_m, sdc_rows, summary_row
+    from skewbridge.bridge.catalogue import bridge_names, load_bridge
+    from skewbridge.bridge.catalogue.loading import OWN_FOLDER
     from skewbridge.provenance.tables import read_frame
-    from skewbridge.variant.variant import parse_slug
+    from skewbridge.variant.variant import Variant, parse_slug
+
+    is_named = str(source) in bridge_names() or (OWN_FOLDER / f"{source}.yaml").is_file()
+    if is_named or source.suffix in (".yaml", ".yml"):
+        data = load_bridge(str(source))
+        rows = capacity_rows(data)
+        shown = [
+            {
+                "bent": row["bent"],
+                "hinge (m)": row["hinge_length_m"],
+                "by": row["hinge_length_by"],
+                "capacity (m)": row["capacity_m"],
+                "P-Delta there": row["p_delta_ratio"],
+                "limit": row["p_delta_limit"],
+                "met at (m)": row["disp_at_p_delta_limit_m"],
+                "ok": row["ok"],
+            }
+            for row in rows
+        ]
+        emit({"title": data.title, "bents": rows}, shown, as_json=as_json, title=data.title)
+        return
+
+    def variant_of(slug: str) -> Variant:
+        variant = parse_slug(slug)
+        if bridge_path is None or bridge_path.stem != variant.bridge_name:
+            return variant
+        return replace(variant, bridge=str(bridge_path))
 
     table = read_frame(source if source.is_file() else source / "demands.parquet")
     if source.is_file():
         wanted = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]
         medians = table.groupby("variant")[wanted].median()
         rows = [
-            summary_row(parse_slug(str(name)), *map(float, values))
+            summary_row(variant_of(str(name)), *map(float, values))
             for name, *values in medians.itertuples()
         ]
         title = f"median of {len(table)} analyses"
     else:
         histories = read_frame(source / "histories.parquet")
-        variant = parse_slug(str(table["variant"].iloc[0]))
+        variant = variant_of(str(table["variant"].iloc[0]))
         series = {name: histories[name].to_numpy() for name in histories.columns}
         moves = corner_moves_m(variant, series)
         rows = sdc_rows(variant, float(table["deck_disp_m"].iloc[0]), moves)
@@ -242,8 +282,10 @@ def column(
 ) -> None:
     """Moment-curvature and shear strength of a bridge's column under dead load."""
     from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.bridge.column import section_response, shear_section
+    from skewbridge.bridge.column import shear_section
     from skewbridge.bridge.dead_load import column_axial_n
+    from skewbridge.bridge.hinge import shear_span_m
+    from skewbridge.bridge.moment_curvature import section_response
 
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):
@@ -254,8 +296,7 @@ def column(
 
     axial_n = column_axial_n(data, bent - 1)
     curve = section_response(data.column, axial_n)
-    height = data.bents[bent - 1].clear_height_m
-    span = height if data.base == "pinned" else height / 2
+    span = shear_span_m(data, bent - 1)
     shear = shear_section(data.column, span, curve)
     table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
     folder = writable_folder(out)

@@ -35,6 +35,17 @@ COLUMNS: Final = (
         kind="text",
         description="limit whose passing is the collapse, or why it failed",
     ),
+    Column(
+        "beyond_model",
+        kind="text",
+        description="empty, or how a column reached its capacity: shear (demand/capacity 1) or "
+        "flexure (drift over capacity 1); the demands of the row are the peaks up to that step",
+    ),
+    Column(
+        "beyond_model_s",
+        unit="s",
+        description="time of that step; past it the model says nothing (histories go on)",
+    ),
     Column("time_reached_s", unit="s", description="time that the analysis reached"),
     Column("duration_s", unit="s", description="time that it was to reach"),
     Column(

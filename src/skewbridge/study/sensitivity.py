@@ -50,10 +50,10 @@ def sampled_rows(setup: StudySetup, slugs: Sequence[str], count: int) -> list[Ta
         slugs: Variants to choose from, in the order of the study.
         count: How many; the strongest motions by their largest scaled PGV, in turn.
     """
-    places = np.linspace(0, len(slugs) - 1, count).round().astype(int) if slugs else []
+    places = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
     rows: list[Task] = []
     for number, place in enumerate(places):
-        tasks = setup.tasks(slugs[place])
+        tasks = setup.tasks(slugs[int(place)])
         tasks.sort(key=lambda task: -task.motion.measures["im_pgv_rotd50_mps"])
         rows.append(tasks[number % len(tasks)])
     return rows

@@ -79,6 +79,8 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         **result.demands,
         "status": result.status,
         "collapse_criterion": result.collapse_criterion or reason,
+        "beyond_model": result.model_end.mode,
+        "beyond_model_s": result.model_end.time_s,
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
         "recovery_rung": result.recovery_rung,
@@ -91,6 +93,8 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
     return {
         "status": status,
         "collapse_criterion": reason,
+        "beyond_model": "",
+        "beyond_model_s": float("nan"),
         "time_reached_s": 0.0,
         "duration_s": float("nan"),
         "recovery_rung": 0,

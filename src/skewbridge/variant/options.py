@@ -17,6 +17,7 @@ Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: How a joint gap is meant: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
 type FrictionAt = Literal["all", "walls", "keys"]
+type HingeRule = Literal["sdc", "paulay_priestley"]
 type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 
@@ -36,8 +37,13 @@ class ModelOptions:
     )
     column_integration: Literal["hinge_radau", "lobatto5"] = Field(
         default="hinge_radau",
-        description="column plasticity: hinge_radau (hinge of the bridge's hinge length) or "
+        description="column plasticity: hinge_radau (hinges of the length of hinge_rule) or "
         "lobatto5 (distributed, as in the paper)",
+    )
+    hinge_rule: HingeRule = Field(
+        default="sdc",
+        description="length of the plastic hinges, unless the bridge's file gives it: 0.08 L + "
+        "0.022 fye db, at least 0.044 fye db (sdc), or without this limit",
     )
     # source: Rahman & Mackie, section 4
     transverse_gap_mm: Number = Field(
@@ -118,6 +124,12 @@ class ModelOptions:
         description="which contacts have the variant's friction; walls or keys alone tell where "
         "its effect comes from",
     )
+    # ASSUME webs and slabs bring the dead load of the deck evenly over its width onto the caps
+    cap_load: Literal["spread", "middle"] = Field(
+        default="spread",
+        description="where the deck's dead load enters the cap of a bent: evenly over the deck's "
+        "width, or in the middle as in spine models (the columns then thrust apart at rest)",
+    )
     # ASSUME column bases stand on rigid ground
     foundation: Literal["fixed", "springs"] = Field(
         default="fixed",
@@ -140,6 +152,17 @@ class ModelOptions:
     pad_strength_factor: Factor = Field(
         default=1.0,
         description="factor on the force at which pads yield, for pads that slide or hold",
+    )
+    # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
+    fiber_end: Literal["loss", "none"] = Field(
+        default="loss",
+        description="column fibers beyond the ultimate strain: the core keeps 0.2 of its strength "
+        "and bars break in tension or buckle where the core has crushed, or all go on (none)",
+    )
+    shear_failure: Literal["flag", "degrade"] = Field(
+        default="flag",
+        description="a column at its shear capacity: named in beyond_model, or it loses its shear "
+        "strength (a softening section at the top)",
     )
     column_fibers: tuple[Fibers, Fibers, Fibers] = Field(
         default=(8, 20, 2), description="rings and wedges of the core, and rings of the cover"

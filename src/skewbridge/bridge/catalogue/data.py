@@ -67,7 +67,11 @@ class BentData(_Part, frozen=True):
 
 
 class ColumnData(_Part, frozen=True):
-    """The circular reinforced concrete column that all bents of a bridge share."""
+    """The circular reinforced concrete column that all bents of a bridge share.
+
+    ``hinge_length_m`` overrides the length of the plastic hinges of all bents, which otherwise
+    follows from their height and base (`skewbridge.bridge.hinge`).
+    """
 
     diameter_m: Positive
     cover_to_hoop_m: Positive
@@ -82,7 +86,7 @@ class ColumnData(_Part, frozen=True):
     elastic_modulus_gpa: Positive
     steel: Literal["a706", "grade40", "kaviani"]
     hoop_yield_mpa: Positive
-    hinge_length_m: Positive
+    hinge_length_m: Positive | None = None
     cracked_stiffness_ratio: Ratio
     torsion_ratio: Ratio
     unit_weight_kn_per_m3: Positive
@@ -239,7 +243,7 @@ class BridgeData(_Part, frozen=True):
                 raise ValueError(
                     f"bents.{number}.column_spacing_m must exceed the column diameter_m"
                 )
-            if self.column.hinge_length_m > bent.clear_height_m / 2:
+            if (self.column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
                 raise ValueError(
                     f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
                 )

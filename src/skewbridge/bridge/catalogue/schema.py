@@ -34,12 +34,13 @@ def bridge_schema() -> dict[str, Any]:
 
 def _with_source(field: dict[str, Any], kinds: dict[str, Any]) -> dict[str, Any]:
     """Return a field as the file writes it: numbers as value and source, the rest as it is."""
-    if not _is_number(field, kinds):
+    known = [option for option in field.get("anyOf", [field]) if option.get("type") != "null"]
+    if not _is_number(known[0], kinds):
         return field
     source = {"type": "string", "pattern": f"^{SOURCE_PATTERN}$"}
     return {
         "type": "object",
-        "properties": {"v": field, "src": source},
+        "properties": {"v": known[0], "src": source},
         "required": ["v", "src"],
         "additionalProperties": False,
     }

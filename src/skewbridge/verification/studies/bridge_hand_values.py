@@ -12,12 +12,13 @@ import openseespy.opensees as ops
 
 from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
 from skewbridge.analysis.pushover import push_abutment, push_bridge
-from skewbridge.analysis.sdc import bent_capacities
 from skewbridge.bridge.abutment.arrays import LINK_N_PER_M
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.column import section_response, shear_section
+from skewbridge.bridge.column import shear_section
 from skewbridge.bridge.dead_load import column_axial_n, total_weight_n
+from skewbridge.bridge.hinge import bent_capacities
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.moment_curvature import section_response
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
@@ -26,8 +27,9 @@ from skewbridge.verification.studies.friction_pairs import paper_variant
 
 STATES: Final = {
     "cracked elastic": ModelOptions(elastic_columns=True),
-    "hinge": ModelOptions(),
-    "fiber": ModelOptions(column_integration="lobatto5"),
+    # the models compared with let the deck's load enter in the middle of the caps
+    "hinge": ModelOptions(cap_load="middle"),
+    "fiber": ModelOptions(column_integration="lobatto5", cap_load="middle"),
 }
 # bridge, abutment, section state, periods in s by direction, source
 PERIODS: Final = (

@@ -1,0 +1,149 @@
+"""Columns beyond their capacity: fibers that end, and shear that is lost."""
+
+from typing import Literal
+
+import numpy as np
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.pushover import PushCurve, push_bridge
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.column import column_shear_section
+from skewbridge.bridge.fibers import bar_material, core_material
+from skewbridge.bridge.hinge import bent_capacity
+from skewbridge.bridge.materials import core_concrete
+from skewbridge.bridge.model import domain
+from skewbridge.bridge.shear_failure import axial_failure_drift, shear_loss
+from skewbridge.bridge.tags import TagAllocator
+from skewbridge.errors import InputError
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+from strong_motion import strong_motion
+
+COLUMN = load_bridge("osb1").column
+
+
+def stresses_pa(material: int, strains: list[float]) -> list[float]:
+    """Drive a material along a path of strains; return the stresses at its points."""
+    ops.testUniaxialMaterial(material)
+    found, last = list[float](), 0.0
+    for strain in strains:
+        for value in np.linspace(last, strain, 40)[1:]:
+            ops.setStrain(float(value))
+        found.append(float(ops.getStress()))
+        last = strain
+    return found
+
+
+def push(bridge: str, end_m: float, options: ModelOptions) -> PushCurve:
+    variant = Variant(bridge=bridge, abutment="roller", skew_deg=0, gap_mm=0, friction_pct=0)
+    return push_bridge(variant, options, angle_deg=0.0, max_disp_m=end_m, steps=90)
+
+
+@pytest.mark.parametrize("has_end", [True, False])
+def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end: bool) -> None:
+    core = core_concrete(COLUMN)
+    end = core.ultimate_strain
+    with domain():
+        material = core_material(COLUMN, TagAllocator(), has_end=has_end)
+        before, after, again = stresses_pa(material, [-0.99 * end, -1.3 * end, -1.5 * end])
+    assert before == pytest.approx(-float(core.stress_pa(0.99 * end)), rel=0.01)
+    expected = 0.2 * core.peak_pa if has_end else float(core.stress_pa(end))
+    assert -after == pytest.approx(expected, rel=1e-3)
+    assert -again == pytest.approx(expected, rel=1e-3)
+
+
+def test_two_parts_of_a_core_are_the_whole_one_before_its_end() -> None:
+    path = [-0.001, -0.004, -0.002, -0.008, 0.001, -0.005]
+    with domain():
+        tags = TagAllocator()
+        parts, whole = (core_material(COLUMN, tags, has_end=end) for end in (True, False))
+        assert stresses_pa(parts, path) == pytest.approx(stresses_pa(whole, path), abs=1e3)
+
+
+@pytest.mark.parametrize(
+    ("path", "is_broken"),
+    [
+        ([0.055, 0.0], False),
+        ([0.062, 0.05], True),  # reduced ultimate strain 0.06 of SDC 1.7, table 3.2.3
+        ([-0.9 * core_concrete(COLUMN).ultimate_strain, 0.01], False),
+        ([-1.1 * core_concrete(COLUMN).ultimate_strain, 0.01], True),  # buckled: hoops are gone
+    ],
+)
+def test_a_bar_breaks_in_tension_and_buckles_when_the_core_crushes(
+    path: list[float], is_broken: bool
+) -> None:
+    with domain():
+        stress = stresses_pa(bar_material(COLUMN, TagAllocator(), has_end=True), path)[-1]
+    assert (abs(stress) < 1e-3 * 469e6) is is_broken
+
+
+@pytest.mark.parametrize("bridge", ["osb1", "osb1_fixed"])
+def test_a_bent_loses_strength_soon_after_its_displacement_capacity(bridge: str) -> None:
+    capacity_m = bent_capacity(load_bridge(bridge), 0).capacity_m
+    with_end = push(bridge, 2 * capacity_m, ModelOptions())
+    without = push(bridge, 2 * capacity_m, ModelOptions(fiber_end="none"))
+    assert with_end.is_complete
+    before = with_end.disp_m < capacity_m
+    np.testing.assert_allclose(
+        with_end.force_n[before],
+        np.interp(with_end.disp_m[before], without.disp_m, without.force_n),
+        rtol=1e-3,
+    )
+    later = np.interp(1.5 * capacity_m, with_end.disp_m, with_end.force_n)
+    assert later < 0.9 * with_end.peak_n
+    assert with_end.force_n[-1] < 0.6 * with_end.peak_n
+    assert without.force_n[-1] > 0.99 * without.peak_n
+
+
+def test_drift_at_axial_failure_agrees_with_the_hand_value() -> None:
+    # Elwood and Moehle, theta 65 degrees: tan 2.1445; hoops pi/2 x 510e-6 x 414e6 x 1.549/0.127
+    # = 4.05 MN; 0.04 x 5.599/(2.1445 + 6.0/(4.05 x 2.1445)) = 0.0790
+    section = column_shear_section(load_bridge("osb1_fixed"), 0)
+    assert axial_failure_drift(section, 6.0e6) == pytest.approx(0.0790, rel=0.005)
+    assert axial_failure_drift(section, 9.0e6) < axial_failure_drift(section, 6.0e6)
+
+
+def test_a_push_loses_its_shear_strength_where_capacity_meets_demand() -> None:
+    bridge = load_bridge("osb1_fixed")
+    loss = shear_loss(bridge, 0, column_shear_section(bridge, 0))
+    height_m = bridge.bents[0].clear_height_m
+    flagged = push("osb1_fixed", 0.30, ModelOptions())
+    degraded = push("osb1_fixed", 0.30, ModelOptions(shear_failure="degrade"))
+    assert degraded.is_complete
+    assert degraded.peak_n < 2 * loss.strength_n < flagged.peak_n  # of two columns
+    assert degraded.disp_at_peak_m == pytest.approx(loss.failure_drift_ratio * height_m, rel=0.25)
+    assert degraded.disp_at_peak_m < 0.5 * flagged.disp_at_peak_m
+    assert degraded.force_n[-1] < 0.4 * degraded.peak_n
+
+
+def test_a_strong_motion_cannot_exceed_the_shear_strength() -> None:
+    bridge = load_bridge("osb1_fixed")
+    loss = shear_loss(bridge, 0, column_shear_section(bridge, 0))
+    variant = Variant(bridge="osb1_fixed", abutment="roller", skew_deg=0, gap_mm=0, friction_pct=0)
+    excitation = Excitation(motion=strong_motion(duration_s=4.0, peak_g=1.2), scale=1.5)
+    shears_kn: dict[str, float] = {}
+    choices: tuple[Literal["flag", "degrade"], ...] = ("flag", "degrade")
+    for option in choices:
+        options = ModelOptions(shear_failure=option)
+        result = analyse(variant, excitation, AnalysisSettings(), options, histories=True)
+        assert result.status in ("ok", "collapse")
+        assert result.histories is not None
+        shears_kn[option] = max(
+            float(np.abs(values).max())
+            for name, values in result.histories.items()
+            if name.endswith(("_shear_x_kn", "_shear_y_kn"))
+        )
+    assert shears_kn["degrade"] <= 1.001 * loss.strength_n / 1e3 < shears_kn["flag"]
+
+
+def test_lost_shear_strength_needs_a_plastic_hinge() -> None:
+    with pytest.raises(InputError, match="shear_failure: degrade needs column_integration"):
+        push(
+            "osb1_fixed",
+            0.1,
+            ModelOptions(shear_failure="degrade", column_integration="lobatto5"),
+        )

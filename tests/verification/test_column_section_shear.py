@@ -1,0 +1,72 @@
+"""The shear of a leaning column's sections: base force, P-Delta and end moments by statics."""
+
+import numpy as np
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.analysis.column_peaks import column_base_shear_n, column_shear_n
+from skewbridge.analysis.monitor import Monitor
+from skewbridge.analysis.trace import Trace
+from skewbridge.bridge.gravity import open_linear_pattern
+from skewbridge.bridge.handles import ColumnHandle
+from skewbridge.bridge.model import build, domain
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+
+
+def pushed(
+    bridge: str, options: ModelOptions, push_n: tuple[float, float] = (3.0e6, 1.5e6)
+) -> tuple[tuple[ColumnHandle, ...], Trace]:
+    """Push the deck of a roller bridge; return its columns and the two states read."""
+    variant = Variant(bridge=bridge, abutment="roller", skew_deg=0, gap_mm=0, friction_pct=0)
+    with domain():
+        model = build(variant, options)
+        monitor = Monitor(model)
+        monitor.read(0.0)
+        open_linear_pattern(model.tags)
+        ops.load(model.deck_centre_node, *push_n, 0.0, 0.0, 0.0, 0.0)
+        ops.constraints("Transformation")
+        ops.numberer("RCM")
+        ops.system("BandGeneral")
+        ops.test("NormDispIncr", 1e-9, 50)
+        ops.algorithm("Newton")
+        ops.integrator("LoadControl", 0.1)
+        ops.analysis("Static", "-noWarnings")
+        assert ops.analyze(10) == 0
+        monitor.read(1.0)
+        trace = monitor.trace()
+        return model.columns, Trace(layout=trace.layout, rows=np.array(trace.rows))
+
+
+@pytest.mark.parametrize(
+    ("bridge", "options"),
+    [
+        ("osb1", ModelOptions()),
+        ("osb1_fixed", ModelOptions()),
+        ("osb1", ModelOptions(elastic_columns=True)),
+        ("osb2s", ModelOptions(elastic_columns=True)),
+    ],
+)
+def test_the_shear_of_a_section_is_the_sum_of_end_moments_over_the_height(
+    bridge: str, options: ModelOptions
+) -> None:
+    columns, trace = pushed(bridge, options)
+    for column in columns:
+        forces = trace.column_forces(column.element)
+        about_x, about_y = forces[:, 3] + forces[:, 9], forces[:, 4] + forces[:, 10]
+        by_moments = np.column_stack((about_y, -about_x)) / column.clear_height_m
+        np.testing.assert_allclose(column_shear_n(column, trace), by_moments, rtol=1e-6, atol=1.0)
+
+
+def test_p_delta_adds_the_hand_value_to_the_base_force() -> None:
+    columns, trace = pushed("osb1", ModelOptions(elastic_columns=True), (3.0e6, 0.0))
+    bases_n = 0.0
+    for column in columns:
+        base, section = column_base_shear_n(column, trace), column_shear_n(column, trace)
+        # P = 6.008 MN (hand 5.997) over H = 5.64 m: 1.065 MN per metre of lean
+        lean_m = trace.position(column.top_node)[1, 0]
+        assert 0.02 < lean_m < 0.1
+        added = abs(section[1, 0]) - abs(base[1, 0])
+        assert added == pytest.approx(6.0e6 * lean_m / 5.64, rel=0.01)
+        bases_n += abs(base[1, 0])
+    assert bases_n == pytest.approx(3.0e6, rel=1e-3)  # rollers leave the push to the bases
