@@ -3,7 +3,7 @@
 import typer
 
 from skewbridge.analysis.exit_message import hush_exit_message
-from skewbridge.cli import bridge, contact, fragility, motions, run, study
+from skewbridge.cli import bridge, contact, design, fragility, motions, run, study
 
 
 def build_app() -> typer.Typer:
@@ -16,7 +16,7 @@ def build_app() -> typer.Typer:
         no_args_is_help=True, help="Read, check, measure, draw and make ground motions."
     )
     app.add_typer(group, name="motions")
-    for module in (study, run, bridge, contact, fragility):
+    for module in (study, run, bridge, design, contact, fragility):
         for command in module.COMMANDS:
             app.command()(command)
     for command in motions.COMMANDS:
