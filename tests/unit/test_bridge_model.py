@@ -64,7 +64,7 @@ def test_pads_stand_between_nodes_a_pad_height_apart() -> None:
 @pytest.mark.parametrize("skew_deg", [30, -30, 0, 60])
 def test_contacts_face_the_deck_in_the_skewed_frame(skew_deg: int) -> None:
     with domain():
-        model = build(variant(skew_deg), ModelOptions())
+        model = build(variant(skew_deg), ModelOptions(key_frame="skewed"))
         assert model.contacts is not None
         for abutment in model.abutments:
             sign = 1.0 if abutment.side == "right" else -1.0
@@ -83,9 +83,9 @@ def test_contacts_face_the_deck_in_the_skewed_frame(skew_deg: int) -> None:
             assert len(abutment.key_units) == 2
 
 
-def test_keys_can_face_the_deck_edge_instead() -> None:
+def test_keys_face_the_deck_edge() -> None:
     with domain():
-        model = build(variant(30), ModelOptions(key_frame="deck_edge"))
+        model = build(variant(30), ModelOptions())
         assert model.contacts is not None
         for abutment in model.abutments:
             for index, node in zip(abutment.key_units, abutment.key_nodes, strict=True):

@@ -153,6 +153,7 @@ class AnalysisSettings:
             column_integration="lobatto5",
             coupling="lagged",
             wall_mass=True,
+            key_frame="skewed",  # its loops stand in the local axes of the abutment
             # strains of distributed plasticity localise in a twentieth of the height
             fiber_end="none",
         )

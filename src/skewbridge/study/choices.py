@@ -153,7 +153,7 @@ CHOICES: Final = (
         label="Embankment mass",
         values=(False, True),
         source="Zhang and Makris: the embankment moves with the abutment, or not",
-        acts_on=lambda variant: variant.abutment == "spring",
+        acts_on=lambda variant: variant.traits.has_body,
     ),
     Choice(
         key="pad_strength_factor",

@@ -21,6 +21,7 @@ class AbutmentTraits:
         has_wall_points: Whether soil or contacts stand at points all along the backwall, rather
             than at the deck corners only.
         has_contacts: Whether deck, backwall and keys meet in contact units.
+        has_body: Whether the keys stand on a body, which may carry the embankment's mass.
     """
 
     code: str
@@ -28,6 +29,7 @@ class AbutmentTraits:
     has_pads: bool = False
     has_wall_points: bool = False
     has_contacts: bool = False
+    has_body: bool = False
 
     @property
     def has_friction(self) -> bool:
@@ -40,7 +42,11 @@ ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
     "roller": AbutmentTraits(code="ro"),
     "simplified": AbutmentTraits(code="si", axes=frozenset({"gap_mm"})),
     "spring": AbutmentTraits(
-        code="sp", axes=frozenset({"gap_mm"}), has_pads=True, has_wall_points=True
+        code="sp",
+        axes=frozenset({"gap_mm"}),
+        has_pads=True,
+        has_wall_points=True,
+        has_body=True,
     ),
     "contact": AbutmentTraits(
         code="co",

@@ -116,8 +116,9 @@ class ModelOptions:
         default="sacrificial", description="exterior shear keys that break, or that hold"
     )
     key_frame: Literal["skewed", "deck_edge"] = Field(
-        default="skewed",
-        description="normal of the keys along the skewed abutment line, or across the deck edge",
+        default="deck_edge",
+        description="normal of the keys across the deck's edge, or along the skewed abutment line "
+        "(scheme paper)",
     )
     friction_at: FrictionAt = Field(
         default="all",

@@ -61,13 +61,13 @@ class SideContext:
     def key_inward_normal(self, sign: float) -> PlanVector:
         """Return the normal of a key's face, from the key towards the deck.
 
-        Along the skewed wall by default, or across the deck's edge.
+        Across the deck's edge by default, or along the skewed wall.
 
         Args:
             sign: +1 for the key at the end of the wall's tangent, -1 for the other.
         """
         along = self.end.tangent
-        # ASSUME keys stand in the abutment's skewed frame, as its other springs do in the paper
+        # ASSUME the face of a key runs along the deck's edge, a narrow joint of one width off it
         if self.options.key_frame == "skewed":
             return (-sign * along[0], -sign * along[1])
         return (0.0, -sign if along[1] > 0.0 else sign)
