@@ -198,7 +198,7 @@ def test_ratios_are_paired_by_motion_and_failed_runs_are_counted(tmp_path: Path)
     unseating = by_demand.loc["unseating_m"]
     assert unseating["ratio"] == pytest.approx(exp((log(2.0) + log(0.5)) / 2))
     assert (unseating["n"], unseating["n_failed"]) == (2, 1)
-    assert (drift["from_value"], drift["to_value"]) == ("skewed", "deck edge")
+    assert (drift["from_value"], drift["to_value"]) == ("deck edge", "skewed")
 
 
 @pytest.fixture
@@ -266,7 +266,7 @@ def test_the_page_says_which_choices_move_a_demand_more_than_friction(
     finding = choice_findings(table)[1]
     assert finding == (
         "Column drift ratio: friction 0 → 0.5 moves it by +10.0 %; more than that do "
-        "Key frame skewed → deck edge (-20.0 %)."
+        "Key frame deck edge → skewed (+25.0 %)."
     )
     without = table[table["name"] != "key_frame"]
     assert choice_findings(without)[1].endswith("no choice tried moves it more.")
@@ -284,7 +284,7 @@ def test_the_tornado_has_a_bar_per_value_the_largest_on_top(tmp_path: Path, ran:
     for panel in panels:
         labels = [label.get_text() for label in panel.get_yticklabels()]
         assert len(labels) == len(panel.patches) == len(values)
-        assert labels[-2:] == ["Friction 0 → 0.5", "Key frame skewed → deck edge"]
+        assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
 
 
 class Tables:

@@ -57,6 +57,11 @@ def row_of(task: Task, value: float = 1.0) -> dict[str, object]:
     return {**demands, **run, **identity_of(task, run_key(task))}
 
 
+def text(value: object) -> str:
+    """Return what can be compared: a time that never came is no number and equals nothing."""
+    return json.dumps(value, sort_keys=True)
+
+
 @pytest.fixture
 def no_analyses(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
@@ -79,7 +84,7 @@ def test_intensity_measures_come_from_the_task(setup: StudySetup, tmp_path: Path
             log_folder=tmp_path,
             on_finished=print,
         )
-    assert rows == [row_of(task)]
+    assert text(rows) == text([row_of(task)])
 
 
 @pytest.mark.usefixtures("no_analyses")
@@ -140,7 +145,7 @@ def test_journal_lines_of_another_version_are_said_and_not_used(
     assert "The journals hold 1 line(s) of another version" in caplog.text
     with open_journal(path) as journal:
         journal.append(row_of(task))
-    assert read_journal(path) == {run_key(task): row_of(task)}
+    assert text(read_journal(path)) == text({run_key(task): row_of(task)})
 
 
 def test_a_table_of_another_version_is_refused_by_name(

@@ -122,8 +122,7 @@ def push_abutment(
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
-        abutment = build_abutment(variant, options)
-        guide, driver = _build_guide(abutment, direction)
+        guide, driver, abutment = _guided_abutment(variant, options, direction)
         _move(driver, direction, abutment.tags)
         start = _along(abutment.connector, direction)
 
@@ -134,9 +133,21 @@ def push_abutment(
         return _march(abutment.contacts, max_disp_m, steps, read, ("LoadControl",))
 
 
-def _build_guide(abutment: AbutmentModel, direction: PlanVector) -> tuple[int, int]:
+def _guided_abutment(
+    variant: Variant, options: ModelOptions, direction: PlanVector
+) -> tuple[int, int, AbutmentModel]:
+    """Build an abutment with its connector tied to a driver; return tie, driver and abutment."""
+    made: list[tuple[int, int]] = []
+
+    def guide(connector: int, tags: TagAllocator) -> None:
+        made.append(_build_guide(connector, direction, tags))
+
+    abutment = build_abutment(variant, options, guide=guide)
+    return *made[0], abutment
+
+
+def _build_guide(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:
     """Tie the connector to a driver, still fixed; return the tie (axis 1 along the push) and it."""
-    tags, connector = abutment.tags, abutment.connector
     driver, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
     stiff = elastic_material(GUIDE_N_PER_M, tags)
     axes = (*direction, 0.0, -direction[1], direction[0], 0.0)
@@ -193,6 +204,7 @@ def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
         ops.integrator(*integrator, increment)
         if ops.analyze(1) == 0:
             return True
+        ops.domainChange()  # the equations keep what a failed attempt left behind
     return False
 
 

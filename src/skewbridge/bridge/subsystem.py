@@ -1,5 +1,6 @@
 """One abutment with the deck end it supports, without the bridge: the paper's sub-structure."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import openseespy.opensees as ops
@@ -34,8 +35,20 @@ class AbutmentModel:
     tags: TagAllocator
 
 
-def build_abutment(variant: Variant, options: ModelOptions) -> AbutmentModel:
-    """Build the right abutment of a variant in the open domain, at rest under its dead load."""
+def build_abutment(
+    variant: Variant,
+    options: ModelOptions,
+    *,
+    guide: Callable[[int, TagAllocator], None] | None = None,
+) -> AbutmentModel:
+    """Build the right abutment of a variant in the open domain, at rest under its dead load.
+
+    Args:
+        variant: What to build.
+        options: How.
+        guide: Called with the connector and the allocator before the dead load, to hold in plan a
+            deck end that nothing else holds there.
+    """
     plan = blueprint(variant, options)
     bridge, tags = plan.bridge, plan.tags
     load_n = abutment_reactions_n(bridge)[1]
@@ -46,6 +59,8 @@ def build_abutment(variant: Variant, options: ModelOptions) -> AbutmentModel:
     _hold_rotation(connector, tags)
     ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
     supports = build_supports("right", connector, plan)
+    if guide is not None:
+        guide(connector, tags)
     hold_dead_load({connector: load_n}, {}, tags)
     return AbutmentModel(
         handle=build_joint(supports, plan),
