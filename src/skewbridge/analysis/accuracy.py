@@ -32,8 +32,8 @@ NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
     "fast": {
         "analysis": {
             "dt_s": 0.010,
-            "contact_dt_s": 0.005,
-            "event_dt_s": 0.002,
+            "contact_dt_s": 0.0025,
+            "event_dt_s": 0.001,
             "tolerance_j": 1.0e-2,
         },
         "model": {

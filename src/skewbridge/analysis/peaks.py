@@ -36,7 +36,13 @@ def demands(
     energy residual is nan when no balance was kept.
     """
     end = model_end(model.columns, trace).rows
-    trace, ground_accel_mps2 = trace.first(end), ground_accel_mps2[:end]
+    return peaks_of(model, trace.first(end), ground_accel_mps2[:end], energy_residual_ratio)
+
+
+def peaks_of(
+    model: BridgeModel, trace: Trace, ground_accel_mps2: Series, energy_residual_ratio: float
+) -> dict[str, float]:
+    """Return the demand columns as peaks over the whole trace, for comparisons of models."""
     return {
         **column_demands(model.columns, trace),
         **_deck_demands(model, trace, ground_accel_mps2),

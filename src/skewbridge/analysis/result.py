@@ -23,6 +23,7 @@ class AnalysisResult:
         substeps: Beyond the regular steps.
         iterations: Equilibrium iterations, those of failed attempts included.
         demands: The demand columns of the table, in their units.
+        whole_history: The same as peaks to the end, whatever became of the columns.
         model_end: When a column reached its capacity; the demands are peaks up to then.
         energy_kj: Energy balance by term; empty when it was not kept.
         histories: Columns of the history table, each of shape (steps + 1,), or None.
@@ -38,6 +39,7 @@ class AnalysisResult:
     failed_attempts: int
     iterations: int
     demands: dict[str, float]
+    whole_history: dict[str, float]
     model_end: ModelEnd
     energy_kj: Mapping[str, float]
     histories: dict[str, NDArray[np.float64]] | None

@@ -38,13 +38,13 @@ class AnalysisSettings:
         "friction bounds, corotational arrays and distributed plasticity",
     )
     dt_s: Number = Field(
-        default=0.005,
+        default=0.0025,
         ge=1.0e-5,
         le=0.02,
         description=f"regular time step; fixed at {PAPER_DT_S:g} in scheme paper",
     )
     contact_dt_s: Number | None = Field(
-        default=0.0025,
+        default=None,
         ge=1.0e-5,
         le=0.02,
         description="largest step while a contact is closed; null for the regular one, as in "
@@ -112,10 +112,10 @@ class AnalysisSettings:
     @model_validator(mode="before")
     @classmethod
     def _paper(cls, given: ArgsKwargs | dict[str, object]) -> object:
-        """Let the scheme of the paper keep one step."""
+        """Let the scheme of the paper bring its one step."""
         values = dict(given.kwargs or {}) if isinstance(given, ArgsKwargs) else dict(given)
         if values.get("scheme") == "paper":
-            values = {"contact_dt_s": None, "event_dt_s": None} | values
+            values = {"dt_s": PAPER_DT_S, "contact_dt_s": None, "event_dt_s": None} | values
         return ArgsKwargs((), values) if isinstance(given, ArgsKwargs) else values
 
     @model_validator(mode="after")

@@ -14,7 +14,7 @@ from skewbridge.analysis.energy import EnergyBalance, energy_residual_ratio
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.monitor import Monitor
-from skewbridge.analysis.peaks import demands
+from skewbridge.analysis.peaks import demands, peaks_of
 from skewbridge.analysis.rest import drifts_at_rest
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
@@ -95,7 +95,8 @@ class _History:
         energy = {} if self._energy is None else self._energy.terms_kj()
         ground = self._ground.at(trace.time_s)
         effort = self._loop.effort
-        found = demands(self._model, trace, ground, energy_residual_ratio(energy))
+        residual = energy_residual_ratio(energy)
+        found = demands(self._model, trace, ground, residual)
         messages = list(self._messages(ending.message, effort.failed_attempts, energy))
         if ending.status == OK:
             rest = drifts_at_rest(self._model, self._settings, trace.under_gravity_m)
@@ -113,6 +114,7 @@ class _History:
             failed_attempts=effort.failed_attempts,
             iterations=effort.iterations,
             demands=found,
+            whole_history=peaks_of(self._model, trace, ground, residual),
             model_end=model_end(self._model.columns, trace),
             energy_kj=energy,
             histories=histories_of(self._model, trace, ground) if self._histories else None,

@@ -32,6 +32,7 @@ STUDIES: Final[dict[str, str]] = {
     "coupling": "coupling_order",
     "closed-forms": "oscillators",
     "restitution": "integrator_restitution",
+    "convergence": "convergence",
     "native": "native_element",
     "hard-set": "hard_set",
 }

@@ -68,7 +68,7 @@ def run(study: Study) -> None:
     )
     for demand in _DEMANDS:
         text = f"OSB2S (surrogate), skew 20: {demand}, friction 0.5 against 0"
-        study.report(text, rough.demands[demand], smooth.demands[demand], _WITHOUT)
+        study.report(text, rough.whole_history[demand], smooth.whole_history[demand], _WITHOUT)
     for skew in SKEWS_DEG:
         study.figures[f"skew{skew:02d}"] = _figure(runs, skew, motion)
     study.tables["demands"] = _table(runs)
@@ -77,7 +77,7 @@ def run(study: Study) -> None:
 def _skew_statements(study: Study, runs: Runs, motion: PaperMotion) -> None:
     """Judge what the paper says of skew, for the models with walls at the corners."""
     for abutment in _WITH_CONTACTS:
-        straight, skewed = (runs[abutment, skew].demands for skew in SKEWS_DEG)
+        straight, skewed = (runs[abutment, skew].whole_history for skew in SKEWS_DEG)
         case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
         turns = [1e3 * found["deck_rotation_rad"] for found in (skewed, straight)]
         reason = f"rotation {turns[0]:.2f} mrad, {turns[1]:.2f} mrad without skew"
@@ -96,7 +96,7 @@ def _table(runs: Runs) -> pd.DataFrame:
     return pd.DataFrame(
         [
             {"abutment": abutment, "skew_deg": skew, "status": result.status}
-            | {demand: result.demands[demand] for demand in _DEMANDS}
+            | {demand: result.whole_history[demand] for demand in _DEMANDS}
             for (abutment, skew), result in runs.items()
         ]
     )

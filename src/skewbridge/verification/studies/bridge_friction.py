@@ -67,7 +67,7 @@ def _draw(study: Study, pair: Pair, motion: PaperMotion) -> None:
 
 def _report_ratios(study: Study, name: str, pair: Pair) -> None:
     """Put the demands with friction beside those without."""
-    with_friction, without = (result.demands for result in pair)
+    with_friction, without = (result.whole_history for result in pair)
     for demand in _DEMANDS:
         text = f"{name}: {demand}, friction 0.5 against 0"
         study.report(text, with_friction[demand], without[demand], _PAPER)
@@ -76,7 +76,7 @@ def _report_ratios(study: Study, name: str, pair: Pair) -> None:
 
 def _check(study: Study, name: str, pair: Pair) -> None:
     """Check that the analyses are whole and the walls meet: what is judged rests on it."""
-    with_friction, without = (result.demands for result in pair)
+    with_friction, without = (result.whole_history for result in pair)
     is_whole = all(result.status == "ok" and result.failed_attempts == 0 for result in pair)
     text = f"{name}: both analyses end with status ok and without a failed step"
     study.holds(text, truth=is_whole, source="this model")

@@ -78,7 +78,7 @@ def transverse_cycles(pair: Pair) -> list[HalfCycle]:
 
 def _judge_peaks(study: Study, case: str, pair: Pair, *, same_record: bool) -> None:
     """Judge the peak displacements and the column shear."""
-    with_friction, without = (result.demands for result in pair)
+    with_friction, without = (result.whole_history for result in pair)
     for name, demand in _DISPLACEMENTS.items():
         peaks = with_friction[demand], without[demand]
         judged = lower(f"peak displacement, {name},", *peaks)

@@ -94,13 +94,13 @@ def _friction(result: AnalysisResult, kind: str) -> list[Array]:
 
 def _changes(skew: int, runs: Runs) -> pd.DataFrame:
     """Return each demand with friction at each place, without, and the change."""
-    plain = runs["none"].demands
+    plain = runs["none"].whole_history
     rows = [
         {
             "skew_deg": skew,
             "friction_at": place,
             "demand": demand,
-            "value": runs[place].demands[demand],
+            "value": runs[place].whole_history[demand],
             "without": plain[demand],
         }
         for place in PLACES

@@ -71,7 +71,7 @@ def run(study: Study) -> None:
 
 def run_hard_set(study: Study, chosen: HardSet) -> None:
     """Run a hard set: one comparison per bridge, abutment and skew, a table of all rows."""
-    motions = strongest_motions(chosen.motion_count)
+    motions = strongest_motions(chosen.motion_count, PGA_G)
     tasks = product(chosen.variants(), motions)
     rows = Parallel(n_jobs=chosen.processes)(delayed(_row)(*task) for task in tasks)
     table = pd.DataFrame(list(rows))
@@ -88,14 +88,14 @@ def run_hard_set(study: Study, chosen: HardSet) -> None:
     study.tables["statuses"] = counts.rename("analyses").reset_index()
 
 
-def strongest_motions(count: int) -> list[GroundMotion]:
-    """Return the motions of the suite with the largest PGA (RotD50), each scaled to `PGA_G`."""
+def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
+    """Return the motions of the suite with the largest PGA (RotD50), each scaled to one PGA."""
     motions = embedded_motions()
     peaks_g = [orbit_rotd50(m.accel_1_mps2, m.accel_2_mps2) / G_MPS2 for m in motions]
     ranked: Sequence[tuple[float, int]] = sorted(
         ((peak, number) for number, peak in enumerate(peaks_g)), reverse=True
     )
-    return [motions[number].scaled(PGA_G / peak) for peak, number in ranked[:count]]
+    return [motions[number].scaled(pga_g / peak) for peak, number in ranked[:count]]
 
 
 def _row(variant: Variant, motion: GroundMotion) -> dict[str, Any]:
