@@ -20,7 +20,7 @@ def test_the_whole_set_has_every_bridge_abutment_and_skew():
 
 
 def test_the_motions_are_the_strongest_and_reach_the_peak():
-    motions = strongest_motions(3)
+    motions = strongest_motions(3, PGA_G)
     assert len({motion.motion_id for motion in motions}) == 3
     for motion in motions:
         peak_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2

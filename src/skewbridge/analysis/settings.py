@@ -44,7 +44,7 @@ class AnalysisSettings:
         description=f"regular time step; fixed at {PAPER_DT_S:g} in scheme paper",
     )
     contact_dt_s: Number | None = Field(
-        default=None,
+        default=0.00125,
         ge=1.0e-5,
         le=0.02,
         description="largest step while a contact is closed; null for the regular one, as in "

@@ -6,6 +6,7 @@ same model; peaks are those of whole histories, whatever becomes of the columns.
 
 from dataclasses import dataclass, replace
 from itertools import product
+from math import inf
 from typing import Any, Final
 
 import pandas as pd
@@ -114,7 +115,7 @@ def run_convergence(study: Study, chosen: ConvergenceSet) -> None:
     changes = pd.DataFrame(
         [
             {"variant": slug, "motion_id": motion_id, "steps": name, "against": against}
-            | {demand: peaks[demand] / reference[demand] - 1.0 for demand in LIMITS}
+            | {demand: _change(peaks[demand], reference[demand]) for demand in LIMITS}
             | {excess: peaks[excess] for excess in EXCESS}
             for (slug, motion_id, name), peaks in found.items()
             for against in ("0.5 ms" if name == "default" else "0.25 ms",)
@@ -141,6 +142,13 @@ def _compare(study: Study, changes: pd.DataFrame) -> None:
     for excess in EXCESS:
         text = f"{excess}, largest of {cases}"
         study.at_most(text, of_default[excess].max(), MAX_EXCESS, "friction law")
+
+
+def _change(value: float, reference: float) -> float:
+    """Return the relative change; none where a demand is absent from both."""
+    if reference == 0.0:
+        return 0.0 if value == 0.0 else inf
+    return value / reference - 1.0
 
 
 def _peaks(variant: Variant, motion: GroundMotion, settings: AnalysisSettings) -> dict[str, float]:

@@ -1,6 +1,7 @@
 """The hard set: every abutment model, skew and bridge kind under strong motions ends as it should.
 
-The strongest motions of the package's suite are scaled to a PGA (RotD50) of 1.2 g. Each analysis
+The strongest motions of the package's suite are scaled to a PGA (RotD50) of 1.2 g and cut to their
+strongest 10 s. Each analysis
 ends `ok`, or in a physical `collapse`: its criterion named and its energy accounted for.
 """
 
@@ -17,6 +18,7 @@ from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import MAX_TRUSTED_RESIDUAL, analyse
+from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.statuses import COLLAPSE, OK
@@ -31,6 +33,7 @@ from skewbridge.verification.studies.paper_motions import embedded_motions
 logger = logging.getLogger(__name__)
 
 PGA_G: Final = 1.2
+WINDOW_S: Final = 10.0
 GAP_MM: Final = 25
 _PARTS: Final = ["bridge", "abutment", "skew_deg"]
 
@@ -71,7 +74,10 @@ def run(study: Study) -> None:
 
 def run_hard_set(study: Study, chosen: HardSet) -> None:
     """Run a hard set: one comparison per bridge, abutment and skew, a table of all rows."""
-    motions = strongest_motions(chosen.motion_count, PGA_G)
+    motions = [
+        cut_to_strongest(motion, WINDOW_S, 0.0)
+        for motion in strongest_motions(chosen.motion_count, PGA_G)
+    ]
     tasks = product(chosen.variants(), motions)
     rows = Parallel(n_jobs=chosen.processes)(delayed(_row)(*task) for task in tasks)
     table = pd.DataFrame(list(rows))
