@@ -8,7 +8,12 @@ from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.units import G_MPS2
 from skewbridge.verification.studies import hard_set
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.hard_set import HardSet, run_hard_set, strongest_motions
+from skewbridge.verification.studies.hard_set import (
+    PGA_G,
+    HardSet,
+    run_hard_set,
+    strongest_motions,
+)
 
 ONE = HardSet(bridges=("osb1",), abutments=("roller",), skews_deg=(0,), motion_count=1, processes=1)
 
