@@ -124,7 +124,7 @@ def test_the_energy_balance_closes(reference):
     # 1 %: trapezoidal works of forces that jump at contacts.
     assert abs(reference.demands["energy_residual_ratio"]) < 0.01
     assert all(terms[name] > 0.0 for name in ("input", "damping", "columns", "bearings", "slip"))
-    # Algorithmic dissipation of Houbolt is a small part; it never makes energy overall.
+    # What the integrator dissipates is a small part; it never makes energy overall.
     assert 0.0 < terms["algorithmic"] < 0.05 * terms["input"]
 
 

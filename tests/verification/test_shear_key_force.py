@@ -1,4 +1,4 @@
-"""The force of a shear key is that of its backbone, never the impact on the key's light node."""
+"""The force of a shear key is that of its backbone, never that of the penalty before it."""
 
 import pytest
 

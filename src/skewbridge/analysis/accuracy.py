@@ -13,8 +13,7 @@ type Accuracy = Literal["reference", "default", "fast"]
 
 #: By name, the keys of the sections ``analysis`` and ``model`` that a set changes.
 NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
-    # Converged: half of each of these moves no displacement by more than 0.5 %
-    # (docs/theory/analysis.md).
+    # What half of this step still changes: docs/theory/analysis.md, convergence.
     "reference": {
         "analysis": {
             "dt_s": 0.0005,

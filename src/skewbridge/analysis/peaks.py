@@ -97,8 +97,8 @@ def wall_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
 def backfill_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
     """Return what the deck passes through one backwall into the backfill, shape (n,).
 
-    Unlike the contact force it has no spikes of impacts on the light wall, which depend on the
-    time step. Zero while the deck does not touch the wall.
+    Unlike the contact force it leaves out the dashpot of the wall and, where the wall has a mass,
+    the spikes of impacts on it. Zero while the deck does not touch the wall.
     """
     total = np.zeros(len(trace.rows))
     for spring in abutment.wall_springs:

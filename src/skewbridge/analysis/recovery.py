@@ -25,7 +25,7 @@ class Attempt:
     tolerance_j: float = 0.0
 
 
-# A broken shear key unloads with a jump of force: no displacement of its light node is in
+# A broken shear key unloads with a jump of force: no displacement of its node is in
 # equilibrium there, however small the step, and the iteration goes to and fro across the jump.
 # This much lets it pass and changes no demand; a hundred joules would (4 % of a drift).
 LOOSE_J: Final = 0.1
@@ -109,7 +109,7 @@ class Stepper:
         self._count_failure()
         rung, goes_on = self._climb(size_s)
         if rung is not None and self.ladder[rung].substeps == 1:
-            # What stopped this step often stops the next ones: each failure would restart Houbolt.
+            # What stopped this step often stops the next ones.
             self._held = HELD_STEPS
             return goes_on
         self._held = 0

@@ -22,8 +22,8 @@ MAX_PERIODS: Final = 10
 #: A column is at rest if its drift changes by less than this in a quarter of a period.
 STILL_DRIFT: Final = 1.0e-5
 _STEPS_STILL: Final = STEPS_PER_PERIOD // 4
-# Newmark's gamma and beta that leave no high mode of penalties and light nodes: the way to rest
-# does not matter, only that it is short.
+# Newmark's gamma and beta that leave no high mode of penalties: the way to rest does not matter,
+# only that it is short.
 _INTEGRATOR: Final = ("Newmark", 1.0, 0.5625)
 _PARTS: Final = (1, 4, 16)
 

@@ -12,8 +12,8 @@ from skewbridge.study.runs import planned_keys
 from skewbridge.variant.grid import expand_grid
 
 #: Processor seconds of one analysis where none has been measured yet.
-#: source: benchmarks/, 25 s motion at 0.005 s on a two-column bridge
-CPU_S_PER_ANALYSIS: Final = 8.0
+#: source: docs/theory/analysis.md, cost: 25 s of motion, two-column bridge, default steps
+CPU_S_PER_ANALYSIS: Final = 14.0
 CORES: Final = 2  # that a study works with
 COUNTS: Final = ("variants", "analyses", "done", "failed", "left")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log

@@ -4,15 +4,14 @@ from skewbridge.variant.options import ModelOptions
 
 # A penalty 50 times its neighbour softens the two in series by 2 %.
 NORMAL_OVER_NEIGHBOUR = 50.0
-# ASSUME the contact's own frequency may reach 3 rad per step of 5 ms and no more: measured on
-# OSB1 at zero skew, at 4.6 demands move by 5 % when the motion changes by a millionth, at 3.2 by
-# a millionth; the table in docs/theory/bridge.md shows both.
+# ASSUME with wall_mass the contact's own frequency may reach 3 rad per step of 5 ms, the paper's:
+# with Houbolt at that step and OSB1 at zero skew, demands moved by 5 % at 4.6 rad when the motion
+# changed by a millionth, and by a millionth at 3.2.
 NOMINAL_STEP_S = 0.005
 MAX_RADIANS_PER_STEP = 3.0
 # ASSUME sticking is resolved 5 times softer than contact: a much softer spring does not reach the
 # limit within a short contact, so that friction depends on the time step; a stiffer one makes
-# friction start where nothing slides. Halving the step moves the unseating of OSB1 under recorded
-# motions by 0.2-1.6 % at 4, by 0.2-2.4 % at 20 (docs/theory/analysis.md).
+# friction start where nothing slides. results/sensitivity.parquet halves and doubles it.
 NORMAL_OVER_TANGENT = 5.0
 
 

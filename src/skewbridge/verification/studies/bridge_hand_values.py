@@ -152,7 +152,8 @@ def _backbones(study: Study) -> None:
         for skew_deg, force_kn in forces.items():
             curve = push_abutment(
                 paper_variant(bridge=bridge, skew_deg=skew_deg),
-                ModelOptions(backfill="sdc"),
+                # a push normal to the wall never meets keys square to it: backfill and pads alone
+                ModelOptions(backfill="sdc", key_frame="skewed"),
                 angle_deg=float(skew_deg),
                 max_disp_m=end_m,
                 steps=180,
