@@ -1,155 +1,135 @@
-"""How much integrator, step, penalties and modelling choices change the demands of OSB1.
+"""How much integrator, steps and rounding change the demands of a bridge with friction.
 
-Prints the tables of docs/theory/analysis.md for one motion and skew:
-    python benchmarks/analysis_comparisons.py A.AT2 B.AT2 --skew-deg 30 [--window-s 8]
+Prints tables as in docs/theory/analysis.md for one pair of records:
+    python benchmarks/analysis_comparisons.py A.AT2 B.AT2 [--bridge osb1] [--skew-deg 30] \
+        [--gap-mm 25] [--scale 1] [--window-s 9]
 """
 
 import argparse
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-
-import numpy as np
 
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
-DEMANDS = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
-FORCES = ("backwall_force_kn", "shear_key_force_kn", "friction_force_kn")
-REFERENCE = AnalysisSettings(dt_s=0.0005, integrator=("Newmark", 0.5, 0.25), energy=False)
-INTEGRATORS = (
-    ("Houbolt",),
-    ("HHT", 0.8),
-    ("Newmark", 0.6, 0.3025),
-    ("Newmark", 0.5, 0.25),
+DEMANDS = (
+    "column_shear_kn",
+    "column_drift_ratio",
+    "deck_disp_x_m",
+    "deck_rotation_rad",
+    "unseating_m",
+    "abutment_passive_m",
+    "slip_work_kj",
 )
+DEFAULT = AnalysisSettings(energy=False)
+REFERENCE = replace(DEFAULT, dt_s=0.0005, contact_dt_s=None, event_dt_s=None, tolerance_j=1.0e-8)
+# Integrator; regular step, largest step in contact, largest step at events.
+STEPS = (
+    (("Houbolt",), 0.0005, None, None),
+    (("HHT", 0.7), 0.0005, None, None),
+    (("HHT", 0.9), 0.001, None, None),
+    (("Houbolt",), 0.005, None, None),
+    (("HHT", 0.7), 0.010, None, 0.001),
+    (("HHT", 0.9), 0.010, 0.0025, 0.001),
+    (("HHT", 0.9), 0.005, 0.0025, 0.001),
+    (("HHT", 0.9), 0.0025, 0.00125, 0.001),
+)
+TOLERANCES_J = (1.0e-2, 1.0e-4, 1.0e-8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """What one comparison is about."""
+    """What the comparisons are about: a variant with a positive skew, or none, and a motion."""
 
     motion: GroundMotion
-    skew_deg: int
-    friction_pct: int = 50
+    variant: Variant
 
     def run(
-        self, settings: AnalysisSettings, options: ModelOptions, *, mirror: bool = False
+        self, settings: AnalysisSettings, *, mirror: bool = False
     ) -> tuple[AnalysisResult, float]:
         """Return the result and the processor time in s."""
-        motion = self.motion
+        motion, variant = self.motion, self.variant
         if mirror:
             motion = motion.with_components(motion.accel_1_mps2, -motion.accel_2_mps2)
-        variant = Variant(
-            bridge="osb1",
-            abutment="contact_friction",
-            skew_deg=-self.skew_deg if mirror else self.skew_deg,
-            gap_mm=51,
-            friction_pct=self.friction_pct,
-        )
+            variant = replace(variant, skew_deg=-variant.skew_deg)
         start = time.process_time()
-        result = analyse(variant, Excitation(motion=motion), settings, options, histories=mirror)
+        result = analyse(variant, Excitation(motion=motion), settings, ModelOptions())
         return result, time.process_time() - start
 
 
-def window(motion: GroundMotion, window_s: float) -> GroundMotion:
-    """Return the motion from half a second before 0.1 % of its Arias intensity on."""
-    build_up = np.cumsum(motion.accel_1_mps2**2 + motion.accel_2_mps2**2)
-    first = int(np.searchsorted(build_up / build_up[-1], 0.001) - 0.5 / motion.dt_s)
-    part = slice(max(first, 0), max(first, 0) + round(window_s / motion.dt_s))
-    return motion.with_components(motion.accel_1_mps2[part], motion.accel_2_mps2[part])
-
-
-def percent(result: AnalysisResult, reference: AnalysisResult) -> str:
-    """Return the changes of the demands, then of the forces, in percent."""
+def changes(result: AnalysisResult, reference: AnalysisResult) -> str:
+    """Return the changes of the peaks of the whole history in percent."""
+    found, exact = result.whole_history, reference.whole_history
     return " | ".join(
-        " ".join(f"{100 * (result.demands[d] / reference.demands[d] - 1):+.1f}" for d in group)
-        if all(reference.demands[d] for d in group)
-        else "-"
-        for group in (DEMANDS, FORCES)
+        f"{100 * (found[name] / exact[name] - 1):+.2f}" if exact[name] else "-" for name in DEMANDS
     )
 
 
-def integrators(case: Case) -> Iterator[str]:
-    """Yield the rows of the table of integrators and steps."""
-    reference, _ = case.run(REFERENCE, ModelOptions())
-    yield "reference " + " ".join(f"{reference.demands[d]:.4g}" for d in (*DEMANDS, *FORCES))
-    for integrator in INTEGRATORS:
-        for dt_s in (0.001, 0.0025, 0.005, 0.0075) if integrator == ("Houbolt",) else (0.005,):
-            settings = AnalysisSettings(dt_s=dt_s, integrator=integrator, energy=False)
-            result, cpu_s = case.run(settings, ModelOptions())
-            name = " ".join(map(str, integrator))
-            yield (
-                f"{name} {dt_s:g} | {percent(result, reference)} | {result.iterations} | "
-                f"{result.failed_attempts} | {cpu_s:.2f}"
-            )
+def steps(case: Case) -> Iterator[str]:
+    """Yield the table of integrators and steps."""
+    reference, cpu_s = case.run(REFERENCE)
+    yield "integrator; steps in ms | " + " | ".join(DEMANDS) + " | iterations | failed | s"
+    values = " | ".join(f"{reference.whole_history[name]:.4g}" for name in DEMANDS)
+    cost = f"{reference.iterations} | {reference.failed_attempts} | {cpu_s:.1f}"
+    yield f"reference | {values} | {cost}"
+    for integrator, dt_s, contact_dt_s, event_dt_s in STEPS:
+        settings = replace(
+            DEFAULT,
+            integrator=integrator,
+            dt_s=dt_s,
+            contact_dt_s=contact_dt_s,
+            event_dt_s=event_dt_s,
+        )
+        result, cpu_s = case.run(settings)
+        lengths = [f"{1e3 * step:g}" if step else "-" for step in (dt_s, contact_dt_s, event_dt_s)]
+        name = f"{' '.join(map(str, integrator))}; {' / '.join(lengths)}"
+        cost = f"{result.iterations} | {result.failed_attempts} | {cpu_s:.1f}"
+        yield f"{name} | {changes(result, reference)} | {cost}"
 
 
 def rounding(case: Case) -> Iterator[str]:
-    """Yield how far the mirrored bridge is from the mirror image, by integrator and tolerance."""
-    for integrator in INTEGRATORS[:3]:
-        for tolerance_j in (1e-2, 1e-5, 1e-8):
-            settings = AnalysisSettings(
-                integrator=integrator, tolerance_j=tolerance_j, energy=False
-            )
-            image, cpu_s = case.run(settings, ModelOptions(), mirror=True)
-            straight, _ = case.run(settings, ModelOptions())
-            change = max(abs(image.demands[d] / straight.demands[d] - 1) for d in DEMANDS[1:])
-            name = " ".join(map(str, integrator))
-            yield f"{name} {tolerance_j:g} J | {change:.1e} | {image.iterations} | {cpu_s:.2f}"
-
-
-def choices(case: Case) -> Iterator[str]:
-    """Yield the effect of modelling choices and penalties at the default step."""
-    settings = AnalysisSettings(energy=False)
-    base, cpu_s = case.run(settings, ModelOptions())
-    yield f"default | {' '.join(f'{base.demands[d]:.4g}' for d in DEMANDS)} | | {cpu_s:.2f}"
-    changes: dict[str, ModelOptions] = {
-        "extrapolated coupling": ModelOptions(coupling="extrapolated"),
-        "corotational arrays": ModelOptions(arrays="corotational"),
-        "lobatto5 columns": ModelOptions(column_integration="lobatto5"),
-        "normal penalty x 1/2": ModelOptions(normal_stiffness_factor=0.5),
-        "normal penalty x 2": ModelOptions(normal_stiffness_factor=2.0),
-        "tangential penalty x 1/4": ModelOptions(tangent_stiffness_factor=0.25),
-        "tangential penalty x 1/2": ModelOptions(tangent_stiffness_factor=0.5),
-        "tangential penalty x 2": ModelOptions(tangent_stiffness_factor=2.0),
-        "wall dashpots 5 %": ModelOptions(wall_dashpot_ratio=0.05),
-        "wall dashpots 20 %": ModelOptions(wall_dashpot_ratio=0.20),
-        "9 points per backwall": ModelOptions(backwall_points=9),
-    }
-    for name, options in changes.items():
-        result, cpu_s = case.run(settings, options)
-        yield (f"{name} | {percent(result, base)} | {result.failed_attempts} | {cpu_s:.2f}")
-    result, cpu_s = case.run(AnalysisSettings(scheme="paper", energy=False), ModelOptions())
-    yield f"scheme paper | {percent(result, base)} | {result.failed_attempts} | {cpu_s:.2f}"
+    """Yield how far the mirrored bridge is from the mirror image, by tolerance."""
+    for tolerance_j in TOLERANCES_J:
+        settings = replace(DEFAULT, tolerance_j=tolerance_j)
+        image, straight = (case.run(settings, mirror=mirror)[0] for mirror in (True, False))
+        found, exact = image.whole_history, straight.whole_history
+        parts = [f"{abs(found[name] / exact[name] - 1):.1e}" for name in DEMANDS if exact[name]]
+        yield f"{tolerance_j:g} J | {' | '.join(parts)}"
 
 
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs=2, type=Path)
+    parser.add_argument("--bridge", default="osb1")
     parser.add_argument("--skew-deg", type=int, default=30)
+    parser.add_argument("--gap-mm", type=int, default=25)
     parser.add_argument("--friction-pct", type=int, default=50)
-    parser.add_argument("--window-s", type=float, default=8.0)
-    parser.add_argument("--tables", nargs="+", default=["integrators", "rounding", "choices"])
+    parser.add_argument("--scale", type=float, default=1.0)
+    parser.add_argument("--window-s", type=float, default=9.0)
     given = parser.parse_args()
-    motion = window(read_motion(*given.files), given.window_s)
-    case = Case(motion=motion, skew_deg=given.skew_deg, friction_pct=given.friction_pct)
-    tables = {"integrators": integrators, "rounding": rounding, "choices": choices}
-    for name in given.tables:
-        sys.stdout.write(
-            f"\n{motion.motion_id}, skew {given.skew_deg}, "
-            f"friction {given.friction_pct} %: {name}\n"
-        )
-        for row in tables[name](case):
+    motion = cut_to_strongest(read_motion(*given.files), given.window_s, 0.0).scaled(given.scale)
+    variant = Variant(
+        bridge=given.bridge,
+        abutment="contact_friction",
+        skew_deg=given.skew_deg,
+        gap_mm=given.gap_mm,
+        friction_pct=given.friction_pct,
+    )
+    case = Case(motion=motion, variant=variant)
+    for table in (steps, rounding):
+        sys.stdout.write(f"\n{motion.motion_id}, {variant.slug}: {table.__name__}\n")
+        for row in table(case):
             sys.stdout.write(row + "\n")
             sys.stdout.flush()
 

@@ -35,7 +35,7 @@ class Variant:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
         abutment: Abutment model, a name in `skewbridge.variant.abutments`.
         skew_deg: Skew of the abutment line from the transverse axis, whole degrees.
-        gap_mm: Initial joint gap, whole millimetres.
+        gap_mm: Opening of the joint at rest, whole millimetres (`normal_gap_m`).
         friction_pct: Coulomb coefficient at the contacts, whole hundredths.
         options: Modelling options that are axes of the grid, with their values, sorted.
 
