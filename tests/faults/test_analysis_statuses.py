@@ -89,10 +89,9 @@ def test_a_budget_of_iterations_ends_with_timeout():
 
 
 def test_steps_that_fail_are_taken_by_the_ladder_counted_and_logged(tmp_path):
-    # Penalties 10,000 times those of the rule: no step this long resolves the contact.
-    stiff = ModelOptions(normal_stiffness_n_per_m=1e13, tangent_stiffness_n_per_m=1e13)
+    # Three iterations are too few for the steps in which contacts close.
     log = tmp_path / "opensees.log"
-    result = run(options=stiff, log_path=log, mean_iterations=200.0)
+    result = run(log_path=log, max_iterations=3, tolerance_j=1e-8, integrator=("Houbolt",))
     assert result.recovery_rung >= 1
     assert result.failed_attempts > 2
     assert any("Houbolt" in text for text in result.messages)
@@ -123,10 +122,20 @@ def test_a_ladder_that_ends_is_a_numerical_failure(monkeypatch):
     assert result.failed_attempts == 2
 
 
-def test_a_hopeless_tolerance_climbs_the_ladder_and_is_reported():
+def test_a_hopeless_tolerance_is_loosened_and_told():
     result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
-    assert result.recovery_rung == 6
-    assert result.substeps > 100
+    assert result.status == "ok"
+    assert result.recovery_rung == 2
+    assert result.failed_attempts > 1
+
+
+def test_a_hopeless_tolerance_climbs_the_ladder_and_is_reported(monkeypatch):
+    strict = tuple(replace(attempt, tolerance_j=0.0) for attempt in LADDER)
+    keywords = {**Stepper.__init__.__kwdefaults__, "ladder": strict}
+    monkeypatch.setattr(Stepper.__init__, "__kwdefaults__", keywords)
+    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    assert result.recovery_rung > 2
+    assert result.substeps > 0
     assert result.status == "timeout"
 
 

@@ -2,7 +2,6 @@
 
 import openseespy.opensees as ops
 import pytest
-from tests.strong_motion import strong_motion
 
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
@@ -10,6 +9,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+from strong_motion import strong_motion
 
 SETTINGS = AnalysisSettings(duration_s=3.0, tolerance_j=1e-10, energy=False)
 FAILING = (150, 300, 301, 420, 600)  # attempts: free, about to close, in contact

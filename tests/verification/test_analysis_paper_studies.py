@@ -85,8 +85,8 @@ def test_an_abutment_alone_closes_and_slips():
         assert history.force_n[pushed, 0] > 1.0e6
     assert sum(unit.slip_work_j for unit in rough.ledger) > 1.0e3
     assert not smooth.friction_n.any()
-    # The bound is that of the last step: it may be exceeded where the normal force falls.
-    assert rough.friction_n.max() <= 0.5 * rough.normals_n.max() * (1.0 + 1e-9)
+    # The bound is a prediction to the end of the step: it is exceeded where the normal force turns.
+    assert rough.friction_n.max() <= 0.5 * rough.normals_n.max() * 1.01
 
 
 @pytest.mark.parametrize(("place", "free"), [("walls", "key"), ("keys", "backwall")])

@@ -21,15 +21,38 @@ STIFFNESS = OSB1.stiffness_n_per_m
 CLOSES_M = 2.0e-6
 
 
+STIFF = 1.0e6  # of the driver over the spring: it gives way by a hundredth of a micrometre
+
+
 def forces(closures_m, *, gap_m=0.0, passive=OSB1):
-    """Return the compressive force of the spring at successive closures."""
+    """Return the compressive force of the spring at successive closures, driven step by step."""
+    tags = TagAllocator()
     with domain():
         ops.model("basic", "-ndm", 1, "-ndf", 1)
-        ops.testUniaxialMaterial(passive_material(passive, gap_m, TagAllocator()))
+        for node in (1, 2, 3):
+            ops.node(node, 0.0)
+        ops.fix(1, 1)
+        driver = elastic_material(STIFF * passive.stiffness_n_per_m, tags)
+        ops.element(
+            "zeroLength", 1, 1, 2, "-mat", passive_material(passive, gap_m, tags), "-dir", 1
+        )
+        ops.element("zeroLength", 2, 2, 3, "-mat", driver, "-dir", 1)
+        times = [float(number) for number in range(len(closures_m) + 1)]
+        moves = [0.0, *(-float(closure) for closure in closures_m)]
+        ops.timeSeries("Path", 1, "-time", *times, "-values", *moves)
+        ops.pattern("Plain", 1, 1)
+        ops.sp(3, 1, 1.0)
+        ops.constraints("Transformation")
+        ops.numberer("Plain")
+        ops.system("BandGeneral")
+        ops.test("NormDispIncr", 1.0e-12, 50)
+        ops.algorithm("Newton")
+        ops.integrator("LoadControl", 1.0)
+        ops.analysis("Static", "-noWarnings")
         out = []
-        for closure_m in closures_m:
-            ops.setStrain(-closure_m)
-            out.append(-ops.getStress())
+        for _ in closures_m:
+            assert ops.analyze(1) == 0
+            out.append(-ops.basicForce(1)[0])
     return np.array(out)
 
 

@@ -103,6 +103,7 @@ def _advance(contacts: ContactSet | None, dt_s: float) -> bool:
         if done == parts:
             return True
         dt_s -= done * part_s
+        ops.domainChange()  # the equations keep what a failed attempt left behind
     return False
 
 

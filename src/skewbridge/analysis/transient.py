@@ -26,6 +26,8 @@ from skewbridge.statuses import OK
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
+# That of the last state whatever became of the columns: it is no peak.
+_RESIDUAL: Final = "column_residual_drift_ratio"
 # Houbolt restarts as the trapezoidal rule after a failed step, which makes energy at contacts.
 MAX_TRUSTED_HOUBOLT_FAILURES: Final = 2
 # What the works of forces that jump may miss; above it something is wrong with the solution.
@@ -97,13 +99,15 @@ class _History:
         effort = self._loop.effort
         residual = energy_residual_ratio(energy)
         found = demands(self._model, trace, ground, residual)
+        whole = peaks_of(self._model, trace, ground, residual)
+        found[_RESIDUAL] = whole[_RESIDUAL]
         messages = list(self._messages(ending.message, effort.failed_attempts, energy))
         if ending.status == OK:
             rest = drifts_at_rest(self._model, self._settings, trace.under_gravity_m)
             if rest.reason:
                 messages.append(f"residual drift is that of the last step: {rest.reason}")
             else:
-                found["column_residual_drift_ratio"] = max(rest.drifts, default=0.0)
+                found[_RESIDUAL] = max(rest.drifts, default=0.0)
         return AnalysisResult(
             status=ending.status,
             collapse_criterion=ending.collapse_criterion,
@@ -114,7 +118,7 @@ class _History:
             failed_attempts=effort.failed_attempts,
             iterations=effort.iterations,
             demands=found,
-            whole_history=peaks_of(self._model, trace, ground, residual),
+            whole_history=whole,
             model_end=model_end(self._model.columns, trace),
             energy_kj=energy,
             histories=histories_of(self._model, trace, ground) if self._histories else None,

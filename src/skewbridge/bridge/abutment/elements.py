@@ -40,21 +40,22 @@ def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
         ops.uniaxialMaterial("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage")
         return material
     # A plastic curve of any shape, without tension. HyperbolicGapMaterial does not end at the
-    # ultimate force, and jumps on reloading after a trial that overshot.
-    closures, forces = passive.polygon(_CHORDS)
-    far_n = ultimate + _PLATEAU_SLOPE * stiffness * _FAR_M
-    crack_n = _NO_TENSION * ultimate
-    compression = ("-Ce", *closures.tolist(), _FAR_M, "-Cs", *forces.tolist(), far_n)
-    undamaged = ("-Cd", *[0.0] * (_CHORDS + 2))
-    opening = ("-Te", 0.0, crack_n / stiffness, _FAR_M, "-Ts", 0.0, crack_n, crack_n)
+    # ultimate force, and jumps on reloading after a trial that overshot. The gap is the start of
+    # the curve: what is closed of it stays closed like soil that was pushed, and the spring meets
+    # the soil where it did. (A material around this one would evaluate it outside of an element,
+    # which OpenSees 3.8 does not survive.)
+    polygon_m, polygon_n = passive.polygon(_CHORDS)
+    none_n = _NO_TENSION * ultimate
+    start_m, start_n = ([0.0, none_n / stiffness], [0.0, none_n]) if gap_m > 0.0 else ([], [])
+    closures = [*start_m, *(gap_m + polygon_m).tolist(), _FAR_M]
+    forces = [*start_n, *polygon_n.tolist(), ultimate + _PLATEAU_SLOPE * stiffness * _FAR_M]
+    if gap_m > 0.0:
+        forces[len(start_n)] = none_n  # where the gap ends
+    compression = ("-Ce", *closures, "-Cs", *forces)
+    undamaged = ("-Cd", *[0.0] * len(closures))
+    opening = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
     curve = (*compression, *undamaged, *opening, "-Td", 0.0, 0.0, 1.0, "-tangent")
     ops.uniaxialMaterial("ASDConcrete1D", material, stiffness, *curve)
-    return _behind_gap(material, gap_m, tags) if gap_m > 0.0 else material
-
-
-def _behind_gap(spring: int, gap_m: float, tags: TagAllocator) -> int:
-    material = tags.material()
-    ops.uniaxialMaterial("InitStrainMaterial", material, spring, gap_m)
     return material
 
 
