@@ -93,9 +93,10 @@ CHOICES = {
         name: BRIDGES[name] for name in sorted({parse_slug(s).bridge for s in CHANGED})
     },
     "opensees": opensees_version(),
-    "digest": script_digest("modelling_choices", rules.prepare_motions),
 }
-CHOICES_DIGEST = digest_of(*CHOICES.items())
+CHOICES_DIGEST = digest_of(
+    *CHOICES.items(), script_digest("modelling_choices", rules.prepare_motions)
+)
 
 
 rule modelling_choices:
@@ -111,20 +112,18 @@ rule modelling_choices:
     params:
         results=results_folder,
         choices=CHOICES,
-        digest=CHOICES_DIGEST,
+        made_for=CHOICES_DIGEST,
+        digest=script_digest("modelling_choices", rules.prepare_motions),
     script:
         "../scripts/modelling_choices.py"
 
 
-def shown_choices():
-    """Path of the table of modelling choices with its digest, for `params`, if it is current.
-
-    As an input it would be made; this way a report without it is as complete as one with it, and
-    one made anew is shown at once.
-    """
-    if is_made_for(FOLDER.modelling_choices, CHOICES_DIGEST):
-        return {"table": str(FOLDER.modelling_choices), "digest": CHOICES_DIGEST}
-    return {}
+# Path of the table of modelling choices with its digest, for `params` of what shows it, if it is
+# current. As an input it would be made; this way a report without it is as complete as one with it,
+# and one made anew is shown at once.
+SHOWN_CHOICES = {}
+if is_made_for(FOLDER.modelling_choices, CHOICES_DIGEST):
+    SHOWN_CHOICES = {"table": str(FOLDER.modelling_choices), "digest": CHOICES_DIGEST}
 
 
 # Histories of one bridge without and with friction, to draw.

@@ -11,7 +11,7 @@ rule figures:
     log:
         FOLDER.log("figures"),
     params:
-        choices=shown_choices(),
+        choices=SHOWN_CHOICES,
         digest=script_digest(
             "figures",
             rules.prepare_motions,
@@ -66,7 +66,7 @@ rule report:
     params:
         figures=figures_folder,
         config=STUDY.model_dump(mode="json"),
-        choices=shown_choices(),
+        choices=SHOWN_CHOICES,
         digest=script_digest(
             "report",
             rules.figures,

@@ -19,5 +19,5 @@ if __name__ == "__main__":
             motions=choices["motions"],
             n_jobs=snakemake.threads,
             output=Path(snakemake.output.table),
-            digest=snakemake.params.digest,
+            digest=snakemake.params.made_for,
         )
