@@ -185,8 +185,9 @@ CHOICES: Final = (
     Choice(
         key="integrator",
         label="Integrator",
-        values=(("Houbolt",), ("Newmark", 0.5, 0.25), ("HHT", 0.7)),
-        source="the paper's, without numerical damping, and with some",
+        values=(("Newmark", 0.5, 0.25), ("HHT", 0.7)),
+        # not Houbolt, which starts anew at every change of the step
+        source="without numerical damping, and with more",
         section="analysis",
         when_null=lambda task: task.settings.integrator_command,
     ),
