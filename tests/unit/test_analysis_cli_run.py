@@ -63,7 +63,8 @@ def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
         for axis in ("x", "y"):
             assert f"abutment_{side}_{axis}_m" in histories
             assert f"abutment_{side}_{axis}_kn" in histories
-    assert histories["column_shear_kn"].max() == pytest.approx(row["column_shear_kn"])
+    # histories are read at the regular steps, demands at all
+    assert histories["column_shear_kn"].max() == pytest.approx(row["column_shear_kn"], rel=1e-3)
     assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])
     for name in ("displacements", "hysteresis", "columns", "contacts"):
         assert (out / f"{name}.png").stat().st_size > 10_000

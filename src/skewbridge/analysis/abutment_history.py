@@ -8,6 +8,7 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.analysis.ground import Excitation, GroundInput
+from skewbridge.analysis.series import at_regular_steps
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, StepLoop, solver_log
 from skewbridge.bridge.model import domain
@@ -99,6 +100,7 @@ def _run(
     read()
     ending = loop.run(ground.steps, read)
     table = np.array(rows)
+    table = table[at_regular_steps(table[:, 0], settings.dt_s)]
     return AbutmentHistory(
         t_s=table[:, 0],
         disp_m=table[:, 1:3] - table[0, 1:3],

@@ -26,7 +26,8 @@ class AnalysisResult:
         whole_history: The same as peaks to the end, whatever became of the columns.
         model_end: When a column reached its capacity; the demands are peaks up to then.
         energy_kj: Energy balance by term; empty when it was not kept.
-        histories: Columns of the history table, each of shape (steps + 1,), or None.
+        histories: Columns of the history table at the regular steps, each of shape (steps + 1,),
+            or None.
         contact_layout: Where the contacts are, when there are histories and contacts.
     """
 

@@ -1,6 +1,7 @@
 """The nonlinear response history of one variant under one motion."""
 
 from collections.abc import Generator, Mapping
+from dataclasses import replace
 from math import isnan
 from pathlib import Path
 from typing import Final
@@ -17,9 +18,11 @@ from skewbridge.analysis.monitor import Monitor
 from skewbridge.analysis.peaks import demands, peaks_of
 from skewbridge.analysis.rest import drifts_at_rest
 from skewbridge.analysis.result import AnalysisResult
+from skewbridge.analysis.series import Series, at_regular_steps
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.status import Watch
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, solver_log
+from skewbridge.analysis.trace import Trace
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.statuses import OK
@@ -121,10 +124,14 @@ class _History:
             whole_history=whole,
             model_end=model_end(self._model.columns, trace),
             energy_kj=energy,
-            histories=histories_of(self._model, trace, ground) if self._histories else None,
+            histories=self._uniform_histories(trace, ground) if self._histories else None,
             contact_layout=contact_layout(self._model) if self._histories else None,
             messages=tuple(messages),
         )
+
+    def _uniform_histories(self, trace: Trace, ground: Series) -> dict[str, Series]:
+        rows = at_regular_steps(trace.time_s, self._settings.dt_s)
+        return histories_of(self._model, replace(trace, rows=trace.rows[rows]), ground[rows])
 
     def _read(self) -> Ending | None:
         """Read the state after a step and compare it with the limits."""
