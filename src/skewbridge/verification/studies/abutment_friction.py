@@ -107,8 +107,8 @@ def _peaks(history: AbutmentHistory) -> dict[str, float]:
 
 def _check(study: Study, name: str, pair: Pair) -> None:
     """Check that the histories are whole: what is judged rests on them."""
-    is_whole = all(history.is_complete and history.failed_attempts == 0 for history in pair)
-    text = f"{name}: both histories reach their end without a failed step"
+    is_whole = all(history.is_complete for history in pair)
+    text = f"{name}: both histories reach their end"
     study.holds(text, truth=is_whole, source="this model")
 
 
