@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.column_peaks import column_demands, model_end
+from skewbridge.analysis.column_peaks import column_demands
 from skewbridge.analysis.contact_sums import contact_demands
 from skewbridge.analysis.series import highest, peak
 from skewbridge.analysis.trace import Trace
@@ -26,23 +26,13 @@ type Series = NDArray[np.float64]
 def demands(
     model: BridgeModel, trace: Trace, ground_accel_mps2: Series, energy_residual_ratio: float
 ) -> dict[str, float]:
-    """Return the demand columns of the table, peaks over time.
+    """Return the demand columns of the table, peaks over the trace.
 
-    The peaks are those up to the step in which a column reaches its capacity (`model_end`): what
-    the model says afterwards is no demand. Totals of the contacts and the energy residual are those
-    of the whole analysis.
+    Totals of the contacts are those of the whole analysis, whatever part of it the trace is.
 
     The ground acceleration is that along x and y at the times of the trace, shape (n, 2); the
     energy residual is nan when no balance was kept.
     """
-    end = model_end(model.columns, trace).rows
-    return peaks_of(model, trace.first(end), ground_accel_mps2[:end], energy_residual_ratio)
-
-
-def peaks_of(
-    model: BridgeModel, trace: Trace, ground_accel_mps2: Series, energy_residual_ratio: float
-) -> dict[str, float]:
-    """Return the demand columns as peaks over the whole trace, for comparisons of models."""
     return {
         **column_demands(model.columns, trace),
         **_deck_demands(model, trace, ground_accel_mps2),

@@ -15,7 +15,7 @@ from skewbridge.analysis.energy import EnergyBalance, energy_residual_ratio
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.monitor import Monitor
-from skewbridge.analysis.peaks import demands, peaks_of
+from skewbridge.analysis.peaks import demands
 from skewbridge.analysis.rest import drifts_at_rest
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.series import Series, at_regular_steps
@@ -101,9 +101,12 @@ class _History:
         ground = self._ground.at(trace.time_s)
         effort = self._loop.effort
         residual = energy_residual_ratio(energy)
-        found = demands(self._model, trace, ground, residual)
-        whole = peaks_of(self._model, trace, ground, residual)
-        found[_RESIDUAL] = whole[_RESIDUAL]
+        whole = demands(self._model, trace, ground, residual)
+        end, found = model_end(self._model.columns, trace), dict(whole)
+        if end.mode:  # what the model says afterwards is no demand
+            rows = end.rows
+            found |= demands(self._model, trace.first(rows), ground[:rows], residual)
+            found[_RESIDUAL] = whole[_RESIDUAL]
         messages = list(self._messages(ending.message, effort.failed_attempts, energy))
         if ending.status == OK:
             rest = drifts_at_rest(self._model, self._settings, trace.under_gravity_m)
@@ -122,7 +125,7 @@ class _History:
             iterations=effort.iterations,
             demands=found,
             whole_history=whole,
-            model_end=model_end(self._model.columns, trace),
+            model_end=end,
             energy_kj=energy,
             histories=self._uniform_histories(trace, ground) if self._histories else None,
             contact_layout=contact_layout(self._model) if self._histories else None,

@@ -91,7 +91,8 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
 def _checked(raw: Mapping[str, Any], where: str | Path) -> StudyConfig:
     """Check a mapping with its accuracy spread over the sections."""
     chosen = raw.get("accuracy")
-    full = under_explicit_keys(raw, chosen) if chosen in NUMERICS else dict(raw)
+    is_known = isinstance(chosen, str) and chosen in NUMERICS
+    full = under_explicit_keys(raw, chosen) if is_known else dict(raw)
     return checked(StudyConfig, full, where)
 
 

@@ -1,6 +1,7 @@
 """Checks of columns of numbers: an error names the row and the column."""
 
 from collections.abc import Sequence
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,11 +18,11 @@ def as_column(values: ArrayLike, name: str) -> FloatArray:
     """
     if isinstance(values, np.ndarray) and values.dtype.kind in "fiub":
         return values.astype(np.float64)
-    items: Sequence[object] = list(values)  # type: ignore[arg-type]
+    items: Sequence[Any] = list(cast("Sequence[Any]", values))
     out = np.empty(len(items))
     for row, item in enumerate(items):
         try:
-            out[row] = np.nan if item is None else float(item)  # type: ignore[arg-type]
+            out[row] = np.nan if item is None else float(item)
         except (TypeError, ValueError) as error:
             raise row_error(name, row, f"must be a number, got {item!r}") from error
     return out

@@ -5,11 +5,12 @@ parallelogram with edges (L, 0) and W (tan a, 1). The ends carry two contacts ea
 and at the obtuse corner. With the outward normal n = (cos a, -sin a) of the right end, its tangent
 t = (sin a, cos a), s = +1 right and -1 left:
 
-    opening_i = gap - s (n . u + theta (n_y x_i - n_x y_i)),   slip_i = t . u + theta (t_y x_i - t_x y_i)
+    opening_i = gap - s (n . u + theta (n_y x_i - n_x y_i))
+    slip_i = t . u + theta (t_y x_i - t_x y_i)
 
 References:
     Dimitrakopoulos (2011), Engineering Structures 33, 813-826 (the model and its pulse).
-"""  # noqa: E501
+"""
 
 from dataclasses import dataclass
 from math import cos, pi, radians, sin, tan

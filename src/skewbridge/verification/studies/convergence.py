@@ -7,11 +7,12 @@ same model; peaks are those of whole histories, whatever becomes of the columns.
 from dataclasses import dataclass, replace
 from itertools import product
 from math import inf
-from typing import Any, Final
+from typing import Final
 
 import pandas as pd
 from joblib import Parallel, delayed
 
+from skewbridge.analysis.accuracy import NUMERICS
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
@@ -47,7 +48,8 @@ LIMITS: Final[dict[str, tuple[float | None, float | None]]] = {
 EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
 MAX_EXCESS: Final = 0.03  # of the work of friction
 _SOURCE: Final = "half a millisecond"
-_ONE_STEP: Final[dict[str, Any]] = {"contact_dt_s": None, "event_dt_s": None, "tolerance_j": 1e-8}
+# What each is compared with.
+_AGAINST: Final = {"default": "0.5 ms", "0.5 ms": "0.25 ms"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,10 +91,11 @@ def run(study: Study) -> None:
 def run_convergence(study: Study, chosen: ConvergenceSet) -> None:
     """Run a set: comparisons of the worst and of the median case, a table of all changes."""
     default = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
+    reference = replace(default, **NUMERICS["reference"]["analysis"])
     steps = {
         "default": default,
-        "0.5 ms": replace(default, dt_s=0.0005, **_ONE_STEP),
-        "0.25 ms": replace(default, dt_s=0.00025, **_ONE_STEP),
+        "0.5 ms": reference,
+        "0.25 ms": replace(reference, dt_s=reference.dt_s / 2),
     }
     motions = [
         cut_to_strongest(motion, WINDOW_S, 0.0)
@@ -114,12 +117,11 @@ def run_convergence(study: Study, chosen: ConvergenceSet) -> None:
     }
     changes = pd.DataFrame(
         [
-            {"variant": slug, "motion_id": motion_id, "steps": name, "against": against}
-            | {demand: _change(peaks[demand], reference[demand]) for demand in LIMITS}
+            {"variant": slug, "motion_id": motion_id, "steps": name, "against": _AGAINST[name]}
+            | {demand: _change(peaks[demand], finer[demand]) for demand in LIMITS}
             | {excess: peaks[excess] for excess in EXCESS}
             for (slug, motion_id, name), peaks in found.items()
-            for against in ("0.5 ms" if name == "default" else "0.25 ms",)
-            if name != "0.25 ms" and (reference := found.get((slug, motion_id, against)))
+            if (finer := found.get((slug, motion_id, _AGAINST.get(name, ""))))
         ]
     )
     study.tables["changes"] = changes
