@@ -11,7 +11,7 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.trace import DISP, SECTION, Layout, Trace
+from skewbridge.analysis.trace import DISP, SECTION, Follower, Layout, Trace
 from skewbridge.bridge.handles import BridgeModel
 
 
@@ -77,10 +77,12 @@ class Monitor:
 
 
 def _layout(model: BridgeModel, *, bearings: bool) -> Layout:
-    nodes = dict.fromkeys(_nodes(model))
+    followers = _followers(model)
+    nodes = dict.fromkeys(node for node in _nodes(model) if node not in followers)
     springs = dict.fromkeys(spring.element for end in model.abutments for spring in end.springs)
     return Layout(
         nodes=tuple(node for node in nodes if len(ops.getFixedDOFs(node)) < DISP),
+        followers=followers,
         columns=tuple(column.element for column in model.columns),
         sections=tuple(
             (column.element, point) for column in model.columns for point in column.hinge_sections
@@ -103,6 +105,25 @@ def _units_of_springs(model: BridgeModel) -> dict[int, int]:
         )
         for spring, unit in zip(springs, units, strict=False)
     }
+
+
+def _followers(model: BridgeModel) -> dict[int, Follower]:
+    """Return the deck-side nodes of the abutments where rigid links hold them to their centre."""
+    if model.options.arrays != "rigid":
+        return {}
+    followers: dict[int, Follower] = {}
+    for abutment in model.abutments:
+        x, y, _ = ops.nodeCoord(abutment.centre_node)
+        nodes = [corner.node for corner in abutment.corners]
+        nodes += [bearing.deck_node for bearing in abutment.bearings]
+        if model.contacts is not None:
+            units = (*abutment.wall_units, *abutment.key_units)
+            nodes += [model.contacts.units[unit].node_j for unit in units]
+        for node in nodes:
+            at_x, at_y, _ = ops.nodeCoord(node)
+            followers[node] = Follower(leader=abutment.centre_node, arm_m=(at_x - x, at_y - y))
+        followers.pop(abutment.centre_node, None)
+    return followers
 
 
 def _nodes(model: BridgeModel) -> Iterable[int]:

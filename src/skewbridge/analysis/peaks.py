@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skewbridge.analysis.column_peaks import column_demands
 from skewbridge.analysis.contact_sums import contact_demands
 from skewbridge.analysis.series import highest, peak
-from skewbridge.analysis.trace import Trace
+from skewbridge.analysis.trace import Trace, moved_with
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BridgeModel,
@@ -137,12 +137,16 @@ def _deck_demands(model: BridgeModel, trace: Trace, ground: Series) -> dict[str,
 def _abutment_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
     abutments = model.abutments
     pushes = [wall_push_m(abutment, trace) for abutment in abutments]
-    bearings = [bearing.deck_node for abutment in abutments for bearing in abutment.bearings]
+    pads = [
+        moved_with(trace.disp(abutment.centre_node), arm_m)
+        for abutment in abutments
+        for arm_m in abutment.pad_offsets_m
+    ]
     return {
         "abutment_passive_m": highest(pushes),
         "abutment_active_m": highest(-push for push in pushes),
         "abutment_transverse_m": peak(_transverse_m(abutment, trace) for abutment in abutments),
-        "bearing_disp_m": peak(np.hypot(*trace.disp(node)[:, :2].T) for node in bearings),
+        "bearing_disp_m": peak(np.hypot(pad[:, 0], pad[:, 1]) for pad in pads),
         "unseating_m": highest(unseating_m(abutment, trace) for abutment in abutments),
         "acute_corner_unseating_m": highest(
             unseating_m(abutment, trace, "acute") for abutment in abutments

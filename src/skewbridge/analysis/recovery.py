@@ -41,6 +41,8 @@ LADDER: Final = (
     Attempt(algorithm=("Broyden", 20), substeps=100, tolerance_j=LOOSE_J),
 )
 HELD_STEPS: Final = 20
+_HALVINGS: Final = 10  # a regular step is never cut into more than 2^10 parts
+_FINEST: Final = 2**_HALVINGS
 
 
 @dataclass(slots=True, kw_only=True)
@@ -57,12 +59,13 @@ class Effort:
 class Stepper:
     """Advances the domain by regular steps, climbing the ladder where one does not converge.
 
-    A step in which something happens is made in equal parts.
+    A step in which something happens is made in parts: halves, quarters, and so on.
 
     Attributes:
         integrator: Arguments of the integrator command.
         dt_s: Regular step.
-        parts: Called before each regular step; in how many equal parts to make it.
+        halvings: Called before each (sub-)step with the most that fits in what is left of the
+            regular step, as a number of halvings of that; how often to halve it (no less).
         loosen: Called with the tolerance of an attempt where one starts or ends.
         max_iterations: Cost of an attempt that failed.
         before: Called with the size of the coming (sub-)step where it differs from the last one,
@@ -74,7 +77,7 @@ class Stepper:
 
     integrator: Command
     dt_s: float
-    parts: Callable[[], int]
+    halvings: Callable[[int], int]
     loosen: Callable[[float], None]
     max_iterations: int
     before: Callable[[float], None]
@@ -91,8 +94,14 @@ class Stepper:
 
     def step(self) -> bool:
         """Advance one regular step; False when the whole ladder failed at a part of it."""
-        parts = self.parts()
-        return all(self._advance(self.dt_s / parts) for _ in range(parts))
+        done = 0  # in parts of the regular step that is halved as often as ever
+        while done < _FINEST:
+            fits = _HALVINGS - ((done & -done).bit_length() - 1 if done else _HALVINGS)
+            halvings = self.halvings(fits)
+            if not self._advance(self.dt_s / 2**halvings):
+                return False
+            done += _FINEST >> halvings
+        return True
 
     def _advance(self, size_s: float) -> bool:
         """Take one step of a size, by the ladder if it does not converge."""

@@ -1,7 +1,7 @@
 """How an analysis integrates in time, and when it stops: section ``analysis``."""
 
 from dataclasses import replace
-from math import ceil
+from math import ceil, log2
 from typing import Final, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
@@ -18,7 +18,7 @@ PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 
 # A one-step method may change its step at every event; 0.9 damps what is shorter than a step
 # (docs/theory/analysis.md, comparison of the schemes).
-_INTEGRATOR: Final = ("HHT", 0.9)
+_INTEGRATOR: Final = ("Newmark", 0.5, 0.25, "-form", "V")
 _PAPER_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
 _KNOWN: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
@@ -134,14 +134,21 @@ class AnalysisSettings:
         return self.integrator or (_PAPER_INTEGRATOR if self.scheme == "paper" else _INTEGRATOR)
 
     @property
-    def contact_parts(self) -> int:
-        """Equal parts of a regular step while a contact is closed."""
-        return _parts(self.dt_s, self.contact_dt_s)
+    def contact_halvings(self) -> int:
+        """How often a regular step is halved while a contact is closed."""
+        return _halvings(self.dt_s, self.contact_dt_s)
 
     @property
-    def event_parts(self) -> int:
-        """Equal parts of a regular step in which a contact is about to open or to close."""
-        return max(_parts(self.dt_s, self.event_dt_s), self.contact_parts)
+    def event_halvings(self) -> int:
+        """How often a regular step is halved where a contact is about to open or to close."""
+        return max(_halvings(self.dt_s, self.event_dt_s), self.contact_halvings)
+
+    def increment_s(self, dt_s: float) -> float:
+        """Return the factor from what is solved for to displacements: 1, or a time for speeds."""
+        if self.integrator_command[-2:] != ("-form", "V"):
+            return 1.0
+        gamma, beta = self.integrator_command[1:3]
+        return float(beta) / float(gamma) * dt_s
 
     def model_options(self, options: ModelOptions) -> ModelOptions:
         """Return the modelling options under the scheme: the paper's replace the given ones."""
@@ -159,6 +166,6 @@ class AnalysisSettings:
         )
 
 
-def _parts(step_s: float, largest_s: float | None) -> int:
-    """Return the fewest equal parts of a step that are no longer than the largest one."""
-    return 1 if largest_s is None else max(1, ceil(step_s / largest_s - 1e-9))
+def _halvings(step_s: float, largest_s: float | None) -> int:
+    """Return the fewest halvings of a step that leave no more than the largest one."""
+    return 0 if largest_s is None else max(0, ceil(log2(step_s / largest_s) - 1e-9))

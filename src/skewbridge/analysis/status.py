@@ -97,14 +97,21 @@ class Watch:
 class _Point:
     """A node's place in a row, with its displacement under gravity."""
 
-    __slots__ = ("_at", "_x", "_y")
+    __slots__ = ("_arm_x", "_arm_y", "_at", "_x", "_y")
 
     def __init__(self, layout: Layout, start: Sequence[float], node: int) -> None:
-        self._at = layout.node(node) if node in layout.nodes else -1
-        self._x, self._y = (start[self._at], start[self._at + 1]) if self._at >= 0 else (0.0, 0.0)
+        follower = layout.followers.get(node)
+        read, (self._arm_x, self._arm_y) = (
+            (follower.leader, follower.arm_m) if follower else (node, (0.0, 0.0))
+        )
+        self._at = layout.node(read) if read in layout.nodes else -1
+        self._x = self._y = 0.0
+        self._x, self._y = self.disp(start)
 
     def disp(self, row: Sequence[float]) -> PlanVector:
         """Return the plan displacement since gravity."""
-        if self._at < 0:
+        at = self._at
+        if at < 0:
             return 0.0, 0.0
-        return row[self._at] - self._x, row[self._at + 1] - self._y
+        turned = row[at + 5]
+        return row[at] - self._arm_y * turned - self._x, row[at + 1] + self._arm_x * turned - self._y

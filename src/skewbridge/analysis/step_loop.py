@@ -50,6 +50,7 @@ class StepLoop:
         self.effort = Effort()
         self._contacts, self._settings = contacts, settings
         self._ending: Ending | None = None
+        self._size_s, self._loose_j = settings.dt_s, 0.0
         if contacts is not None:
             contacts.start_from_rest()
 
@@ -65,12 +66,13 @@ class StepLoop:
             progress: Called now and then with the time reached and the duration.
         """
         settings = self._settings
-        configure_solver(settings)
+        configure_solver()
+        self._set_test()
         stepper = Stepper(
             integrator=settings.integrator_command,
             dt_s=settings.dt_s,
-            parts=self._parts,
-            loosen=partial(_set_test, settings),
+            halvings=self._halvings,
+            loosen=self._loosen,
             max_iterations=settings.max_iterations,
             before=self._before,
             after=partial(self._after, read),
@@ -93,16 +95,32 @@ class StepLoop:
             return _failure(str(error))
         return Ending()
 
-    def _parts(self) -> int:
-        """Return in how many parts the coming step resolves what the contacts do."""
+    def _halvings(self, least: int) -> int:
+        """Return how often to halve the regular step so that the contacts are resolved."""
         contacts, settings = self._contacts, self._settings
-        if contacts is None or settings.event_parts == 1:
-            return 1
-        if contacts.change_expected(LOOK_AHEAD * settings.dt_s):
-            return settings.event_parts
-        return settings.contact_parts if any(contacts.closed) else 1
+        if contacts is None or settings.event_halvings == 0:
+            return least
+        halvings = max(least, settings.contact_halvings if contacts.is_any_closed else 0)
+        if halvings >= settings.event_halvings:
+            return halvings
+        reach_s = contacts.time_to_change_s() / LOOK_AHEAD
+        while halvings < settings.event_halvings and settings.dt_s / 2**halvings > reach_s:
+            halvings += 1
+        return halvings
+
+    def _loosen(self, tolerance_j: float) -> None:
+        self._loose_j = tolerance_j
+        self._set_test()
+
+    def _set_test(self) -> None:
+        """Set the convergence test for the size of the coming step."""
+        settings = self._settings
+        tolerance_j = max(self._loose_j, settings.tolerance_j)
+        ops.test("EnergyIncr", tolerance_j / settings.increment_s(self._size_s), settings.max_iterations)
 
     def _before(self, dt_s: float) -> None:
+        self._size_s = dt_s
+        self._set_test()
         if self._contacts is not None:
             self._contacts.prepare(dt_s)
 
@@ -129,15 +147,9 @@ def solver_log(path: Path | None) -> Generator[None]:
         ops.logFile(devnull, "-noEcho")
 
 
-def configure_solver(settings: AnalysisSettings) -> None:
+def configure_solver() -> None:
     """Set what stays the same for all attempts; friction keeps the tangent symmetric."""
     ops.wipeAnalysis()
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("ProfileSPD")
-    _set_test(settings, 0.0)
-
-
-def _set_test(settings: AnalysisSettings, loose_j: float) -> None:
-    """Set the convergence test, looser than usual if asked."""
-    ops.test("EnergyIncr", max(loose_j, settings.tolerance_j), settings.max_iterations)

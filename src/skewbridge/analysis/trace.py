@@ -1,5 +1,6 @@
 """What was read in an analysis: rows of plain numbers and the meaning of their columns."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import Final, Literal
@@ -7,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.bridge.handles import SpringHandle
+from skewbridge.bridge.handles import PlanVector, SpringHandle
 
 type Series = NDArray[np.float64]
 
@@ -17,11 +18,25 @@ SECTION: Final = 4  # deformations: axial, about z, about y, torsion (shear may 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Follower:
+    """A node that moves rigidly with another one at its level.
+
+    Attributes:
+        leader: Tag of the other node.
+        arm_m: Plan position of the node less that of its leader.
+    """
+
+    leader: int
+    arm_m: PlanVector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
     """Where the readings stand in a row: time first, then nodes, columns, springs, contacts.
 
     Attributes:
         nodes: Nodes read, each with 6 displacements; fixed nodes are left out.
+        followers: Nodes that are not read because they follow one that is.
         columns: Element tags of the columns, each with 12 end forces.
         sections: (element, integration point) of the hinges, each with 4 deformations.
         springs: Elements whose basic forces are read, with the number of components; zero while
@@ -32,6 +47,7 @@ class Layout:
     """
 
     nodes: tuple[int, ...]
+    followers: Mapping[int, Follower]
     columns: tuple[int, ...]
     sections: tuple[tuple[int, int], ...]
     springs: tuple[tuple[int, int], ...]
@@ -91,10 +107,25 @@ class Layout:
 
     def disp(self, rows: Series, node: int) -> Series:
         """Return the displacements of a node in rows, shape (n, 6); a fixed node has none."""
+        if follower := self.followers.get(node):
+            return moved_with(self.disp(rows, follower.leader), follower.arm_m)
         if node not in self.nodes:
             return np.zeros((len(rows), DISP))
         start = self.node(node)
         return rows[:, start : start + DISP]
+
+
+def moved_with(leader: Series, arm_m: PlanVector) -> Series:
+    """Return the displacements of a point that follows a node at its level, both (n, 6).
+
+    Rotations are small, as in a rigid link.
+    """
+    x, y = arm_m
+    moved = leader.copy()
+    moved[:, 0] -= y * leader[:, 5]
+    moved[:, 1] += x * leader[:, 5]
+    moved[:, 2] += y * leader[:, 3] - x * leader[:, 4]
+    return moved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

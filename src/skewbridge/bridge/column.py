@@ -1,6 +1,6 @@
 """Reinforced concrete columns: fiber sections, elements, and the data to judge them."""
 
-from math import pi
+from math import cos, pi, sin, sqrt
 
 import openseespy.opensees as ops
 
@@ -46,13 +46,38 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
     torsion_nm2 = column.torsion_ratio * shear * 2 * gross_inertia_m4(column)  # cracked
     ops.section("Fiber", section, "-GJ", torsion_nm2)
-    core_radius, radius = column.hoop_circle_m / 2, column.diameter_m / 2
-    full = (0.0, 360.0)
-    ops.patch("circ", core_tag, wedges, rings, 0.0, 0.0, 0.0, core_radius, *full)
-    ops.patch("circ", cover_tag, wedges, cover_rings, 0.0, 0.0, core_radius, radius, *full)
-    bar_m2 = column.bar_area_mm2 * MM**2
-    ops.layer("circ", bar_tag, column.bar_count, bar_m2, 0.0, 0.0, column.bar_circle_m / 2)
+    core_m, radius_m = column.hoop_circle_m / 2, column.diameter_m / 2
+    _add_rings(core_tag, (0.0, core_m), rings, wedges)
+    _add_rings(cover_tag, (core_m, radius_m), cover_rings, wedges)
+    bars = min(column.bar_count, wedges)
+    steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
+    _add_circle(bar_tag, column.bar_circle_m / 2, steel_m2, bars)
     return section
+
+
+def _add_rings(
+    material: int, radii_m: tuple[float, float], rings: int, wedges: int
+) -> None:
+    """Fill a ring of the section with fibers, in equal rings.
+
+    A fiber stands where its ring keeps its second moment of area, so that a coarse mesh is as
+    stiff as a fine one.
+    """
+    inner_m, outer_m = radii_m
+    for ring in range(rings):
+        low_m, high_m = (
+            inner_m + (outer_m - inner_m) * edge / rings for edge in (ring, ring + 1)
+        )
+        area_m2 = pi * (high_m**2 - low_m**2)
+        _add_circle(material, sqrt((low_m**2 + high_m**2) / 2), area_m2, wedges)
+
+
+def _add_circle(material: int, radius_m: float, area_m2: float, count: int) -> None:
+    """Put equal fibers on a circle."""
+    for number in range(count):
+        angle = 2 * pi * (number + 0.5) / count
+        y, z = radius_m * cos(angle), radius_m * sin(angle)
+        ops.fiber(y, z, area_m2 / count, material)
 
 
 def build_elastic_section(column: ColumnData, tags: TagAllocator) -> int:

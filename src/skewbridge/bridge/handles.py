@@ -84,7 +84,7 @@ class CornerHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BearingHandle:
-    """One pad, or a vertical support, from the fixed seat node below to the deck node above."""
+    """Pads, or a vertical support, from the fixed seat node below to the deck node above."""
 
     element: int
     seat_node: int
@@ -104,7 +104,8 @@ class AbutmentHandle:
         seat_width_m: From the backwall to the edge of the seat, normal to it.
         centre_node: Node at deck level on the centreline, moves with the deck end.
         corners: The two corners of the deck end.
-        bearings: Pads (or supports).
+        bearings: Pads (or supports), or elements that stand for several pads.
+        pad_offsets_m: Where the pads (or supports) are in plan, from ``centre_node``.
         wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
             ``tangent``; empty without contact.
         key_units: Indices of the keys' contacts.
@@ -128,6 +129,7 @@ class AbutmentHandle:
     centre_node: int
     corners: tuple[CornerHandle, ...]
     bearings: tuple[BearingHandle, ...]
+    pad_offsets_m: tuple[PlanVector, ...]
     wall_units: tuple[int, ...]
     key_units: tuple[int, ...]
     wall_nodes: tuple[int, ...]

@@ -13,6 +13,7 @@ from skewbridge.bridge.abutment.supports import (
     build_pads,
     build_vertical_supports,
     pad_stations,
+    pad_supports,
 )
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
@@ -131,11 +132,14 @@ def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
     )
     arrays = build_arrays(end, deck_node, _stations(end, plan), plan.options, plan.tags)
     pads = bridge.abutment.pads.with_strength(plan.options.pad_strength_factor)
-    supports = build_pads if plan.variant.traits.has_pads else build_vertical_supports
+    has_pads = plan.variant.traits.has_pads
+    supports = build_pads if has_pads else build_vertical_supports
+    half = end.wall_length_m / 2
     return SideContext(
         end=end,
         arrays=arrays,
-        bearings=supports(end, arrays, pads, plan.tags),
+        bearings=supports(end, arrays, pads, plan.options, plan.tags),
+        pad_stations_m=tuple(pad_stations(pads, end)) if has_pads else (-half, half),
         data=bridge.abutment,
         options=plan.options,
         tags=plan.tags,
@@ -155,5 +159,7 @@ def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
     half, traits = end.wall_length_m / 2, plan.variant.traits
     corners = [-half, half]
     walls = end.wall_stations(plan.options.backwall_points) if traits.has_wall_points else corners
-    pads = pad_stations(plan.bridge.abutment.pads, end) if traits.has_pads else corners
+    pads = corners
+    if traits.has_pads:
+        pads, _ = pad_supports(plan.bridge.abutment.pads, end, plan.options)
     return {"inner": corners, "bearing": pads, "outer": walls}

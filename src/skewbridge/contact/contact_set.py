@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
+from math import inf
 from typing import Final, get_args
 
 import openseespy.opensees as ops
@@ -193,6 +194,18 @@ class ContactSet:
             return False
         ratio = dt_s / self._dt_s
         return any((unit.predicted_opening(ratio) < 0.0) != unit.closed for unit in self._units)
+
+    def time_to_change_s(self) -> float:
+        """Return in what time the first pair opens or closes, by the speeds of the last step.
+
+        Infinite where none does.
+        """
+        return min((unit.steps_to_change() for unit in self._units), default=inf) * self._dt_s
+
+    @property
+    def is_any_closed(self) -> bool:
+        """Whether a pair is closed."""
+        return any(unit.closed for unit in self._units)
 
     @property
     def changes(self) -> tuple[int, ...]:

@@ -1,6 +1,7 @@
 """What a contact unit keeps between steps, and everything that is not its inner loop."""
 
 from copy import copy
+from math import inf
 from typing import Any
 
 import openseespy.opensees as ops
@@ -70,6 +71,11 @@ class TrackedUnit:
     def predicted_opening(self, ratio: float) -> float:
         """Return the opening expected after `ratio` times the last step, linear in time."""
         return self.opening + ratio * (self.opening - self._opening_before)
+
+    def steps_to_change(self) -> float:
+        """Return in how many steps like the last one the pair opens or closes; inf if it does not."""
+        towards = self._opening_before - self.opening
+        return self.opening / towards if self.opening * towards > 0.0 else inf
 
     def normal_potential_j(self) -> float:
         """Return the energy stored in the normal spring."""

@@ -10,7 +10,7 @@ References:
 
 from skewbridge.bridge.abutment.backfill import Passive, skew_reduction, wing_wall
 from skewbridge.bridge.abutment.elements import (
-    dashpot_material,
+    dashpot_n_s_per_m,
     elastic_material,
     grounded_node,
     key_stiffness_n_per_m,
@@ -18,7 +18,6 @@ from skewbridge.bridge.abutment.elements import (
     plane_node,
     plastic_material,
     spring_element,
-    stop_material,
     turned,
 )
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
@@ -71,18 +70,18 @@ def _hold_wall_point(
     ratio, mass_kg = options.wall_dashpot_ratio, context.wall_mass_kg * share
     weak = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
     stiffness, wing = passive.stiffness_n_per_m, wing_wall(context.data).scaled(share)
+    # ASSUME towards the deck the wall leans on its stem, as stiff as the soil at first:
+    # shaking alone does not swing it into the gap
+    leaning = stiffness + weak
+    across_dashpot = dashpot_n_s_per_m(ratio, stiffness, mass_kg)
     across = [
         passive_material(passive, 0.0, tags),
-        # ASSUME towards the deck the wall leans on its stem, as stiff as the soil at first:
-        # shaking alone does not swing it into the gap
-        stop_material(stiffness, tags),
-        elastic_material(weak, tags),
-        dashpot_material(ratio, stiffness, mass_kg, tags),
+        elastic_material(leaning, tags, dashpot=across_dashpot, compression_n_per_m=weak),
     ]
+    along_dashpot = dashpot_n_s_per_m(ratio, wing.stiffness_n_per_m, mass_kg)
     along = [
         plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
-        elastic_material(weak, tags),
-        dashpot_material(ratio, wing.stiffness_n_per_m, mass_kg, tags),
+        elastic_material(weak, tags, dashpot=along_dashpot),
     ]
     wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
     parts.wall_springs.append(wall_spring)

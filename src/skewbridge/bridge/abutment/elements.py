@@ -66,27 +66,28 @@ def plastic_material(stiffness_n_per_m: float, strength_n: float, tags: TagAlloc
     return material
 
 
-def elastic_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
-    """Create an elastic spring."""
+def elastic_material(
+    stiffness_n_per_m: float,
+    tags: TagAllocator,
+    *,
+    dashpot: float = 0.0,
+    compression_n_per_m: float | None = None,
+) -> int:
+    """Create an elastic spring, with a dashpot (N s/m) beside it.
+
+    Its stiffness in compression (negative deformation) may be another one.
+    """
     material = tags.material()
-    ops.uniaxialMaterial("Elastic", material, stiffness_n_per_m)
+    negative = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
+    ops.uniaxialMaterial("Elastic", material, stiffness_n_per_m, dashpot, negative)
     return material
 
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
     """Create a stiff spring that acts when a gap closes (negative deformation)."""
-    return _one_sided(stiffness_n_per_m, -1.0, max(gap_m, NO_GAP_M), tags)
-
-
-def stop_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
-    """Create an elastic spring that acts in tension (positive deformation) only."""
-    return _one_sided(stiffness_n_per_m, 1.0, NO_GAP_M, tags)
-
-
-def _one_sided(stiffness_n_per_m: float, sign: float, gap_m: float, tags: TagAllocator) -> int:
-    material, never_n = tags.material(), sign * _NEVER_M * stiffness_n_per_m
-    gap = (stiffness_n_per_m, never_n, sign * gap_m, 0.0, "noDamage")
-    ops.uniaxialMaterial("ElasticPPGap", material, *gap)
+    material = tags.material()
+    yield_n, gap = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
+    ops.uniaxialMaterial("ElasticPPGap", material, stiffness_n_per_m, yield_n, gap, 0.0, "noDamage")
     return material
 
 
@@ -108,23 +109,16 @@ def key_stiffness_n_per_m(key: KeyData) -> float:
     return key.force_kn[0] * KN / (key.displacement_mm[0] * MM)
 
 
-def dashpot_material(
-    ratio: float, stiffness_n_per_m: float, mass_kg: float, tags: TagAllocator
-) -> int | None:
-    """Create a dashpot of a ratio of critical on a mass held by a spring; None without."""
-    if ratio == 0.0:
-        return None
-    material = tags.material()
-    coefficient = 2 * ratio * sqrt(stiffness_n_per_m * mass_kg)
-    ops.uniaxialMaterial("Viscous", material, coefficient, 1.0)
-    return material
+def dashpot_n_s_per_m(ratio: float, stiffness_n_per_m: float, mass_kg: float) -> float:
+    """Return the dashpot of a ratio of critical on a mass held by a spring."""
+    return 2 * ratio * sqrt(stiffness_n_per_m * mass_kg)
 
 
 def spring_element(
     nodes: tuple[int, int],
     direction: PlanVector,
-    along_x: Sequence[int | None],
-    along_y: Sequence[int | None],
+    along_x: Sequence[int],
+    along_y: Sequence[int],
     tags: TagAllocator,
 ) -> tuple[SpringHandle, SpringHandle]:
     """Create a zeroLength element with materials along a plan direction and across it.
@@ -132,10 +126,7 @@ def spring_element(
     Returns:
         The first spring along the direction, and the first across it.
     """
-    kept_x, kept_y = (
-        [material for material in along if material is not None] for along in (along_x, along_y)
-    )
-    materials, local = [*kept_x, *kept_y], [1] * len(kept_x) + [2] * len(kept_y)
+    materials, local = [*along_x, *along_y], [1] * len(along_x) + [2] * len(along_y)
     across = turned(direction)
     axes = (*direction, 0.0, *across, 0.0)
     element = tags.element()
@@ -143,7 +134,7 @@ def spring_element(
     ops.element("zeroLength", element, *nodes, *springs)
     return (
         SpringHandle(element=element, component=0, direction=direction, nodes=nodes),
-        SpringHandle(element=element, component=len(kept_x), direction=across, nodes=nodes),
+        SpringHandle(element=element, component=len(along_x), direction=across, nodes=nodes),
     )
 
 

@@ -6,7 +6,7 @@ from typing import Any
 from skewbridge.bridge.abutment.arrays import Arrays
 from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
 from skewbridge.bridge.abutment.elements import (
-    dashpot_material,
+    dashpot_n_s_per_m,
     elastic_material,
     key_material,
     key_stiffness_n_per_m,
@@ -30,6 +30,7 @@ class SideContext:
     end: DeckEnd
     arrays: Arrays
     bearings: tuple[BearingHandle, ...]
+    pad_stations_m: tuple[float, ...]  # along the wall
     data: AbutmentData
     options: ModelOptions
     tags: TagAllocator
@@ -75,10 +76,13 @@ class SideContext:
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
         """Create the spring of a key: its backbone across the face, elastic along it."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
-        dashpot = self.options.wall_dashpot_ratio, stiffness, mass_kg
-        across = [key_material(self.key, self.tags), dashpot_material(*dashpot, self.tags)]
+        dashpot = dashpot_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
+        across = [
+            key_material(self.key, self.tags),
+            elastic_material(0.0, self.tags, dashpot=dashpot),
+        ]
         # ASSUME a key resists sliding along its face elastically, as stiff as at first across it
-        along = [elastic_material(stiffness, self.tags), dashpot_material(*dashpot, self.tags)]
+        along = [elastic_material(stiffness, self.tags, dashpot=dashpot)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
 
     def moving_mass_kg(self, mass_kg: float) -> float:
@@ -134,6 +138,9 @@ def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
         centre_node=context.arrays.centre_node,
         corners=corners,
         bearings=context.bearings,
+        pad_offsets_m=tuple(
+            (along * end.tangent[0], along * end.tangent[1]) for along in context.pad_stations_m
+        ),
         links=tuple(context.arrays.links),
         **built,
     )

@@ -1,5 +1,7 @@
 """What carries a deck end: elastomeric pads, or plain vertical supports."""
 
+from math import sqrt
+
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.arrays import Arrays
@@ -9,6 +11,7 @@ from skewbridge.bridge.deck_plan import DeckEnd
 from skewbridge.bridge.handles import BearingHandle
 from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import KN
+from skewbridge.variant.options import ModelOptions
 
 # ASSUME bending and twisting of a pad are too soft to matter
 PAD_ROTATION_NM_PER_RAD = 1.0e5
@@ -24,19 +27,38 @@ def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
     return [(i - middle) * pads.spacing_m * stretch for i in range(pads.count)]
 
 
+def pad_supports(pads: PadData, end: DeckEnd, options: ModelOptions) -> tuple[list[float], float]:
+    """Return the positions of the pad elements along the wall, and how many pads each stands for.
+
+    Two elements stand where they turn with the stiffness of all pads.
+    """
+    stations = pad_stations(pads, end)
+    if options.pads == "each":
+        return stations, 1.0
+    arm = sqrt(sum(along**2 for along in stations) / len(stations))
+    return [-arm, arm], pads.count / 2
+
+
 def build_pads(
-    end: DeckEnd, arrays: Arrays, pads: PadData, tags: TagAllocator
+    end: DeckEnd, arrays: Arrays, pads: PadData, options: ModelOptions, tags: TagAllocator
 ) -> tuple[BearingHandle, ...]:
     """Create the pads between fixed seat nodes and the bearing array, a pad height apart."""
+    stations, number = pad_supports(pads, end, options)
     material, bend = tags.material(), tags.material()
-    ops.uniaxialMaterial("Elastic", material, pads.vertical_stiffness_mn_per_m * 1e6)
-    ops.uniaxialMaterial("Elastic", bend, PAD_ROTATION_NM_PER_RAD)
+    upright = number * pads.vertical_stiffness_mn_per_m * 1e6
+    ops.uniaxialMaterial("Elastic", material, upright)
+    ops.uniaxialMaterial("Elastic", bend, number * PAD_ROTATION_NM_PER_RAD)
     elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
-    shear = (*elastic, pads.hardening_ratio, PAD_QUADRATIC_HARDENING, PAD_HARDENING_EXPONENT)
+    shear = (
+        *(number * value for value in elastic),
+        pads.hardening_ratio,
+        PAD_QUADRATIC_HARDENING,
+        PAD_HARDENING_EXPONENT,
+    )
     axes = ("-orient", *end.normal, 0.0)
     springs = ("-P", material, "-T", bend, "-My", bend, "-Mz", bend, *axes)
     handles: list[BearingHandle] = []
-    for along in pad_stations(pads, end):
+    for along in stations:
         deck_node = arrays.at("bearing", along)
         x, y, z = ops.nodeCoord(deck_node)
         seat, element = grounded_node((x, y, z - pads.height_m), tags), tags.element()
@@ -47,7 +69,7 @@ def build_pads(
 
 
 def build_vertical_supports(
-    end: DeckEnd, arrays: Arrays, pads: PadData, tags: TagAllocator
+    end: DeckEnd, arrays: Arrays, pads: PadData, _options: ModelOptions, tags: TagAllocator
 ) -> tuple[BearingHandle, ...]:
     """Create a vertical spring under each end of the bearing array: the pads', in two."""
     material = tags.material()
