@@ -5,7 +5,7 @@ from math import sqrt
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.arrays import Arrays
-from skewbridge.bridge.abutment.elements import grounded_node
+from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.deck_plan import DeckEnd
 from skewbridge.bridge.handles import BearingHandle
@@ -15,9 +15,6 @@ from skewbridge.variant.options import ModelOptions
 
 # ASSUME bending and twisting of a pad are too soft to matter
 PAD_ROTATION_NM_PER_RAD = 1.0e5
-# source: PyPBEE, no quadratic hardening of the pads
-PAD_QUADRATIC_HARDENING = 0.0
-PAD_HARDENING_EXPONENT = 3.0
 
 
 def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
@@ -42,30 +39,38 @@ def pad_supports(pads: PadData, end: DeckEnd, options: ModelOptions) -> tuple[li
 def build_pads(
     end: DeckEnd, arrays: Arrays, pads: PadData, options: ModelOptions, tags: TagAllocator
 ) -> tuple[BearingHandle, ...]:
-    """Create the pads between fixed seat nodes and the bearing array, a pad height apart."""
+    """Create the pads between fixed seat nodes and the bearing array."""
     stations, number = pad_supports(pads, end, options)
-    material, bend = tags.material(), tags.material()
-    upright = number * pads.vertical_stiffness_mn_per_m * 1e6
-    ops.uniaxialMaterial("Elastic", material, upright)
-    ops.uniaxialMaterial("Elastic", bend, number * PAD_ROTATION_NM_PER_RAD)
-    elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
-    shear = (
-        *(number * value for value in elastic),
-        pads.hardening_ratio,
-        PAD_QUADRATIC_HARDENING,
-        PAD_HARDENING_EXPONENT,
-    )
-    axes = ("-orient", *end.normal, 0.0)
-    springs = ("-P", material, "-T", bend, "-My", bend, "-Mz", bend, *axes)
+    section = _shear_section(pads, number, tags)
+    upright = elastic_material(number * pads.vertical_stiffness_mn_per_m * 1e6, tags)
+    bend = elastic_material(number * PAD_ROTATION_NM_PER_RAD, tags)
+    springs = ("-mat", upright, bend, bend, bend, "-dir", 3, 4, 5, 6)
     handles: list[BearingHandle] = []
     for along in stations:
         deck_node = arrays.at("bearing", along)
-        x, y, z = ops.nodeCoord(deck_node)
-        seat, element = grounded_node((x, y, z - pads.height_m), tags), tags.element()
-        nodes = (element, seat, deck_node)
-        ops.element("elastomericBearingPlasticity", *nodes, *shear, *springs)
+        seat = grounded_node(ops.nodeCoord(deck_node), tags)
+        element, support = tags.element(), tags.element()
+        # shear along the local y and z of a section: here x and y of the model
+        axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
+        ops.element("zeroLengthSection", element, seat, deck_node, section, *axes)
+        ops.element("zeroLength", support, seat, deck_node, *springs)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
+
+
+def _shear_section(pads: PadData, number: float, tags: TagAllocator) -> int:
+    """Create the shear of some pads: a yield circle that moves with the plastic displacement.
+
+    The same as elastic-plastic rubber of the characteristic strength beside an elastic spring, the
+    way of OpenSees' bearing elements, whose stiffness matrix takes a tenth of an analysis.
+    """
+    plastic = 1.0 - pads.hardening_ratio
+    stiffness = number * pads.shear_stiffness_kn_per_m * KN
+    hardening = stiffness * pads.hardening_ratio / plastic
+    section = tags.section()
+    strength_n, directions = number * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
+    ops.section("Bidirectional", section, stiffness, strength_n, 0.0, hardening, *directions)
+    return section
 
 
 def build_vertical_supports(
