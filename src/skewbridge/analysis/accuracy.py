@@ -23,6 +23,7 @@ NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
         },
         "model": {
             "backwall_points": 9,
+            "pads": "each",
             "column_fibers": (12, 32, 3),
             "deck_elements_per_span": 8,
         },
@@ -30,15 +31,13 @@ NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
     "default": {"analysis": {}, "model": {}},
     "fast": {
         "analysis": {
-            "dt_s": 0.010,
-            "contact_dt_s": 0.0025,
-            "event_dt_s": 0.001,
-            "tolerance_j": 1.0e-2,
+            "contact_dt_s": 0.010,
+            "event_dt_s": 0.00125,
+            "max_friction_error": 0.1,
         },
         "model": {
-            "backwall_points": 3,
-            "column_fibers": (5, 12, 1),
-            "deck_elements_per_span": 2,
+            "column_fibers": (4, 12, 1),
+            "deck_elements_per_span": 3,
         },
     },
 }

@@ -30,10 +30,11 @@ class Attempt:
 # This much lets it pass and changes no demand; a hundred joules would (4 % of a drift).
 LOOSE_J: Final = 0.1
 
-# KrylovNewton is cheapest, the line search gets over cycles of stick and slip that it does not.
+# The line search takes the fewest iterations; KrylovNewton gets over most cycles of stick and slip
+# that it does not.
 LADDER: Final = (
-    Attempt(algorithm=("KrylovNewton",)),
     Attempt(algorithm=("NewtonLineSearch",)),
+    Attempt(algorithm=("KrylovNewton",)),
     Attempt(algorithm=("NewtonLineSearch",), tolerance_j=LOOSE_J),
     Attempt(algorithm=("KrylovNewton",), substeps=4),
     Attempt(algorithm=("NewtonLineSearch",), substeps=4, tolerance_j=LOOSE_J),

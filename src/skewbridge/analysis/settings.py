@@ -38,24 +38,31 @@ class AnalysisSettings:
         "friction bounds, corotational arrays and distributed plasticity",
     )
     dt_s: Number = Field(
-        default=0.0025,
+        default=0.010,
         ge=1.0e-5,
         le=0.02,
         description=f"regular time step; fixed at {PAPER_DT_S:g} in scheme paper",
     )
     contact_dt_s: Number | None = Field(
-        default=0.00125,
+        default=0.005,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is closed; null for the regular one, as in "
-        "scheme paper",
+        description="largest step while a contact is closed, a half, a quarter ... of the regular "
+        "one; null for the regular one, as in scheme paper",
     )
     event_dt_s: Number | None = Field(
-        default=0.001,
+        default=0.0003125,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is about to open or to close; null for the "
-        "regular one, as in scheme paper",
+        description="largest step while a contact is about to open or to close, a half, a quarter "
+        "... of the regular one; null for the regular one, as in scheme paper",
+    )
+    max_friction_error: Number = Field(
+        default=0.03,
+        ge=1.0e-4,
+        le=1.0e9,
+        description="share of a friction force above its limit, at the end of a step with sliding, "
+        "beyond which the steps in contact are halved, down to event_dt_s",
     )
     duration_s: Number | None = Field(
         default=None,
@@ -87,7 +94,7 @@ class AnalysisSettings:
         "example [Newmark, 0.5, 0.25]; null for the scheme's",
     )
     tolerance_j: Number = Field(
-        default=1.0e-4,
+        default=1.0e-2,
         ge=1.0e-16,
         le=1.0e3,
         description="convergence test on the energy of an increment; demands are insensitive to "

@@ -19,6 +19,9 @@ type Progress = Callable[[float, float], None]
 _STEPS_PER_REPORT: Final = 50
 # A pair that accelerates closes earlier than its speed says: half a step of margin.
 LOOK_AHEAD: Final = 1.5
+# What is missed falls by four with half of the step: steps grow again where a fifth of what may be
+# missed is.
+_GROW: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,6 +54,7 @@ class StepLoop:
         self._contacts, self._settings = contacts, settings
         self._ending: Ending | None = None
         self._size_s, self._loose_j = settings.dt_s, 0.0
+        self._in_contact, self._finest = settings.contact_halvings, settings.event_halvings
         if contacts is not None:
             contacts.start_from_rest()
 
@@ -97,16 +101,31 @@ class StepLoop:
 
     def _halvings(self, least: int) -> int:
         """Return how often to halve the regular step so that the contacts are resolved."""
-        contacts, settings = self._contacts, self._settings
-        if contacts is None or settings.event_halvings == 0:
+        contacts, finest = self._contacts, self._finest
+        if contacts is None or finest == 0:
             return least
-        halvings = max(least, settings.contact_halvings if contacts.is_any_closed else 0)
-        if halvings >= settings.event_halvings:
-            return halvings
-        reach_s = contacts.time_to_change_s() / LOOK_AHEAD
-        while halvings < settings.event_halvings and settings.dt_s / 2**halvings > reach_s:
-            halvings += 1
+        halvings = least
+        if contacts.is_any_closed:
+            self._adapt(contacts)
+            halvings = max(least, self._in_contact)
+        if halvings < finest:
+            reach_s = contacts.time_to_change_s() / LOOK_AHEAD
+            while halvings < finest and self._settings.dt_s / 2**halvings > reach_s:
+                halvings += 1
         return halvings
+
+    def _adapt(self, contacts: ContactSet) -> None:
+        """Halve the steps in contact, or double them again, by what friction missed.
+
+        A contact that has just changed starts with the finest step.
+        """
+        friction_error, allowed = contacts.friction_error, self._settings.max_friction_error
+        if contacts.changes:
+            self._in_contact = self._finest
+        elif friction_error > allowed:
+            self._in_contact = min(self._in_contact + 1, self._finest)
+        elif friction_error < _GROW * allowed:
+            self._in_contact = max(self._in_contact - 1, self._settings.contact_halvings)
 
     def _loosen(self, tolerance_j: float) -> None:
         self._loose_j = tolerance_j
@@ -116,7 +135,8 @@ class StepLoop:
         """Set the convergence test for the size of the coming step."""
         settings = self._settings
         tolerance_j = max(self._loose_j, settings.tolerance_j)
-        ops.test("EnergyIncr", tolerance_j / settings.increment_s(self._size_s), settings.max_iterations)
+        scaled = tolerance_j / settings.increment_s(self._size_s)
+        ops.test("EnergyIncr", scaled, settings.max_iterations)
 
     def _before(self, dt_s: float) -> None:
         self._size_s = dt_s

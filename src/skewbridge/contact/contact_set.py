@@ -208,6 +208,11 @@ class ContactSet:
         return any(unit.closed for unit in self._units)
 
     @property
+    def friction_error(self) -> float:
+        """Largest share of a sliding friction force above its limit at the end of the last step."""
+        return max((unit.over for unit in self._units), default=0.0)
+
+    @property
     def changes(self) -> tuple[int, ...]:
         """Units that opened or closed in the last step."""
         return tuple(self._changes)

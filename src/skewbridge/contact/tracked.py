@@ -33,7 +33,7 @@ class TrackedUnit:
         "_is_watched", "_opening_before", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2",
         "_stick_1", "_stick_2", "account", "approach_speed", "closed", "cohesion", "dashpot",
         "drive", "element", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "moved", "name",
-        "node_i", "node_j", "normal", "normal_n", "opening", "slip_1", "slip_2", "springs",
+        "node_i", "node_j", "normal", "normal_n", "opening", "over", "slip_1", "slip_2", "springs",
         "tangents",
     )  # fmt: skip
 
@@ -62,7 +62,7 @@ class TrackedUnit:
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
         self._slip_1_before = self._slip_2_before = 0.0
         self._b1 = self._b2 = self._gap_closing = 0.0
-        self.moved = self.approach_speed = self._dt = 0.0
+        self.moved = self.approach_speed = self._dt = self.over = 0.0
         self.start()
 
     def start(self) -> None:

@@ -77,6 +77,7 @@ class ContactUnit(TrackedUnit):
         self.moved = moved
         closed, was_closed = opening < 0.0, self.closed
         limit = self.cohesion + self.friction * normal if closed and normal > 0.0 else 0.0
+        self.over = 0.0
         if size > 0.0:
             self._keep_cone(size, limit, moved, dt_s, is_closed=closed)
         if closed:
@@ -112,6 +113,7 @@ class ContactUnit(TrackedUnit):
         account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
         account.friction_impulse_ns += size_n * dt_s
         account.friction_work_j += work_j
+        self.over = over_n / size_n if moved_m > 0.0 else 0.0
         if not is_closed:
             account.opening_work_j += work_j
         if over_n <= 0.0:

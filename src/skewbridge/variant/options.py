@@ -61,7 +61,7 @@ class ModelOptions:
         description="cohesion of the backwall contact, total per wall, shared by its points",
     )
     backwall_points: Whole = Field(
-        default=5, ge=2, le=41, description="contact points along one backwall, corners included"
+        default=3, ge=2, le=41, description="contact points along one backwall, corners included"
     )
     normal_stiffness_n_per_m: Penalty | None = Field(
         default=None,
@@ -172,7 +172,9 @@ class ModelOptions:
         "strength (a softening section at the top)",
     )
     column_fibers: tuple[Fibers, Fibers, Fibers] = Field(
-        default=(8, 20, 2), description="rings and wedges of the core, and rings of the cover"
+        default=(6, 16, 1),
+        description="rings and wedges of the core, and rings of the cover; the bars are as many "
+        "fibers as there are wedges, or bars if these are fewer",
     )
     deck_elements_per_span: Whole = Field(
         default=4, ge=1, le=64, description="elastic elements per span"
