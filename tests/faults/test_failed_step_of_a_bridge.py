@@ -20,7 +20,7 @@ HOUBOLT = replace(
     SETTINGS, integrator=("Houbolt",), dt_s=0.00125, contact_dt_s=None, event_dt_s=None
 )
 FAILING = {150, 300, 301, 420, 600}  # attempts: free, about to close, in contact
-# With the two attempts after the first one, so that sub-steps must do it; at 702 one of these fails.
+# With the two attempts after the first one, so that sub-steps must do it; one of these fails, too.
 WITH_SUBSTEPS = {150, 151, 152, 400, 401, 402, 700, 701, 702, 704}
 
 

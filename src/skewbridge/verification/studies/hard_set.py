@@ -9,7 +9,7 @@ finished analysis is kept, so that a run that was broken off goes on from there.
 import logging
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any, Final
 
@@ -26,7 +26,7 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
-from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
+from skewbridge.provenance.digests import canonical, digest_of, opensees_version, source_digest
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.units import G_MPS2
 from skewbridge.variant.abutments import ABUTMENTS
@@ -124,14 +124,16 @@ def _rows(
 
 
 def _key(variant: Variant, motion: GroundMotion) -> str:
-    """Return the digest of what an analysis depends on; the set's own numbers are sources."""
+    """Return the digest of what an analysis depends on."""
     return digest_of(
-        source_digest("skewbridge.verification.studies.hard_set"),
-        load_bridge(variant.bridge).model_dump_json(),
+        source_digest("skewbridge.analysis.transient"),
         opensees_version(),
+        load_bridge(variant.bridge).model_dump_json(),
         variant.slug,
+        canonical(asdict(AnalysisSettings())),
         motion.motion_id,
-        motion.sha256,
+        motion.dt_s,
+        *(each.tobytes() for each in motion.components),
     )
 
 
