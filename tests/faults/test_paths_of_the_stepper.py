@@ -80,7 +80,12 @@ def mass_on_a_rigid_arm() -> int:
 
 type Model = Callable[[], int]
 MODELS: list[Model] = [spring_and_mass, mass_on_a_rigid_arm]
-INTEGRATORS = [("Houbolt",), ("HHT", 0.9), ("Newmark", 0.5, 0.25)]
+INTEGRATORS = [
+    ("Houbolt",),
+    ("HHT", 0.9),
+    ("Newmark", 0.5, 0.25),
+    ("Newmark", 0.5, 0.25, "-form", "V"),
+]
 
 
 @dataclass(kw_only=True)

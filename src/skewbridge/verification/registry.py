@@ -73,28 +73,28 @@ def run_studies(
 
 
 def run_study(
-    name: str, folder: Path | None = None, tell: Callable[[str], None] | None = None
+    name: str, kept: Path | None = None, tell: Callable[[str], None] | None = None
 ) -> Study:
     """Run one study; what it leaves open of the paper's statements cannot be told.
 
     Args:
-        name: One of `STUDIES`.
-        folder: Where a long study keeps what it has finished, to go on from there.
+        name: Of the study.
+        kept: Folder where a long study keeps what is finished.
         tell: Called with what it says of its progress.
 
     Raises:
         RuntimeError: A solver could not finish.
     """
-    study = Study(name, folder, tell)
+    study = Study(name, kept, tell)
     import_module(f"skewbridge.verification.studies.{STUDIES[name]}").run(study)
     study.leave_open()
     return study
 
 
-def _outcome(name: str, folder: Path, tell: Callable[[str], None] | None) -> Study:
+def _outcome(name: str, kept: Path, tell: Callable[[str], None] | None) -> Study:
     """Run a study; one that breaks off is a failed comparison, so that the others still run."""
     try:
-        return run_study(name, folder, tell)
+        return run_study(name, kept, tell)
     except RuntimeError as error:
         failed = Study(name)
         failed.holds(f"the study ends ({error})", truth=False, source="")

@@ -58,12 +58,12 @@ class Study:
     """Collects what a study finds: comparisons and judged statements so far, figures, tables.
 
     Attributes:
-        folder: Where a long study may keep what it has finished; None if it may not.
+        kept: Folder where a long study keeps what is finished; None keeps nothing.
         tell: Called with what a long study says of its progress.
     """
 
     name: str
-    folder: Path | None = None
+    kept: Path | None = None
     tell: Callable[[str], None] | None = None
     comparisons: list[Comparison] = field(default_factory=list[Comparison])
     findings: list[Finding] = field(default_factory=list[Finding])

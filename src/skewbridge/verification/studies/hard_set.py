@@ -105,22 +105,22 @@ def _rows(
     study: Study, tasks: Sequence[tuple[Variant, GroundMotion]], processes: int
 ) -> list[dict[str, Any]]:
     """Return the rows of all analyses; what an earlier run has finished is not run again."""
-    kept = Finished(study.folder / f"{study.name}.jsonl" if study.folder else None)
+    finished = Finished(study.kept / f"{study.name}.jsonl" if study.kept else None)
     keys = [_key(*task) for task in tasks]
-    left = [number for number, key in enumerate(keys) if key not in kept.rows]
+    left = [number for number, key in enumerate(keys) if key not in finished.rows]
     done, began_s = len(tasks) - len(left), time.monotonic()
     runs = Parallel(n_jobs=processes, return_as="generator_unordered")(
         delayed(_numbered_row)(number, *tasks[number]) for number in left
     )
     for new, (number, row) in enumerate(runs, start=1):
-        kept.add(keys[number], row)
+        finished.add(keys[number], row)
         if study.tell and (new % TELL_EACH == 0 or not row["as_it_should"]):
             minutes = (time.monotonic() - began_s) / new * (len(left) - new) / 60
             study.tell(
                 f"{done + new} of {len(tasks)} analyses, {minutes:.0f} min left; last: "
                 f"{tasks[number][0].slug} {row['motion_id']} {row['why']}"
             )
-    return [kept.rows[key] for key in keys]
+    return [finished.rows[key] for key in keys]
 
 
 def _key(variant: Variant, motion: GroundMotion) -> str:
