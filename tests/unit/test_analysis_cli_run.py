@@ -73,6 +73,24 @@ def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
     assert 'src="http' not in page
 
 
+def test_a_row_says_what_speaks_against_it(pair, tmp_path):
+    """Three iterations are too few for most steps; the sound run has no such step."""
+    cut = ["--duration-s", "3", "--no-figures", "--json"]
+    done = run(pair, tmp_path / "sound", *cut)
+    sound = json.loads(done.stdout)
+    assert sound["loosened_ratio"] == 0.0
+    assert int(sound["steps_by_rung"].split()[0]) >= 1200
+    assert sound["contact_energy_ratio"] > -1e-3
+    assert 0.0 < sound["contact_force_ratio"] < 0.5
+
+    changes = ["--set", "max_iterations=3", "--set", "tolerance_j=1.0e-14"]
+    done = run(pair, tmp_path / "poor", *changes, *cut)
+    poor = json.loads(done.stdout)
+    assert poor["loosened_ratio"] > 0.5
+    assert "loosened test, share of the steps" in poor["suspect"]
+    assert f"suspect: {poor['suspect']}" in done.stderr.replace("\n", " ")
+
+
 def test_a_roller_has_no_contacts_to_draw(pair, tmp_path):
     done = run(pair, tmp_path / "out", "--abutment", "roller", "--duration-s", "0.5", "--json")
     assert done.exit_code == 0, done.stderr

@@ -72,6 +72,14 @@ def test_a_user_adds_a_bridge_by_adding_a_file(tmp_path: Path) -> None:
         ('column:\n  cover_to_hoop_m: {v: 0.9, src: "d: x"}\n', "cover_to_hoop_m", "no room"),
         ('spans_m: {v: [40.0], src: "d: x"}\n', "bents", "1 spans need 0 bents"),
         ('damping:\n  ratio: {v: 0.7, src: "d: x"}\n', "damping.ratio", "less than 0.5"),
+        (
+            'abutment:\n  wall_height_m: {v: 1.4, src: "d: x"}\n  backfill:\n    rule: k50\n'
+            '    stiffness_mn_per_m: {v: 28.0, src: "d: x"}\n'
+            '    ultimate_kn: {v: 2000, src: "d: x"}\n'
+            '    ultimate_closure_ratio: {v: 0.05, src: "d: x"}\n',
+            "backfill.stiffness_mn_per_m",
+            "at least 28.57 with rule k50",
+        ),
         ("base: hinged\n", "base", "pinned"),
         ("colour: red\n", "colour", "unknown key"),
         ("deck:\n  depth_m: 1.8\n", "deck.depth_m", "no source"),

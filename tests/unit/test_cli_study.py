@@ -28,7 +28,7 @@ def test_the_plan_of_the_default_study_counts_its_analyses() -> None:
     assert plan["variants"] == 12
     assert plan["analyses"] == 192
     assert plan["done"] + plan["left"] == 192
-    assert {"failed", "core_hours", "eta_s", "disk_mb"} <= set(plan)
+    assert {"failed", "suspect", "core_hours", "eta_s", "disk_mb"} <= set(plan)
 
 
 def test_the_doctor_finds_a_working_environment() -> None:

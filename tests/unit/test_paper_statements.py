@@ -1,6 +1,7 @@
 """How statements of the paper are judged, and what becomes of the judgements."""
 
 import json
+import math
 
 import pandas as pd
 import pytest
@@ -18,6 +19,7 @@ from skewbridge.verification.judgement import (
     lower,
     more_often,
     reduced_by,
+    relative_change,
 )
 from skewbridge.verification.paper import STATEMENTS, statements_of
 from skewbridge.verification.studies.comparison import COLUMNS, Study
@@ -97,7 +99,7 @@ def test_what_a_study_does_not_judge_is_left_open_with_the_reason():
 def short_study(monkeypatch, tmp_path):
     """Replace a study of the registry by one that holds and disagrees at once."""
 
-    def run(name):
+    def run(name, *_):
         study = Study(name)
         study.holds("the model works", truth=True, source="closed form")
         study.states("transverse peak", "skew 0", lower("transverse peak", 1.2, 1.0))
@@ -136,7 +138,7 @@ def test_the_terminal_shows_both_tables(short_study):
 
 
 def test_a_failed_check_of_the_model_still_fails(monkeypatch, tmp_path):
-    def run(name):
+    def run(name, *_):
         study = Study(name)
         study.holds("the model works", truth=False, source="closed form")
         return study
@@ -144,3 +146,10 @@ def test_a_failed_check_of_the_model_still_fails(monkeypatch, tmp_path):
     monkeypatch.setattr(registry, "run_study", run)
     found = CliRunner().invoke(build_app(), ["verify", "fig10", "--out", str(tmp_path), "--json"])
     assert found.exit_code == 1
+
+
+@pytest.mark.parametrize("judge", [lower, hardly_changed])
+@pytest.mark.parametrize("value", [0.0, 1.0])
+def test_a_change_of_nothing_cannot_be_told(judge, value):
+    assert judge("peak", value, 0.0).outcome == "cannot be told"
+    assert not math.isfinite(relative_change(value, 0.0))

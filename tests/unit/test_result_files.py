@@ -12,6 +12,7 @@ import pytest
 
 from skewbridge.analysis.accuracy import NUMERICS
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.suspect import LIMITS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import collect_demands
 from skewbridge.errors import InputError
@@ -159,7 +160,7 @@ def test_a_table_of_another_version_is_refused_by_name(
     with pytest.raises(InputError, match=r"part\.parquet was written by another version .* again"):
         tables.read_frame(path)
     with pytest.raises(InputError, match=r"part\.parquet"):
-        collect_demands([path], tmp_path / "all.parquet")
+        collect_demands([path], tmp_path / "all.parquet", LIMITS)
     assert not (tmp_path / "all.parquet").exists()
 
 

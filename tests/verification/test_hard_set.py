@@ -47,6 +47,41 @@ def test_a_sound_analysis_counts(monkeypatch):
     assert study.tables["statuses"]["analyses"].tolist() == [1]
 
 
+def test_a_run_that_was_broken_off_goes_on(monkeypatch, tmp_path):
+    """Of two analyses one is kept, the line of the other was cut short by the kill."""
+    shortened(monkeypatch, duration_s=1.0)
+    chosen = replace(ONE, skews_deg=(0, 30))
+    whole = Study("hard-set", tmp_path)
+    run_hard_set(whole, chosen)
+    kept = tmp_path / "hard-set.jsonl"
+    first, second = filter(None, kept.read_text().splitlines())
+    kept.write_text(f"{first}\n{second[:100]}")
+
+    analysed, row = [], hard_set._row
+    monkeypatch.setattr(
+        hard_set, "Parallel", lambda **_: lambda calls: (f(*a) for f, a, _ in calls)
+    )
+    monkeypatch.setattr(hard_set, "_row", lambda *task: analysed.append(task[0].slug) or row(*task))
+    monkeypatch.setattr(hard_set, "TELL_EACH", 1)
+    told = []
+    again = Study("hard-set", tmp_path, told.append)
+    run_hard_set(again, chosen)
+    assert len(analysed) == 1
+    assert analysed[0] in told[0]
+    assert told[0].startswith("2 of 2 analyses, 0 min left")
+    assert again.tables["rows"].equals(whole.tables["rows"])
+
+
+def test_it_says_what_each_rung_carried(monkeypatch):
+    shortened(monkeypatch, duration_s=0.5)
+    study = Study("hard-set")
+    run_hard_set(study, ONE)
+    rungs = study.tables["rungs"].set_index("rung")
+    assert rungs["analyses"][0] == 1
+    assert rungs["steps"][0] >= 200
+    assert rungs["steps_share"].sum() == pytest.approx(1.0)
+
+
 def test_a_failure_is_counted_and_named(monkeypatch):
     shortened(monkeypatch, duration_s=3.0, max_iterations=2, mean_iterations=1.0)
     study = Study("hard-set")

@@ -54,6 +54,7 @@ rule collect_demands:
     params:
         variants=sorted(VARIANTS),
         bridges=BRIDGES,
+        suspect=section("suspect"),
         digest=script_digest("collect_demands", rules.analyse_variant),
     script:
         "../scripts/collect_demands.py"

@@ -10,12 +10,13 @@ if __name__ == "__main__":
         from skewbridge.fragility.tables.curves import fit_study
         from skewbridge.fragility.tables.limit_states import load_limit_states
         from skewbridge.fragility.tables.median_effects import paired_capacity_effects
+        from skewbridge.fragility.tables.suspect_rows import rows_to_fit
         from skewbridge.fragility.tables.system_curves import system_curves
         from skewbridge.provenance.tables import provenance, read_frame, write_frame
         from skewbridge.reading import checked
 
         settings = checked(FitSettings, snakemake.params.fragility, "fragility")
-        demands = read_frame(snakemake.input.demands)
+        demands = rows_to_fit(read_frame(snakemake.input.demands), settings)
         states = load_limit_states(Path(snakemake.input.limit_states))
         tables = {
             "curves": fit_study(demands, states, settings.im, settings),

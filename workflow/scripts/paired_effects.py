@@ -10,11 +10,12 @@ if __name__ == "__main__":
         from skewbridge.fragility.settings import FitSettings
         from skewbridge.fragility.tables.effects import paired_effects
         from skewbridge.fragility.tables.factors import factor_summary
+        from skewbridge.fragility.tables.suspect_rows import rows_to_fit
         from skewbridge.provenance.tables import provenance, read_frame, write_frame
         from skewbridge.reading import checked
 
         settings = checked(FitSettings, snakemake.params.fragility, "fragility")
-        demands = read_frame(snakemake.input.demands)
+        demands = rows_to_fit(read_frame(snakemake.input.demands), settings)
         names = demands_for("effect", demands.columns)
         tables = {
             "effects": paired_effects(demands, names, settings),

@@ -229,6 +229,17 @@ def energy_residual_ratio(terms: Mapping[str, float]) -> float:
     return terms["residual"] / terms["largest_input"]
 
 
+def contact_energy_ratio(terms: Mapping[str, float]) -> float:
+    """Return what the normal springs of the contacts took and do not store over the largest input.
+
+    Negative if they made energy; nan without a balance. Slip, which always takes energy and would
+    hide it, is left out.
+    """
+    if not terms or not terms["largest_input"] > 0.0:
+        return float("nan")
+    return terms["contact_quadrature"] / terms["largest_input"]
+
+
 def _steps(force: Matrix, moved: Matrix) -> Matrix:
     """Return the work of each step, shape (n - 1,), summed over the components."""
     return 0.5 * ((force[1:] + force[:-1]) * np.diff(moved, axis=0)).sum(axis=1)

@@ -190,4 +190,5 @@ def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
         ),
         "backwall_force_kn": highest(walls) / KN,
         "friction_force_kn": peak(friction) / KN,
+        "contact_force_ratio": highest([trace.normals_n.max(axis=1, initial=0.0)]) / model.weight_n,
     }

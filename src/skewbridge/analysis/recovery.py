@@ -1,5 +1,6 @@
 """Steps that do not converge: what is tried, in order, as data."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -53,7 +54,13 @@ class Effort:
     iterations: int = 0
     failed_attempts: int = 0
     substeps: int = 0  # steps shorter than the regular one
-    highest_rung: int = 0
+    # (Sub-)steps that converged on each rung of the ladder.
+    steps_by_rung: Counter[int] = field(default_factory=Counter[int])
+
+    @property
+    def highest_rung(self) -> int:
+        """Highest rung on which a step converged."""
+        return max(self.steps_by_rung, default=0)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -87,6 +94,7 @@ class Stepper:
     effort: Effort = field(default_factory=Effort, init=False)
     # Steps still to be taken as the last difficult one was.
     _held: int = field(default=0, init=False)
+    _rung: int = field(default=0, init=False)  # in use
     _size_s: float = field(default=0.0, init=False)  # of the last (sub-)step
 
     def __post_init__(self) -> None:
@@ -114,7 +122,7 @@ class Stepper:
             if self._held > 0:
                 self._held -= 1
                 if self._held == 0:
-                    self._use(self.ladder[0])
+                    self._use(0)
             return self.after(size_s)
         self._count_failure()
         rung, goes_on = self._climb(size_s)
@@ -123,7 +131,7 @@ class Stepper:
             self._held = HELD_STEPS
             return goes_on
         self._held = 0
-        self._use(self.ladder[0])
+        self._use(0)
         self._start_anew()
         self.before(size_s)
         return goes_on and rung is not None
@@ -134,12 +142,10 @@ class Stepper:
         left, goes_on = finest, True  # of the step, in parts of the finest rung
         for rung, attempt in enumerate(self.ladder[1:], start=1):
             part = finest // attempt.substeps
-            self._use(attempt)
+            self._use(rung)
             self._start_anew()
             taken, goes_on = self._take(left // part, size_s / attempt.substeps)
             left -= part * taken
-            if attempt.substeps > 1 or left == 0:
-                self.effort.highest_rung = max(self.effort.highest_rung, rung)
             if left == 0 or not goes_on:
                 return rung, goes_on
         return None, goes_on
@@ -153,7 +159,8 @@ class Stepper:
         ops.integrator(*self.integrator)
         ops.domainChange()
 
-    def _use(self, attempt: Attempt) -> None:
+    def _use(self, rung: int) -> None:
+        self._rung, attempt = rung, self.ladder[rung]
         self.loosen(attempt.tolerance_j)
         ops.algorithm(*attempt.algorithm)
 
@@ -172,6 +179,7 @@ class Stepper:
     def _count_step(self, size_s: float) -> None:
         self.effort.iterations += ops.testIter()
         self.effort.substeps += size_s < self.dt_s
+        self.effort.steps_by_rung[self._rung] += 1
 
     def _count_failure(self) -> None:
         self.effort.failed_attempts += 1

@@ -20,7 +20,10 @@ class AnalysisResult:
         time_reached_s: Time of the last converged step.
         duration_s: Time that the analysis was to reach.
         recovery_rung: Highest rung of the recovery ladder in use, 0 none.
+        steps_by_rung: (Sub-)steps that converged on each rung of the ladder.
+        loosened_ratio: Share of them that met only a looser convergence test than the usual one.
         substeps: Beyond the regular steps.
+        houbolt_failures: Failed attempts if the integrator is Houbolt, which each restarts.
         iterations: Equilibrium iterations, those of failed attempts included.
         demands: The demand columns of the table, in their units.
         whole_history: The same as peaks to the end, whatever became of the columns.
@@ -36,8 +39,11 @@ class AnalysisResult:
     time_reached_s: float
     duration_s: float
     recovery_rung: int
+    steps_by_rung: tuple[int, ...]
+    loosened_ratio: float
     substeps: int
     failed_attempts: int
+    houbolt_failures: int
     iterations: int
     demands: dict[str, float]
     whole_history: dict[str, float]

@@ -1,8 +1,6 @@
 """The nonlinear response history of one variant under one motion."""
 
-from collections.abc import Generator, Mapping
 from dataclasses import replace
-from math import isnan
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +14,7 @@ from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.monitor import Monitor
 from skewbridge.analysis.peaks import demands
+from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.rest import drifts_at_rest
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.series import Series, at_regular_steps
@@ -31,10 +30,6 @@ from skewbridge.variant.variant import Variant
 
 # That of the last state whatever became of the columns: it is no peak.
 _RESIDUAL: Final = "column_residual_drift_ratio"
-# Houbolt restarts as the trapezoidal rule after a failed step, which makes energy at contacts.
-MAX_TRUSTED_HOUBOLT_FAILURES: Final = 2
-# What the works of forces that jump may miss; above it something is wrong with the solution.
-MAX_TRUSTED_RESIDUAL: Final = 0.05
 
 
 def analyse(
@@ -107,7 +102,7 @@ class _History:
             rows = end.rows
             found |= demands(self._model, trace.first(rows), ground[:rows], residual)
             found[_RESIDUAL] = whole[_RESIDUAL]
-        messages = list(self._messages(ending.message, effort.failed_attempts, energy))
+        messages = [ending.message] if ending.message else []
         if ending.status == OK:
             rest = drifts_at_rest(self._model, self._settings, trace.under_gravity_m)
             if rest.reason:
@@ -120,8 +115,11 @@ class _History:
             time_reached_s=float(trace.time_s[-1]),
             duration_s=self._ground.duration_s,
             recovery_rung=effort.highest_rung,
+            steps_by_rung=tuple(effort.steps_by_rung[rung] for rung in range(len(LADDER))),
+            loosened_ratio=self._loosened_ratio(effort),
             substeps=effort.substeps,
             failed_attempts=effort.failed_attempts,
+            houbolt_failures=effort.failed_attempts if self._is_houbolt else 0,
             iterations=effort.iterations,
             demands=found,
             whole_history=whole,
@@ -150,21 +148,16 @@ class _History:
         criterion = self._watch.collapsed(row)
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
 
-    def _messages(
-        self, message: str, failed_attempts: int, energy: Mapping[str, float]
-    ) -> Generator[str]:
-        if message:
-            yield message
-        is_houbolt = self._settings.integrator_command[0] == "Houbolt"
-        if is_houbolt and failed_attempts > MAX_TRUSTED_HOUBOLT_FAILURES:
-            yield (
-                f"{failed_attempts} failed attempts under Houbolt: each restarts it as the "
-                "trapezoidal rule, compare with a smaller step"
-            )
-        residual = energy_residual_ratio(energy)
-        if not isnan(residual):
-            if abs(residual) > MAX_TRUSTED_RESIDUAL:
-                yield f"{residual:.1%} of the input energy is not accounted for"
-            made = -energy["contact"] / energy["largest_input"]
-            if made > MAX_TRUSTED_RESIDUAL:
-                yield f"the contacts made {made:.1%} of the input energy"
+    @property
+    def _is_houbolt(self) -> bool:
+        return self._settings.integrator_command[0] == "Houbolt"
+
+    def _loosened_ratio(self, effort: Effort) -> float:
+        """Return the share of the steps that met only a looser test than the configured one."""
+        usual_j, total = self._settings.tolerance_j, effort.steps_by_rung.total()
+        loose = sum(
+            count
+            for rung, count in effort.steps_by_rung.items()
+            if LADDER[rung].tolerance_j > usual_j
+        )
+        return loose / total if total else 0.0

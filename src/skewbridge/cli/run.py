@@ -87,7 +87,8 @@ def run(
         script = model_script(task.variant, task.settings.model_options(task.options))
         (out / "model.py").write_text(script, encoding="utf-8")
     emit(row, as_json=as_json)
-    for text in result.messages:
+    suspect = [f"suspect: {row['suspect']}"] if row["suspect"] else []
+    for text in (*result.messages, *suspect):
         messages.print(text, markup=False)
     if result.status not in ("ok", "collapse"):
         raise typer.Exit(EXIT_FAILED)
@@ -164,6 +165,7 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
 
     from rich.progress import Progress
 
+    from skewbridge.analysis.suspect import LIMITS, SUSPECT, reasons
     from skewbridge.analysis.transient import analyse
     from skewbridge.study.batch import identity_of
     from skewbridge.study.keys import run_key
@@ -183,7 +185,8 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
             progress=lambda done_s, total_s: bar.update(job, completed=done_s, total=total_s),
         )
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
-    return result, {**identity, **outcome_of(result), **times}
+    row = {**identity, **outcome_of(result), **times}
+    return result, {**row, SUSPECT: reasons(row, LIMITS)}
 
 
 def _write(

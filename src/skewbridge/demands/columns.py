@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Final
 
+from skewbridge.analysis.suspect import SEPARATOR, SUSPECT
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, Role
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import AXES, Axis, axes_of
@@ -51,9 +52,34 @@ COLUMNS: Final = (
     Column(
         "recovery_rung",
         kind="integer",
-        description="highest rung of the recovery ladder in use, 0 none",
+        description="highest rung of the recovery ladder on which a step converged, 0 none",
+    ),
+    Column(
+        "steps_by_rung",
+        kind="text",
+        description="(sub-)steps that converged on each rung of the recovery ladder, from rung 0",
+    ),
+    Column(
+        "loosened_ratio",
+        description="share of these steps that met only a looser convergence test",
+    ),
+    Column(
+        "houbolt_failures",
+        kind="integer",
+        description="failed attempts under Houbolt, each of which restarts it; else 0",
+    ),
+    Column(
+        "contact_energy_ratio",
+        description="energy that the normal springs of the contacts took and do not "
+        "store, over the input; negative: made",
     ),
     Column("substeps", kind="integer", description="sub-steps taken beyond the regular steps"),
+    Column(
+        SUSPECT,
+        kind="text",
+        description="empty, or why the row should be looked at (section suspect of the "
+        f"configuration), joined by '{SEPARATOR}'; only in the table of the whole study",
+    ),
     Column("wall_s", unit="s", description="wall time of the analysis"),
     Column("cpu_s", unit="s", description="processor time of the analysis"),
     Column("run_key", kind="text", description="digest of everything that the row depends on"),

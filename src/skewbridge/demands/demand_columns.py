@@ -121,6 +121,8 @@ DEMAND_COLUMNS: Final = (
     Column("friction_force_kn", unit="kN", label="Friction force", symbol="F_f",
            description="peak friction force on one backwall or key, as resolved by the step",
            roles=("sensitivity",)),
+    Column("contact_force_ratio", label="Contact force over weight",
+           description="peak normal force of one contact unit over the weight of the bridge"),
     Column("contact_closures", label="Contact closures", symbol="n_c",
            description="closures of all contact units; rattling counts, not converged"),
     Column("contact_time_s", unit="s", label="Contact time", symbol="t_c",

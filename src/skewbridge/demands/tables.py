@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from skewbridge.analysis.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.schema import to_table
 from skewbridge.provenance.digests import digest_of
 from skewbridge.provenance.tables import provenance, read_table, write_table
@@ -20,8 +21,8 @@ def write_demands(
     write_table(to_table(rows, metadata), path)
 
 
-def collect_demands(parts: Iterable[Path], output: Path) -> None:
-    """Join the demands of all variants into one table and check it.
+def collect_demands(parts: Iterable[Path], output: Path, limits: SuspectLimits) -> None:
+    """Join the demands of all variants into one table, check it, and say what is suspect.
 
     Raises:
         InputError: A part was written by another version of the program.
@@ -29,6 +30,6 @@ def collect_demands(parts: Iterable[Path], output: Path) -> None:
     """
     tables = [read_table(path) for path in parts]
     digests = [(table.schema.metadata or {}).get(b"analyses_digest", b"") for table in tables]
-    rows = [row for table in tables for row in table.to_pylist()]
+    rows = [{**row, SUSPECT: reasons(row, limits)} for table in tables for row in table.to_pylist()]
     digest = digest_of(*(part.decode() for part in digests))
     write_demands(rows, output, provenance(analyses_digest=digest))

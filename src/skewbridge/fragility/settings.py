@@ -40,6 +40,12 @@ class FitSettings:
         default=False,
         description="give a median though unknown outcomes move it by more than 15 %",
     )
+    exclude_suspect: bool = Field(
+        default=False,
+        strict=True,
+        description="take suspect rows as analyses that failed: unknown in the fits, without a "
+        "ratio in the paired effects",
+    )
     assumed_beta: Number = Field(
         default=0.4,
         gt=0.0,

@@ -3,10 +3,12 @@
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import pandas as pd
 
+from skewbridge.analysis.rungs import rung_shares
+from skewbridge.analysis.suspect import SUSPECT, reasons_in
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.schema import KEY
 from skewbridge.provenance.files import write_text
@@ -76,11 +78,32 @@ def check_tables(
     ]
 
 
+def suspect_rows(demands: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return how many rows are suspect for each reason, and which of them is the worst."""
+    return [
+        {
+            "reason": found["reason"],
+            "rows": found["rows"],
+            "worst": found["worst"],
+            **demands.iloc[found["at"]][list(KEY)].to_dict(),
+        }
+        for found in reasons_in(demands[SUSPECT])
+    ]
+
+
 def write_checks(*, demands: Path, curves: Path, effects: Path, output: Path) -> None:
     """Check the products of a study and write the findings as JSON.
 
+    With them go the suspect rows by reason, and what each rung of the recovery ladder carried.
     A finding does not stop the workflow: the report shows it at the top.
     """
-    checks = check_tables(read_frame(demands), read_frame(curves), read_frame(effects))
-    payload = {"passed": all(c.passed for c in checks), "checks": [asdict(c) for c in checks]}
+    table = read_frame(demands)
+    checks = check_tables(table, read_frame(curves), read_frame(effects))
+    payload = {
+        "passed": all(c.passed for c in checks),
+        "checks": [asdict(c) for c in checks],
+        "suspect_rows": int((table[SUSPECT] != "").sum()),
+        "suspect": suspect_rows(table),
+        "rungs": rung_shares(table["steps_by_rung"]),
+    }
     write_text(output, json.dumps(payload, indent=1))

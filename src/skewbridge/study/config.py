@@ -9,6 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.suspect import SuspectLimits
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.settings import MotionsConfig
 from skewbridge.reading import Whole, checked, merged, read_mapping
@@ -60,6 +61,7 @@ class StudyConfig(BaseModel):
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelOptions = Field(default_factory=ModelOptions)
     analysis: AnalysisSettings = Field(default_factory=AnalysisSettings)
+    suspect: SuspectLimits = Field(default_factory=SuspectLimits)
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)

@@ -15,7 +15,7 @@ from skewbridge.variant.grid import expand_grid
 #: source: docs/theory/analysis.md, cost: 25 s of motion, two-column bridge, default steps
 CPU_S_PER_ANALYSIS: Final = 14.0
 CORES: Final = 2  # that a study works with
-COUNTS: Final = ("variants", "analyses", "done", "failed", "left")
+COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 
 
@@ -38,7 +38,7 @@ def forecast_study(config: StudyConfig) -> Forecast:
     folder = StudyFolder(Path(config.results))
     keys = planned_keys(folder)
     if set(keys) == set(slugs):
-        state = study_state(keys, folder)
+        state = study_state(keys, folder, config.suspect)
         by_variant = {slug: len(keys[slug]) for slug in slugs}
     else:
         each = _count_motions(config) * len(config.motions.incidence_deg)

@@ -10,6 +10,7 @@ from typing import Any, Final, Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.statuses import FAILED
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import outdated_lines, read_journal
@@ -31,6 +32,7 @@ class StudyState:
         cpu_s: Processor time of the finished analyses.
         rungs: Analyses by the highest recovery rung they used.
         statuses: Analyses by status.
+        suspect: Analyses that someone should look at.
         outdated: Analyses in the journals that another version of the program wrote.
     """
 
@@ -41,6 +43,7 @@ class StudyState:
     cpu_s: float
     rungs: dict[int, int] = field(default_factory=dict[int, int])
     statuses: dict[str, int] = field(default_factory=dict[str, int])
+    suspect: int = 0
     outdated: int = 0
 
     @property
@@ -57,12 +60,15 @@ class StudyState:
         )
 
 
-def study_state(run_keys: Mapping[str, Sequence[str]], folder: StudyFolder) -> StudyState:
+def study_state(
+    run_keys: Mapping[str, Sequence[str]], folder: StudyFolder, limits: SuspectLimits = LIMITS
+) -> StudyState:
     """Count the finished analyses of a study.
 
     Args:
         run_keys: Keys of the analyses by variant name.
         folder: Where the study lies.
+        limits: What is suspect.
     """
     rows: list[dict[str, Any]] = []
     for variant, keys in run_keys.items():
@@ -76,6 +82,7 @@ def study_state(run_keys: Mapping[str, Sequence[str]], folder: StudyFolder) -> S
         cpu_s=sum(row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]),
         rungs=_counts(row["recovery_rung"] for row in rows),
         statuses=_counts(row["status"] for row in rows),
+        suspect=sum(bool(reasons(row, limits)) for row in rows),
         outdated=sum(outdated_lines(folder.journal(variant)) for variant in run_keys),
     )
 

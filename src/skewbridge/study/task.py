@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from skewbridge.analysis.energy import contact_energy_ratio
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
+from skewbridge.analysis.rungs import as_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.errors import InputError
@@ -84,6 +86,10 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
         "recovery_rung": result.recovery_rung,
+        "steps_by_rung": as_text(result.steps_by_rung),
+        "loosened_ratio": result.loosened_ratio,
+        "houbolt_failures": result.houbolt_failures,
+        "contact_energy_ratio": contact_energy_ratio(result.energy_kj),
         "substeps": result.substeps,
     }
 
@@ -98,5 +104,9 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
         "time_reached_s": 0.0,
         "duration_s": float("nan"),
         "recovery_rung": 0,
+        "steps_by_rung": "",
+        "loosened_ratio": 0.0,
+        "houbolt_failures": 0,
+        "contact_energy_ratio": float("nan"),
         "substeps": 0,
     }

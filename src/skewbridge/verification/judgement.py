@@ -6,7 +6,7 @@ the analyses resolve, or by less than chance explains, cannot be told.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite, nan
 from typing import Final, Literal
 
 from scipy.stats import binomtest, spearmanr
@@ -70,7 +70,7 @@ def lower(what: str, value: float, reference: float) -> Judgement:
         value: With friction.
         reference: Without.
     """
-    change = _change(value, reference)
+    change = relative_change(value, reference)
     if not isfinite(change):
         return cannot_be_told(f"{what}: nothing without friction", value, reference)
     text = f"{what} changes by {change:+.1%}"
@@ -92,7 +92,7 @@ def reduced_by(
         limits: Smallest and largest reduction that the paper's figure covers, as ratios.
         same_record: Whether the motion is the paper's: another need not give its number.
     """
-    reduction = -_change(value, reference)
+    reduction = -relative_change(value, reference)
     text = f"{what}: reduction of {reduction:.1%}, {limits[0]:.1%} to {limits[1]:.1%} in the paper"
     if not isfinite(reduction):
         return cannot_be_told(f"{what}: nothing without friction", value, reference)
@@ -105,7 +105,7 @@ def reduced_by(
 
 def hardly_changed(what: str, value: float, reference: float) -> Judgement:
     """Judge that friction changes a peak by at most what is called small."""
-    change = _change(value, reference)
+    change = relative_change(value, reference)
     if not isfinite(change):
         return cannot_be_told(f"{what}: nothing without friction", value, reference)
     reason = f"{what} changes by {change:+.1%}, small is {SMALL:.0%}"
@@ -142,5 +142,11 @@ def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, flo
     return decided(p_for < p_against, reason, *numbers)
 
 
-def _change(value: float, reference: float) -> float:
-    return value / reference - 1.0 if reference else float("nan")
+def relative_change(value: float, reference: float) -> float:
+    """Return the change over the reference; of nothing it is infinite, or nan if it stays nothing.
+
+    Both are no numbers to judge by.
+    """
+    if reference == 0.0:
+        return nan if value == 0.0 else inf
+    return value / reference - 1.0

@@ -47,7 +47,7 @@ def run_studies(
     with the rows of the comparisons; all of these in `studies.parquet`, and what the studies say
     about the paper's statements in `statements.parquet`. The rows returned are the comparisons,
     then the statements, which have an `outcome`, its `reason` and the `case`, too. `tell` is
-    called with one line per study.
+    called with one line per study, and now and then by a long one.
 
     Raises:
         InputError: An unknown name, or the folder cannot be made.
@@ -63,7 +63,7 @@ def run_studies(
     for name in names or STUDIES:
         if tell:
             tell(f"{name} ...")
-        study = _outcome(name)
+        study = _outcome(name, out, tell)
         _write(study, out)
         rows += study.rows()
         statements += study.statement_rows()
@@ -72,22 +72,29 @@ def run_studies(
     return rows + statements
 
 
-def run_study(name: str) -> Study:
+def run_study(
+    name: str, kept: Path | None = None, tell: Callable[[str], None] | None = None
+) -> Study:
     """Run one study; what it leaves open of the paper's statements cannot be told.
+
+    Args:
+        name: Of the study.
+        kept: Folder where a long study keeps what is finished.
+        tell: Called with what it says of its progress.
 
     Raises:
         RuntimeError: A solver could not finish.
     """
-    study = Study(name)
+    study = Study(name, kept, tell)
     import_module(f"skewbridge.verification.studies.{STUDIES[name]}").run(study)
     study.leave_open()
     return study
 
 
-def _outcome(name: str) -> Study:
+def _outcome(name: str, kept: Path, tell: Callable[[str], None] | None) -> Study:
     """Run a study; one that breaks off is a failed comparison, so that the others still run."""
     try:
-        return run_study(name)
+        return run_study(name, kept, tell)
     except RuntimeError as error:
         failed = Study(name)
         failed.holds(f"the study ends ({error})", truth=False, source="")

@@ -184,6 +184,20 @@ class AbutmentData(_Part, frozen=True):
     embankment_slope_ratio: Positive
     embankment_height_m: Positive
 
+    @model_validator(mode="after")
+    def _backfill_softens(self) -> Self:
+        """Refuse a half-strength stiffness below the secant at the end: the curve would stiffen."""
+        soil = self.backfill
+        end_m = soil.ultimate_closure_ratio * self.wall_height_m
+        least = 1e-3 * soil.ultimate_kn / end_m
+        if soil.rule == "k50" and soil.stiffness_mn_per_m < least:
+            raise ValueError(
+                f"backfill.stiffness_mn_per_m must be at least {least:.4g} with rule k50 "
+                "(ultimate_kn over ultimate_closure_ratio x wall_height_m), "
+                f"got {soil.stiffness_mn_per_m:g}"
+            )
+        return self
+
 
 class DampingData(_Part, frozen=True):
     """Rayleigh damping of deck and columns: one ratio at two periods."""

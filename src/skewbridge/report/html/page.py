@@ -72,6 +72,7 @@ def write_report(
         margin=float(effects["margin"].iloc[0]) if len(effects) else 0.0,
         verdicts=VERDICTS,
         checks=checks,
+        excludes_suspect=config["fragility"]["exclude_suspect"],
         captions=list(zip(captions, drawn, strict=True)),
         curves=curves[CURVE_COLUMNS].to_dict("records"),
         effects=effects[_effect_columns(effects)].to_dict("records"),

@@ -6,7 +6,6 @@ same model; peaks are those of whole histories, whatever becomes of the columns.
 
 from dataclasses import dataclass, replace
 from itertools import product
-from math import inf
 from typing import Final
 
 import pandas as pd
@@ -21,6 +20,7 @@ from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+from skewbridge.verification.judgement import relative_change
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.friction_pairs import FRICTION_PCT
 from skewbridge.verification.studies.hard_set import strongest_motions
@@ -118,7 +118,7 @@ def run_convergence(study: Study, chosen: ConvergenceSet) -> None:
     changes = pd.DataFrame(
         [
             {"variant": slug, "motion_id": motion_id, "steps": name, "against": _AGAINST[name]}
-            | {demand: _change(peaks[demand], finer[demand]) for demand in LIMITS}
+            | {demand: relative_change(peaks[demand], finer[demand]) for demand in LIMITS}
             | {excess: peaks[excess] for excess in EXCESS}
             for (slug, motion_id, name), peaks in found.items()
             if (finer := found.get((slug, motion_id, _AGAINST.get(name, ""))))
@@ -133,8 +133,9 @@ def _compare(study: Study, changes: pd.DataFrame) -> None:
     of_reference = changes[changes["steps"] == "0.5 ms"]
     cases = f"{len(of_default)} cases"
     for demand, (worst, median) in LIMITS.items():
-        sizes = of_default[demand].abs()
-        own = of_reference[demand].abs()
+        # a demand that is absent from both runs of a case has not changed
+        sizes = of_default[demand].abs().fillna(0.0)
+        own = of_reference[demand].abs().fillna(0.0)
         limits = (("largest", worst, sizes.max()), ("median", median, sizes.median()))
         for name, limit, value in limits:
             text = f"{demand}, {name} change at the default steps, {cases}"
@@ -144,13 +145,6 @@ def _compare(study: Study, changes: pd.DataFrame) -> None:
     for excess in EXCESS:
         text = f"{excess}, largest of {cases}"
         study.at_most(text, of_default[excess].max(), MAX_EXCESS, "friction law")
-
-
-def _change(value: float, reference: float) -> float:
-    """Return the relative change; none where a demand is absent from both."""
-    if reference == 0.0:
-        return 0.0 if value == 0.0 else inf
-    return value / reference - 1.0
 
 
 def _peaks(variant: Variant, motion: GroundMotion, settings: AnalysisSettings) -> dict[str, float]:

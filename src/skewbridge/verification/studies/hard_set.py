@@ -2,12 +2,14 @@
 
 The strongest motions of the package's suite are scaled to a PGA (RotD50) of 1.2 g and cut to their
 strongest 10 s. Each analysis
-ends `ok`, or in a physical `collapse`: its criterion named and its energy accounted for.
+ends `ok`, or in a physical `collapse`: its criterion named and its energy accounted for. Each
+finished analysis is kept, so that a run that was broken off goes on from there.
 """
 
 import logging
+import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any, Final
 
@@ -16,16 +18,21 @@ from joblib import Parallel, delayed
 
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.rungs import as_text, rung_shares
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import MAX_TRUSTED_RESIDUAL, analyse
+from skewbridge.analysis.suspect import LIMITS
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
+from skewbridge.provenance.digests import canonical, digest_of, opensees_version, source_digest
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.units import G_MPS2
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+from skewbridge.verification.finished import Finished
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.friction_pairs import FRICTION_PCT
 from skewbridge.verification.studies.paper_motions import embedded_motions
@@ -35,6 +42,7 @@ logger = logging.getLogger(__name__)
 PGA_G: Final = 1.2
 WINDOW_S: Final = 10.0
 GAP_MM: Final = 25
+TELL_EACH: Final = 10  # analyses between two lines on the progress; a failure is told at once
 _PARTS: Final = ["bridge", "abutment", "skew_deg"]
 
 
@@ -78,9 +86,7 @@ def run_hard_set(study: Study, chosen: HardSet) -> None:
         cut_to_strongest(motion, WINDOW_S, 0.0)
         for motion in strongest_motions(chosen.motion_count, PGA_G)
     ]
-    tasks = product(chosen.variants(), motions)
-    rows = Parallel(n_jobs=chosen.processes)(delayed(_row)(*task) for task in tasks)
-    table = pd.DataFrame(list(rows))
+    table = pd.DataFrame(_rows(study, list(product(chosen.variants(), motions)), chosen.processes))
     for parts, group in table.groupby(_PARTS, sort=False):
         bridge, abutment, skew_deg = parts
         failed = group[~group["as_it_should"]]
@@ -92,6 +98,49 @@ def run_hard_set(study: Study, chosen: HardSet) -> None:
     study.tables["rows"] = table
     counts = table.groupby([*_PARTS, "status"], sort=False).size()
     study.tables["statuses"] = counts.rename("analyses").reset_index()
+    study.tables["rungs"] = pd.DataFrame(rung_shares(table["steps_by_rung"]))
+
+
+def _rows(
+    study: Study, tasks: Sequence[tuple[Variant, GroundMotion]], processes: int
+) -> list[dict[str, Any]]:
+    """Return the rows of all analyses; what an earlier run has finished is not run again."""
+    finished = Finished(study.kept / f"{study.name}.jsonl" if study.kept else None)
+    keys = [_key(*task) for task in tasks]
+    left = [number for number, key in enumerate(keys) if key not in finished.rows]
+    done, began_s = len(tasks) - len(left), time.monotonic()
+    runs = Parallel(n_jobs=processes, return_as="generator_unordered")(
+        delayed(_numbered_row)(number, *tasks[number]) for number in left
+    )
+    for new, (number, row) in enumerate(runs, start=1):
+        finished.add(keys[number], row)
+        if study.tell and (new % TELL_EACH == 0 or not row["as_it_should"]):
+            minutes = (time.monotonic() - began_s) / new * (len(left) - new) / 60
+            study.tell(
+                f"{done + new} of {len(tasks)} analyses, {minutes:.0f} min left; last: "
+                f"{tasks[number][0].slug} {row['motion_id']} {row['why']}"
+            )
+    return [finished.rows[key] for key in keys]
+
+
+def _key(variant: Variant, motion: GroundMotion) -> str:
+    """Return the digest of what an analysis depends on."""
+    return digest_of(
+        source_digest("skewbridge.analysis.transient"),
+        opensees_version(),
+        load_bridge(variant.bridge).model_dump_json(),
+        variant.slug,
+        canonical(asdict(AnalysisSettings())),
+        motion.motion_id,
+        motion.dt_s,
+        *(each.tobytes() for each in motion.components),
+    )
+
+
+def _numbered_row(
+    number: int, variant: Variant, motion: GroundMotion
+) -> tuple[int, dict[str, Any]]:
+    return number, _row(variant, motion)
 
 
 def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
@@ -118,9 +167,9 @@ def _row(variant: Variant, motion: GroundMotion) -> dict[str, Any]:
     except Exception as error:
         logger.exception("%s under %s", variant.slug, motion.motion_id)
         why = f"crash: {type(error).__name__}: {error}"
-        return row | {"status": "crash", "as_it_should": False, "why": why}
+        return row | {"status": "crash", "as_it_should": False, "why": why, "steps_by_rung": ""}
     residual = found.demands["energy_residual_ratio"]
-    is_physical = bool(found.collapse_criterion) and abs(residual) <= MAX_TRUSTED_RESIDUAL
+    is_physical = bool(found.collapse_criterion) and abs(residual) <= LIMITS.max_energy_residual
     messages = "; ".join(found.messages)
     return row | {
         "status": found.status,
@@ -131,6 +180,7 @@ def _row(variant: Variant, motion: GroundMotion) -> dict[str, Any]:
         "time_reached_s": found.time_reached_s,
         "duration_s": found.duration_s,
         "recovery_rung": found.recovery_rung,
+        "steps_by_rung": as_text(found.steps_by_rung),
         "substeps": found.substeps,
         "iterations": found.iterations,
     }

@@ -1,0 +1,172 @@
+"""Suspect rows: why, where it is decided, and what the study says of them."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from fragility_tables import synthetic_demands
+from skewbridge.analysis.rungs import rung_shares
+from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons, reasons_in
+from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.tables import collect_demands, write_demands
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.effects import paired_effects
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.tables.suspect_rows import rows_to_fit
+from skewbridge.provenance.closure import PACKAGE, closure
+from skewbridge.report.checks import write_checks
+from skewbridge.report.reference_pages import ROOT
+from skewbridge.study.config import parse_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.journal import open_journal
+from skewbridge.study.keys import ANALYSIS_MODULE
+from skewbridge.study.progress import study_state
+
+HEALTHY = {
+    "loosened_ratio": 0.0,
+    "recovery_rung": 1,
+    "energy_residual_ratio": -0.004,
+    "contact_energy_ratio": 0.002,
+    "cone_excess_wall_ratio": 0.009,
+    "cone_excess_key_ratio": 0.002,
+    "contact_force_ratio": 0.1,
+    "houbolt_failures": 0,
+}
+NAN = float("nan")
+
+
+def test_a_healthy_row_is_not_suspect() -> None:
+    assert reasons(HEALTHY, LIMITS) == ""
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "text"),
+    [
+        ("loosened_ratio", 0.042, "loosened test, share of the steps 4.20%"),
+        ("recovery_rung", 6, "recovery rung 6"),
+        ("energy_residual_ratio", -0.084, "energy residual 8.4%"),
+        ("energy_residual_ratio", 0.084, "energy residual 8.4%"),
+        ("contact_energy_ratio", -0.03, "energy made at contacts 3.0%"),
+        ("cone_excess_wall_ratio", 0.06, "excess over the cone on backwalls 6.0%"),
+        ("cone_excess_key_ratio", 0.06, "excess over the cone on keys 6.0%"),
+        ("contact_force_ratio", 1.25, "contact force over weight 1.25"),
+        ("houbolt_failures", 3, "failed attempts under Houbolt 3"),
+    ],
+)
+def test_each_reason_is_named_with_its_number(column: str, value: float, text: str) -> None:
+    assert reasons(HEALTHY | {column: value}, LIMITS) == text
+
+
+def test_contacts_may_take_energy() -> None:
+    assert reasons(HEALTHY | {"contact_energy_ratio": 0.2}, LIMITS) == ""
+
+
+def test_several_reasons_are_joined_and_what_is_unknown_is_none() -> None:
+    row = HEALTHY | {"recovery_rung": 5, "energy_residual_ratio": NAN, "contact_force_ratio": 0.7}
+    assert reasons(row, LIMITS) == "recovery rung 5; contact force over weight 0.70"
+    assert reasons({"status": "crash"}, LIMITS) == ""
+
+
+def test_a_limit_of_the_configuration_decides() -> None:
+    limits = parse_config({"suspect": {"max_rung": 0}}).suspect
+    assert reasons(HEALTHY, limits) == "recovery rung 1"
+
+
+def test_reasons_are_counted_with_their_worst_row() -> None:
+    texts = [
+        "",
+        "recovery rung 5",
+        "energy residual 9.0%; recovery rung 6",
+        "energy residual 12.0%",
+    ]
+    assert reasons_in(texts) == [
+        {"reason": "recovery rung", "rows": 2, "worst": "6", "at": 2},
+        {"reason": "energy residual", "rows": 2, "worst": "12.0%", "at": 3},
+    ]
+
+
+def test_no_limit_stands_in_the_key_of_an_analysis() -> None:
+    assert PACKAGE / "analysis" / "suspect.py" not in closure(ANALYSIS_MODULE)
+
+
+def test_shares_per_rung_count_steps_and_the_highest_rung_of_an_analysis() -> None:
+    shares = pd.DataFrame(rung_shares(["90 0 5", "100 0 0", "5", ""])).set_index("rung")
+    assert shares["steps"].tolist()[:3] == [195, 0, 5]
+    assert shares["steps_share"][2] == pytest.approx(0.025)
+    assert shares["analyses"].tolist()[:3] == [3, 0, 1]
+    assert shares["analyses_share"].sum() == pytest.approx(1.0)
+    assert shares["attempt"].is_unique
+
+
+def row(**changed: object) -> dict[str, object]:
+    """Return a row of a part: every column but the one that is decided later."""
+    plain = {
+        column.name: {"text": "x", "integer": 0, "number": 0.0}[column.kind] for column in COLUMNS
+    }
+    del plain["suspect"]
+    return plain | {"status": "ok", "steps_by_rung": "10 0 1"} | changed
+
+
+def test_the_table_of_the_study_says_what_is_suspect(tmp_path: Path) -> None:
+    """The parts do not: other limits judge the same parts anew."""
+    part = tmp_path / "part.parquet"
+    write_demands([row(motion_id="a"), row(motion_id="b", recovery_rung=2)], part, {})
+    assert "suspect" not in pd.read_parquet(part)
+    found = []
+    for limits in (LIMITS, SuspectLimits(max_rung=1)):
+        collect_demands([part], tmp_path / "all.parquet", limits)
+        found.append(pd.read_parquet(tmp_path / "all.parquet")["suspect"].tolist())
+    assert found == [["", ""], ["", "recovery rung 2"]]
+
+
+def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
+    part, whole = tmp_path / "part.parquet", tmp_path / "all.parquet"
+    write_demands([row(motion_id="a"), row(motion_id="b", recovery_rung=2)], part, {})
+    collect_demands([part], whole, SuspectLimits(max_rung=1))
+    curves, effects = tmp_path / "curves.parquet", tmp_path / "effects.parquet"
+    pd.DataFrame({"status": ["ok"], "theta": [0.5]}).to_parquet(curves)
+    pd.DataFrame({"ratio": [1.0], "ci_low": [0.9], "ci_high": [1.1]}).to_parquet(effects)
+    write_checks(demands=whole, curves=curves, effects=effects, output=tmp_path / "checks.json")
+    checks = json.loads((tmp_path / "checks.json").read_text())
+    assert checks["suspect_rows"] == 1
+    (worst,) = checks["suspect"]
+    assert (worst["reason"], worst["rows"], worst["worst"]) == ("recovery rung", 1, "2")
+    assert worst["motion_id"] == "b"
+    assert [rung["steps"] for rung in checks["rungs"][:3]] == [20, 0, 2]
+
+
+def test_the_state_of_a_study_counts_them(tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path)
+    with open_journal(folder.journal("v")) as journal:
+        for number in range(3):
+            journal.append(row(run_key=str(number), recovery_rung=number))
+    keys = {"v": ["0", "1", "2"]}
+    assert study_state(keys, folder).suspect == 0
+    assert study_state(keys, folder, SuspectLimits(max_rung=0)).suspect == 2
+
+
+def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
+    demands = synthetic_demands().assign(suspect="", beyond_model="")
+    strong = demands["motion_id"] == "m15"
+    demands.loc[strong, "suspect"] = "recovery rung 6"
+    kept = rows_to_fit(demands, FitSettings())
+    assert kept is demands
+    left = rows_to_fit(demands, FitSettings(exclude_suspect=True))
+    states = load_limit_states(ROOT / "config" / "limit_states.yaml")
+    curves = fit_study(left, states, "im_saavg_rotd50_g")
+    assert curves["n_unknown"].max() == 1
+    effects = [
+        paired_effects(table, ["deck_disp_m"], FitSettings(bootstrap=99)) for table in (kept, left)
+    ]
+    most = [table["n_motions"].max() for table in effects]
+    assert most[1] < most[0]
+
+
+def test_the_default_limits_stand_in_the_documented_section() -> None:
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    assert "suspect" not in config  # the defaults hold
+    assert parse_config(config).suspect == LIMITS
