@@ -33,14 +33,14 @@ def build_oscillator(tolerance=1e-12, iterations=10):
     ops.test("NormDispIncr", tolerance, iterations)
 
 
-def stepper(integrator, ladder=LADDER, before=None, after=None, loosen=None, parts=1):
+def stepper(integrator, ladder=LADDER, before=None, after=None, loosen=None, halvings=0):
     def goes_on(size):
         return after is None or after(size) is not False
 
     made = Stepper(
         integrator=integrator,
         dt_s=DT_S,
-        parts=lambda: parts,
+        halvings=lambda least: max(least, halvings),
         loosen=loosen or (lambda _: None),
         max_iterations=10,
         before=before or (lambda _: None),
@@ -161,19 +161,36 @@ def test_what_got_over_a_step_is_held_for_some_more_and_then_dropped():
 def test_a_step_in_parts_ends_where_the_regular_one_does():
     build_oscillator()
     sizes = []
-    steps = stepper(("HHT", 0.9), after=sizes.append, parts=5)
+    steps = stepper(("HHT", 0.9), after=sizes.append, halvings=2)
     assert steps.step()
-    assert sizes == [pytest.approx(DT_S / 5)] * 5
+    assert sizes == [DT_S / 4] * 4
     assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
-    assert steps.effort.substeps == 5
+    assert steps.effort.substeps == 4
     assert steps.effort.highest_rung == 0
+
+
+def test_parts_of_several_lengths_fill_the_regular_step():
+    build_oscillator()
+    sizes, told, wanted = [], [], iter((2, 0, 3, 1, 0))
+
+    def halvings(least):
+        told.append(least)
+        return max(least, next(wanted))
+
+    steps = stepper(("HHT", 0.9), after=sizes.append)
+    steps.halvings = halvings
+    assert steps.step()
+    # a quarter, then the next quarter although more was allowed, an eighth, its like, a quarter
+    assert sizes == [DT_S / 4, DT_S / 4, DT_S / 8, DT_S / 8, DT_S / 4]
+    assert told == [0, 2, 1, 3, 2]
+    assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
 
 
 def test_nothing_is_advanced_after_the_end_of_a_history():
     build_oscillator()
-    steps = stepper(("HHT", 0.9), after=lambda _: False, parts=5)
+    steps = stepper(("HHT", 0.9), after=lambda _: False, halvings=2)
     assert not steps.step()
-    assert ops.getTime() == pytest.approx(DT_S / 5)
+    assert ops.getTime() == pytest.approx(DT_S / 4)
 
 
 def test_a_change_of_the_step_is_told_before_it():
@@ -182,6 +199,6 @@ def test_a_change_of_the_step_is_told_before_it():
     steps = stepper(("HHT", 0.9), before=told.append)
     assert steps.step()
     assert steps.step()
-    steps.parts = lambda: 2
+    steps.halvings = lambda least: max(least, 1)
     assert steps.step()
     assert told == [DT_S, DT_S / 2]

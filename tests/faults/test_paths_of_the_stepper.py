@@ -138,7 +138,7 @@ def driven(
     stepper = Stepper(
         integrator=integrator,
         dt_s=DT_S,
-        parts=lambda: parts(number),
+        halvings=lambda fits: max(fits, parts(number).bit_length() - 1),
         loosen=usual_test,
         max_iterations=ITERATIONS,
         before=lambda _: None,

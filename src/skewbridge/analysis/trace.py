@@ -1,7 +1,7 @@
 """What was read in an analysis: rows of plain numbers and the meaning of their columns."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import Final, Literal
 
@@ -36,7 +36,6 @@ class Layout:
 
     Attributes:
         nodes: Nodes read, each with 6 displacements; fixed nodes are left out.
-        followers: Nodes that are not read because they follow one that is.
         columns: Element tags of the columns, each with 12 end forces.
         sections: (element, integration point) of the hinges, each with 4 deformations.
         springs: Elements whose basic forces are read, with the number of components; zero while
@@ -44,16 +43,17 @@ class Layout:
         bearings: Elements of the pads, each with 2 global shear forces at the deck's end.
         units: Number of contact units, each with opening, normal and two friction forces.
         centre_node: Node whose relative acceleration (x, y) is read.
+        followers: Nodes that are not read because they follow one that is.
     """
 
     nodes: tuple[int, ...]
-    followers: Mapping[int, Follower]
     columns: tuple[int, ...]
     sections: tuple[tuple[int, int], ...]
     springs: tuple[tuple[int, int], ...]
     bearings: tuple[int, ...]
     units: int
     centre_node: int
+    followers: Mapping[int, Follower] = field(default_factory=dict[int, Follower])
 
     @property
     def width(self) -> int:
