@@ -7,8 +7,8 @@ from typing import Final
 
 import pandas as pd
 
+from skewbridge.demands.columns import KEY
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.schema import KEY
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.statuses import RAN, STATUSES
