@@ -149,5 +149,8 @@ DEMAND_COLUMNS: Final = (
     ),
     Column("energy_residual_ratio", label="Energy residual",
            description="energy not accounted for, over the input"),
+    Column("numerical_dissipation_ratio", label="Numerical dissipation",
+           description="energy that the integrator dissipates, over the input; negative if it "
+           "makes energy"),
 )
 # fmt: on
