@@ -2,7 +2,6 @@
 
 from collections.abc import Generator, Mapping
 from dataclasses import replace
-from math import isnan
 from pathlib import Path
 from typing import Final
 
@@ -11,7 +10,8 @@ import openseespy.opensees as ops
 from skewbridge.analysis.column_peaks import model_end
 from skewbridge.analysis.contact_layout import contact_layout
 from skewbridge.analysis.damping import apply_rayleigh
-from skewbridge.analysis.energy import EnergyBalance, energy_ratios
+from skewbridge.analysis.energy import EnergyBalance
+from skewbridge.analysis.energy_checks import energy_ratios, energy_warnings
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.monitor import Monitor
@@ -33,8 +33,6 @@ from skewbridge.variant.variant import Variant
 _RESIDUAL: Final = "column_residual_drift_ratio"
 # Houbolt restarts as the trapezoidal rule after a failed step, which makes energy at contacts.
 MAX_TRUSTED_HOUBOLT_FAILURES: Final = 2
-# What the works of forces that jump may miss; above it something is wrong with the solution.
-MAX_TRUSTED_RESIDUAL: Final = 0.05
 
 
 def analyse(
@@ -163,10 +161,4 @@ class _History:
                 f"{failed_attempts} failed attempts under Houbolt: each restarts it as the "
                 "trapezoidal rule, compare with a smaller step"
             )
-        residual = energy_ratios(energy)["energy_residual_ratio"]
-        if not isnan(residual):
-            if abs(residual) > MAX_TRUSTED_RESIDUAL:
-                yield f"{residual:.1%} of the input energy is not accounted for"
-            made = -energy["contact"] / energy["largest_input"]
-            if made > MAX_TRUSTED_RESIDUAL:
-                yield f"the contacts made {made:.1%} of the input energy"
+        yield from energy_warnings(energy)

@@ -14,10 +14,11 @@ from typing import Any, Final
 import pandas as pd
 from joblib import Parallel, delayed
 
+from skewbridge.analysis.energy_checks import MAX_TRUSTED_RESIDUAL
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import MAX_TRUSTED_RESIDUAL, analyse
+from skewbridge.analysis.transient import analyse
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
