@@ -38,11 +38,11 @@ def run(abutment: str = "contact_friction", **settings) -> AnalysisResult:
 
 
 @pytest.mark.parametrize("abutment", ["contact_friction", "simplified", "roller"])
-@pytest.mark.parametrize(("dt_s", "limit"), [(0.0025, 5e-4), (0.01, 1e-3)])
+@pytest.mark.parametrize(("dt_s", "limit"), [(0.0025, 4e-4), (0.01, 1e-3)])
 def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(
     abutment: str, dt_s: float, limit: float
 ) -> None:
-    """What is left is the damping of columns whose stiffness changes, in proportion to the step."""
+    """What is left is in the damping of columns that yield: their stiffness jumps within steps."""
     result = run(abutment, integrator=TRAPEZOIDAL, dt_s=dt_s)
     terms = result.energy_kj
     assert abs(result.demands["energy_residual_ratio"]) < limit

@@ -37,7 +37,6 @@ from skewbridge.units import KJ
 type GroundAccel = Callable[[Matrix], Matrix]
 
 _TRAPEZOIDAL: Final = ("Newmark", 0.5, 0.25)
-_LATE: Final = 2  # steps
 _SINKS: Final = (
     "kinetic", "numerical", "damping", "columns", "deck", "bearings", "backfill", "contact",
     "links",
@@ -163,13 +162,23 @@ class EnergyBalance:
             work += self._stiffness_factor * float(squared @ per_s)
         for at, element in enumerate(self._columns):
             damped = dynamic[:, END_FORCES * at : END_FORCES * (at + 1)]
-            damped = damped - trace.column_forces(element)
-            # A step has the damping of the stiffness committed before it, C_n v_n+1, while what is
-            # read after it is C_n+1 v_n+1. C is symmetric and velocities are nearly linear over
-            # two steps: v_n+1 C_n v_n+1 = v_n+2 C_n v_n, so each reading counts two steps later.
-            late = np.vstack((np.zeros_like(damped[:_LATE]), damped[:-_LATE]))
-            work += _work(late, self._moved(element, trace))
+            work += self._column_damping(element, damped - trace.column_forces(element), trace)
         return work
+
+    def _column_damping(self, element: int, force: Matrix, trace: Trace) -> float:
+        """Return the work of the damping of a column, from its damping forces after the steps.
+
+        A step has the damping of the stiffness committed before it, C_n v_n+1; read after it is
+        C_n+1 v_n+1. As C is symmetric, v_n C_n+1 v_n+1 - v_n+1 C_n v_n is exactly the part of the
+        change of C, zero where the column stays elastic.
+        """
+        moved = self._moved(element, trace)
+        if len(moved) < 2:
+            return 0.0
+        velocity = np.gradient(moved, trace.time_s, axis=0)
+        change = np.einsum("ij,ij->i", velocity[:-1], force[1:])
+        change -= np.einsum("ij,ij->i", velocity[1:], force[:-1])
+        return _work(force, moved) - float(change @ np.diff(trace.time_s))
 
     def _joint_works(self, trace: Trace, forces: Matrix) -> dict[str, float]:
         """Return the works on pads and on the springs that are read.
