@@ -6,6 +6,7 @@ evaluated by hand and an independent fiber analysis). The nominal yield of the h
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import shear_section
@@ -16,7 +17,11 @@ from skewbridge.bridge.materials import (
     core_concrete,
     cover_concrete,
 )
-from skewbridge.bridge.moment_curvature import section_response
+from skewbridge.bridge.moment_curvature import (
+    STRAIN_TOLERANCE,
+    bracketed_root,
+    section_response,
+)
 from skewbridge.bridge.shear_capacity import (
     ShearSection,
     hoop_strength_n,
@@ -140,3 +145,19 @@ def test_old_hoops_confine_less_and_carry_less_shear() -> None:
         for column in (new, old)
     ]
     assert strengths[1] < 0.75 * strengths[0]
+
+
+@pytest.mark.parametrize(
+    ("function", "low", "high"),
+    [
+        (lambda x: x**3 - 2.0, 0.0, 3.0),
+        (lambda x: np.tanh(400.0 * (x - 0.3)) + 0.2 * x, -1.0, 1.0),
+        (lambda x: np.sin(9.0 * x), 0.1, 1.9),  # five roots: the same one
+        (lambda x: max(x, 0.0) - 1e-4, -0.5, 0.5),
+        (lambda x: x, -1.0, 1.0),
+    ],
+)
+def test_the_root_of_a_section_is_that_of_brents_method(function, low, high) -> None:
+    """Bit by bit: the yield curvature and the shear capacity follow from it."""
+    expected = brentq(function, low, high, xtol=STRAIN_TOLERANCE)
+    assert bracketed_root(function, low, high) == expected

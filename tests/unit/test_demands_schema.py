@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.columns import COLUMNS, key_values
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.schema import demands_schema, key_values, to_table
+from skewbridge.demands.schema import demands_schema, to_table
 from skewbridge.variant.axes import OPTION_AXES
 from skewbridge.variant.variant import parse_slug
 

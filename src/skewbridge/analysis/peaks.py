@@ -3,7 +3,7 @@
 Displacements are relative to the ground and counted from the state under gravity.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +24,17 @@ type Series = NDArray[np.float64]
 
 
 def demands(
-    model: BridgeModel, trace: Trace, ground_accel_mps2: Series, energy_residual_ratio: float
+    model: BridgeModel,
+    trace: Trace,
+    ground_accel_mps2: Series,
+    energy_ratios: Mapping[str, float],
 ) -> dict[str, float]:
     """Return the demand columns of the table, peaks over the trace.
 
     Totals of the contacts are those of the whole analysis, whatever part of it the trace is.
 
     The ground acceleration is that along x and y at the times of the trace, shape (n, 2); the
-    energy residual is nan when no balance was kept.
+    energy columns are nan when no balance was kept.
     """
     return {
         **column_demands(model.columns, trace),
@@ -39,7 +42,7 @@ def demands(
         **_abutment_demands(model, trace),
         **_force_demands(model, trace),
         **contact_demands(model),
-        "energy_residual_ratio": energy_residual_ratio,
+        **energy_ratios,
     }
 
 

@@ -113,7 +113,7 @@ class AnalysisSettings:
     energy: bool = Field(
         default=True,
         strict=True,
-        description="whether to keep the energy balance (about 5 % of the time)",
+        description="whether to keep the energy balance (2 to 3 % of the time)",
     )
 
     @model_validator(mode="before")

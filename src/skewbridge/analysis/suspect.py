@@ -37,7 +37,7 @@ class SuspectLimits:
         default=4, ge=0, description="highest rung of the recovery ladder on which a step converged"
     )
     max_energy_residual: Number = Field(
-        default=0.05, gt=0.0, description="energy not accounted for, over the input"
+        default=0.01, gt=0.0, description="energy not accounted for, over the input"
     )
     max_contact_energy: Number = Field(
         default=0.01, gt=0.0, description="energy made at the contacts, over the input"

@@ -9,7 +9,8 @@ import openseespy.opensees as ops
 from skewbridge.analysis.column_peaks import model_end
 from skewbridge.analysis.contact_layout import contact_layout
 from skewbridge.analysis.damping import apply_rayleigh
-from skewbridge.analysis.energy import EnergyBalance, energy_residual_ratio
+from skewbridge.analysis.energy import EnergyBalance
+from skewbridge.analysis.energy_checks import energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.monitor import Monitor
@@ -84,9 +85,11 @@ class _History:
         self._monitor = Monitor(model, bearings=histories)
         start = self._monitor.read(0.0)
         self._watch = Watch(model, self._monitor.layout, start, settings)
-        self._energy = (
-            EnergyBalance(model, self._monitor, ground.at, rayleigh) if settings.energy else None
-        )
+        self._energy = None
+        if settings.energy:
+            self._energy = EnergyBalance(
+                model, self._monitor, ground.at, rayleigh, settings.integrator_command
+            )
 
     def run(self, progress: Progress | None) -> AnalysisResult:
         """Take all steps and return what came of them."""
@@ -95,12 +98,12 @@ class _History:
         energy = {} if self._energy is None else self._energy.terms_kj()
         ground = self._ground.at(trace.time_s)
         effort = self._loop.effort
-        residual = energy_residual_ratio(energy)
-        whole = demands(self._model, trace, ground, residual)
+        ratios = energy_ratios(energy)
+        whole = demands(self._model, trace, ground, ratios)
         end, found = model_end(self._model.columns, trace), dict(whole)
         if end.mode:  # what the model says afterwards is no demand
             rows = end.rows
-            found |= demands(self._model, trace.first(rows), ground[:rows], residual)
+            found |= demands(self._model, trace.first(rows), ground[:rows], ratios)
             found[_RESIDUAL] = whole[_RESIDUAL]
         messages = [ending.message] if ending.message else []
         if ending.status == OK:

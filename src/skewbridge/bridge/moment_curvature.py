@@ -1,12 +1,12 @@
 """Moment-curvature of a circular reinforced concrete column, without a finite element domain."""
 
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import trapezoid
-from scipy.optimize import brentq
 
 from skewbridge.bridge.catalogue.data import ColumnData
 from skewbridge.bridge.materials import STEELS, core_concrete, cover_concrete
@@ -14,6 +14,8 @@ from skewbridge.bridge.materials import STEELS, core_concrete, cover_concrete
 type FloatArray = NDArray[np.float64]
 
 STRIPS = 160  # across the diameter: moments change by less than 0.1 % when halved
+STRAIN_TOLERANCE = 1e-10
+_ROUNDING = 4 * sys.float_info.epsilon
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +72,7 @@ def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -
     first_moment = float(np.interp(first, curvature, moment))
     stiffness = first_moment / first
     full = np.concatenate(([0.0], curvature)), np.concatenate(([0.0], moment))
-    area = trapezoid(full[1], full[0])
+    area = np.trapezoid(full[1], full[0])
     # area = Mp phi_u - Mp^2 / (2 k): the smaller root is the plateau
     end = curvature[-1]
     plateau = stiffness * (end - np.sqrt(end**2 - 2 * area / stiffness))
@@ -129,7 +131,7 @@ class _Section:
 
         half = phi * self._radius_m
         # between every fiber well in tension and the face at the peak of the confined curve
-        return float(brentq(unbalance, -half - 0.02, 0.002 + half, xtol=1e-10))
+        return bracketed_root(unbalance, -half - 0.02, 0.002 + half)
 
     def is_ultimate(self, centre: float, phi: float) -> bool:
         """Return whether the core or a bar is at its ultimate strain."""
@@ -140,6 +142,46 @@ class _Section:
     def _steel_stress_pa(self, strain: FloatArray) -> FloatArray:
         elastic = np.clip(strain, -self.yield_strain, self.yield_strain)
         return self._steel.modulus_pa * (elastic + self._steel.hardening_ratio * (strain - elastic))
+
+
+def bracketed_root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function is zero between two places at which its signs differ.
+
+    Brent's method, step by step as in `scipy.optimize.brentq`, whose import takes longer than a
+    short analysis. A section that softens may balance at more than one strain; which one is found
+    depends on the method.
+
+    References:
+        Brent (1973), Algorithms for Minimization without Derivatives, chapter 4.
+    """
+    before, here = low, high
+    f_before, f_here = function(before), function(here)
+    across, f_across, last, step = before, f_before, 0.0, 0.0
+    while True:
+        if f_before != 0.0 and f_here != 0.0 and (f_before > 0.0) != (f_here > 0.0):
+            across, f_across = before, f_before
+            last = step = here - before
+        if abs(f_across) < abs(f_here):
+            before, here, across = here, across, here
+            f_before, f_here, f_across = f_here, f_across, f_here
+        nearest = (STRAIN_TOLERANCE + _ROUNDING * abs(here)) / 2
+        half = (across - here) / 2
+        if f_here == 0.0 or abs(half) < nearest:
+            return here
+        trial = float("inf")
+        if abs(last) > nearest and abs(f_here) < abs(f_before):
+            if before == across:
+                trial = -f_here * (here - before) / (f_here - f_before)
+            else:
+                slope = (f_before - f_here) / (before - here)
+                slope_across = (f_across - f_here) / (across - here)
+                trial = -f_here * (f_across * slope_across - f_before * slope)
+                trial /= slope_across * slope * (f_across - f_before)
+        is_safe = 2 * abs(trial) < min(abs(last), 3 * abs(half) - nearest)
+        last, step = (step, trial) if is_safe else (half, half)
+        before, f_before = here, f_here
+        here += step if abs(step) > nearest else np.copysign(nearest, half)
+        f_here = function(here)
 
 
 def _area_below(height: FloatArray, radius: float) -> FloatArray:

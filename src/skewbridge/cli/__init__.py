@@ -3,24 +3,43 @@
 import typer
 
 from skewbridge.analysis.exit_message import hush_exit_message
-from skewbridge.cli import bridge, contact, design, fragility, motions, run, study
+from skewbridge.cli.deferred import DeferredGroup
+
+
+class _Commands(DeferredGroup):
+    modules = (
+        "skewbridge.cli.study",
+        "skewbridge.cli.run",
+        "skewbridge.cli.bridge",
+        "skewbridge.cli.design",
+        "skewbridge.cli.contact",
+        "skewbridge.cli.fragility",
+    )
+
+
+class _MotionCommands(DeferredGroup):
+    modules = ("skewbridge.cli.motions",)
 
 
 def build_app() -> typer.Typer:
     """Return the application with all commands.
 
-    Each module has its `COMMANDS` and imports its package inside them: `--help` stays fast.
+    Its help is plain text, because the library that draws boxes takes longer to import than all
+    the rest.
     """
-    app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+    app = typer.Typer(
+        cls=_Commands,
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
     group = typer.Typer(
-        no_args_is_help=True, help="Read, check, measure, draw and make ground motions."
+        cls=_MotionCommands,
+        no_args_is_help=True,
+        help="Read, check, measure, draw and make ground motions.",
     )
     app.add_typer(group, name="motions")
-    for module in (study, run, bridge, design, contact, fragility):
-        for command in module.COMMANDS:
-            app.command()(command)
-    for command in motions.COMMANDS:
-        group.command()(command)
     return app
 
 

@@ -1,12 +1,15 @@
-"""All columns of the demands table, and what is asked of them by name."""
+"""All columns of the demands table, the key of its rows, and what is asked of them by name."""
 
 from collections.abc import Iterable
-from typing import Final
+from typing import Any, Final
 
 from skewbridge.analysis.suspect import SEPARATOR, SUSPECT
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, Role
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import AXES, Axis, axes_of
+from skewbridge.variant.variant import Variant
+
+KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
 
 
 def axis_column(axis: Axis) -> Column:
@@ -68,11 +71,6 @@ COLUMNS: Final = (
         kind="integer",
         description="failed attempts under Houbolt, each of which restarts it; else 0",
     ),
-    Column(
-        "contact_energy_ratio",
-        description="energy that the normal springs of the contacts took and do not "
-        "store, over the input; negative: made",
-    ),
     Column("substeps", kind="integer", description="sub-steps taken beyond the regular steps"),
     Column(
         SUSPECT,
@@ -85,6 +83,32 @@ COLUMNS: Final = (
     Column("run_key", kind="text", description="digest of everything that the row depends on"),
 )
 _BY_NAME: Final = {column.name: column for column in COLUMNS}
+
+
+def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
+    """Return the columns of the table: those of every study, and the further axes of this one.
+
+    Args:
+        present: Names that a row has; the modelling options among them are axes.
+    """
+    extra = tuple(axis_column(axis) for axis in axes_of(present) if axis.name not in _BY_NAME)
+    after = 1 + next(i for i, column in enumerate(COLUMNS) if column.name == AXES[-1].name)
+    return (*COLUMNS[:after], *extra, *COLUMNS[after:])
+
+
+def key_values(
+    variant: Variant, motion_id: str, scale: float, incidence_deg: float
+) -> dict[str, Any]:
+    """Return the key columns of one analysis."""
+    return {
+        "variant": variant.slug,
+        "bridge": variant.bridge_name,
+        "abutment": variant.abutment,
+        **variant.values(),
+        "motion_id": motion_id,
+        "scale": scale,
+        "incidence_deg": incidence_deg,
+    }
 
 
 def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, ...]:

@@ -151,5 +151,11 @@ DEMAND_COLUMNS: Final = (
     ),
     Column("energy_residual_ratio", label="Energy residual",
            description="energy not accounted for, over the input"),
+    Column("numerical_dissipation_ratio", label="Numerical dissipation",
+           description="energy that the integrator dissipates, over the input; negative if it "
+           "makes energy"),
+    Column("contact_energy_ratio", label="Energy kept by contacts",
+           description="energy that the normal springs of the contacts took and do not store, over "
+           "the input; negative: made"),
 )
 # fmt: on

@@ -1,4 +1,4 @@
-"""The demands table as Arrow and parquet see it, and the key of its rows."""
+"""The demands table as Arrow and parquet see it."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
@@ -6,26 +6,11 @@ from typing import Any, Final
 import pyarrow as pa
 
 from skewbridge.analysis.suspect import SUSPECT
-from skewbridge.demands.columns import COLUMNS, axis_column
+from skewbridge.demands.columns import COLUMNS, KEY, axis_column, columns_with
 from skewbridge.demands.demand_columns import Column
 from skewbridge.statuses import STATUSES
-from skewbridge.variant.axes import AXES, axes_of
-from skewbridge.variant.variant import Variant
 
-KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
 _TYPES: Final = {"text": pa.string(), "integer": pa.int64(), "number": pa.float64()}
-
-
-def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of the table: those of every study, and the further axes of this one.
-
-    Args:
-        present: Names that a row has; the modelling options among them are axes.
-    """
-    known = {column.name for column in COLUMNS}
-    extra = tuple(axis_column(axis) for axis in axes_of(present) if axis.name not in known)
-    after = 1 + next(i for i, column in enumerate(COLUMNS) if column.name == AXES[-1].name)
-    return (*COLUMNS[:after], *extra, *COLUMNS[after:])
 
 
 def demands_schema(
@@ -42,21 +27,6 @@ def demands_schema(
     ]
     metadata: dict[bytes | str, bytes | str] = dict((provenance or {}).items())
     return pa.schema(fields, metadata=metadata)
-
-
-def key_values(
-    variant: Variant, motion_id: str, scale: float, incidence_deg: float
-) -> dict[str, Any]:
-    """Return the key columns of one analysis."""
-    return {
-        "variant": variant.slug,
-        "bridge": variant.bridge_name,
-        "abutment": variant.abutment,
-        **variant.values(),
-        "motion_id": motion_id,
-        "scale": scale,
-        "incidence_deg": incidence_deg,
-    }
 
 
 def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -> pa.Table:

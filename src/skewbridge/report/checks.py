@@ -9,8 +9,8 @@ import pandas as pd
 
 from skewbridge.analysis.rungs import rung_shares
 from skewbridge.analysis.suspect import SUSPECT, reasons_in
+from skewbridge.demands.columns import KEY
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.schema import KEY
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.statuses import RAN, STATUSES

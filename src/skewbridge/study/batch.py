@@ -12,8 +12,8 @@ from typing import Any, Final
 from joblib import Parallel, delayed
 
 from skewbridge.analysis.exit_message import hush_exit_message
+from skewbridge.demands.columns import key_values
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
-from skewbridge.demands.schema import key_values
 from skewbridge.study.journal import JournalWriter
 from skewbridge.study.keys import run_key
 from skewbridge.study.orphans import end_with

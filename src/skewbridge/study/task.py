@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skewbridge.analysis.energy import contact_energy_ratio
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.rungs import as_text
@@ -89,7 +88,6 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         "steps_by_rung": as_text(result.steps_by_rung),
         "loosened_ratio": result.loosened_ratio,
         "houbolt_failures": result.houbolt_failures,
-        "contact_energy_ratio": contact_energy_ratio(result.energy_kj),
         "substeps": result.substeps,
     }
 
@@ -107,6 +105,5 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
         "steps_by_rung": "",
         "loosened_ratio": 0.0,
         "houbolt_failures": 0,
-        "contact_energy_ratio": float("nan"),
         "substeps": 0,
     }

@@ -1,0 +1,90 @@
+"""Workers and the command line start without packages that they do not use."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from skewbridge.cli import bridge, build_app, contact, design, fragility, run, study
+
+#: Needed by the main process (tables, statistics, figures), by no worker and by no help text.
+HEAVY = ("pandas", "scipy", "pyarrow", "plotly", "matplotlib", "seaborn", "jinja2", "snakemake")
+#: The help is text alone.
+NOT_FOR_HELP = (*HEAVY, "numpy", "openseespy", "joblib", "yaml", "rich.console")
+
+
+def loaded_by(code: str) -> set[str]:
+    """Names of all modules that a fresh interpreter has loaded after running some code."""
+    listed = f"{code}\nimport sys\nprint('LOADED', *sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", listed], capture_output=True, text=True, check=True
+    )
+    return set(done.stdout.split("LOADED", 1)[1].split())
+
+
+@pytest.mark.parametrize(
+    "module", ["skewbridge.study.batch", "skewbridge.study.task", "skewbridge.analysis.transient"]
+)
+def test_a_worker_loads_the_engine_only(module: str) -> None:
+    """The pool unpickles `study.batch`; `study.task` is the analysis, `transient` its steps."""
+    loaded = loaded_by(f"import {module}")
+    assert module in loaded
+    assert loaded.isdisjoint(HEAVY)
+
+
+def test_an_analysis_loads_nothing_more() -> None:
+    """An import inside a function must not bring back what the modules do without."""
+    loaded = loaded_by(
+        "import numpy as np\n"
+        "from skewbridge.analysis.ground import Excitation\n"
+        "from skewbridge.analysis.settings import AnalysisSettings\n"
+        "from skewbridge.analysis.transient import analyse\n"
+        "from skewbridge.motions.record import GroundMotion\n"
+        "from skewbridge.variant.options import ModelOptions\n"
+        "from skewbridge.variant.variant import Variant\n"
+        "still = np.full(4, 0.01)\n"
+        "motion = GroundMotion(\n"
+        "    motion_id='m', dt_s=0.01, accel_1_mps2=still, accel_2_mps2=still\n"
+        ")\n"
+        "variant = Variant(\n"
+        "    bridge='osb1', abutment='contact_friction', skew_deg=30, gap_mm=51, friction_pct=50\n"
+        ")\n"
+        "excitation = Excitation(motion=motion, scale=1.0, incidence_deg=0.0)\n"
+        "result = analyse(variant, excitation, AnalysisSettings(), ModelOptions())\n"
+        "assert result.status == 'ok', result.messages\n"
+    )
+    assert loaded.isdisjoint(HEAVY)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "forbidden"),
+    [
+        (["--help"], (*NOT_FOR_HELP, "pydantic")),
+        (["motions", "--help"], NOT_FOR_HELP),  # typer itself reads arguments by pydantic
+    ],
+)
+def test_help_loads_no_numbers(arguments: list[str], forbidden: tuple[str, ...]) -> None:
+    """The list of commands is shown without loading any of them."""
+    loaded = loaded_by(
+        "import sys\nfrom skewbridge.cli import main\n"
+        f"sys.argv = ['skewbridge', *{arguments}]\n"
+        "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code\n"
+    )
+    assert loaded.isdisjoint(forbidden)
+
+
+def test_help_names_every_command_with_its_summary() -> None:
+    """They are read from the sources: a command in none of the modules' lists would be missing."""
+    shown = CliRunner().invoke(build_app(), ["--help"], terminal_width=300).stdout
+    for module in (bridge, contact, design, fragility, run, study):
+        for command in module.COMMANDS:
+            summary = str(command.__doc__).splitlines()[0]
+            assert re.search(rf"^  {command.__name__} +{re.escape(summary)}$", shown, re.MULTILINE)
+
+
+def test_a_mistyped_command_is_told_from_its_neighbours() -> None:
+    result = CliRunner().invoke(build_app(), ["rnu"])
+    assert result.exit_code == 2
+    assert "'run'" in result.stderr

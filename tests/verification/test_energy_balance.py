@@ -1,0 +1,116 @@
+"""The energy balance closes, and tells apart what the model and what the integrator dissipates."""
+
+from math import isnan
+
+import numpy as np
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.analysis import energy
+from skewbridge.analysis.energy_checks import energy_ratios
+from skewbridge.analysis.energy_model import elastic_stiffness, held_by_contacts
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.result import AnalysisResult
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.model import build, domain
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+from strong_motion import strong_motion
+
+TRAPEZOIDAL = ("Newmark", 0.5, 0.25)
+#: Damps by gamma > 1/2, in proportion to the step.
+DAMPED = ("Newmark", 0.6, 0.3025)
+
+
+def variant(bridge: str = "osb1", abutment: str = "contact_friction") -> Variant:
+    return Variant(bridge=bridge, abutment=abutment, skew_deg=30, gap_mm=25, friction_pct=50)
+
+
+def run(abutment: str = "contact_friction", **settings) -> AnalysisResult:
+    """Two contacts of each corner and a yielding column within 3 s."""
+    return analyse(
+        variant(abutment=abutment).normalised(),
+        Excitation(motion=strong_motion(duration_s=3.0)),
+        AnalysisSettings(**settings),
+        ModelOptions(),
+    )
+
+
+@pytest.mark.parametrize("abutment", ["contact_friction", "simplified", "roller"])
+@pytest.mark.parametrize(("dt_s", "limit"), [(0.0025, 4e-4), (0.01, 1e-3)])
+def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(
+    abutment: str, dt_s: float, limit: float
+) -> None:
+    """What is left is in the damping of columns that yield: their stiffness jumps within steps."""
+    result = run(abutment, integrator=TRAPEZOIDAL, dt_s=dt_s)
+    terms = result.energy_kj
+    assert abs(result.demands["energy_residual_ratio"]) < limit
+    assert result.demands["numerical_dissipation_ratio"] == 0.0
+    assert all(terms[name] > 0.0 for name in ("input", "damping", "columns"))
+
+
+@pytest.mark.parametrize(
+    ("settings", "least", "most"),
+    [
+        # HHT dissipates in proportion to the cube of the step: next to nothing here
+        ({"integrator": ("HHT", 0.9)}, -1e-4, 1e-3),
+        ({"integrator": DAMPED}, 2e-3, 2e-2),
+        ({"scheme": "paper"}, 2e-3, 2e-2),
+    ],
+    ids=["hht", "newmark", "houbolt"],
+)
+def test_what_an_integrator_dissipates_is_told_apart(settings, least, most) -> None:
+    """The residual comes from other forces: that it is small proves the dissipation right."""
+    found = run(**settings).demands
+    assert abs(found["energy_residual_ratio"]) < 2e-3
+    assert least < found["numerical_dissipation_ratio"] < most
+
+
+def test_the_dissipation_of_a_damped_rule_goes_with_the_step() -> None:
+    whole, half = (
+        run("roller", integrator=DAMPED, dt_s=dt_s).demands["numerical_dissipation_ratio"]
+        for dt_s in (0.01, 0.005)
+    )
+    assert whole / half == pytest.approx(2.0, rel=0.1)
+
+
+def test_contacts_take_from_the_deck_what_walls_and_keys_give_to_the_ground(monkeypatch) -> None:
+    """The work behind contacts is that of the springs themselves, had they been read."""
+    short = run(integrator=TRAPEZOIDAL).energy_kj
+    monkeypatch.setattr(energy, "held_by_contacts", lambda _model: {})
+    read = run(integrator=TRAPEZOIDAL).energy_kj
+    assert short["backfill"] > 0.02 * short["input"]
+    assert short["backfill"] == pytest.approx(read["backfill"], rel=1e-4)
+
+
+def test_only_massless_nodes_stand_for_their_springs() -> None:
+    with domain():
+        model = build(variant(), ModelOptions())
+        held = held_by_contacts(model)
+        springs = {element for elements in held.values() for element in elements}
+        assert springs == set(model.energy_elements["backfill"])
+    with domain():
+        assert held_by_contacts(build(variant(), ModelOptions(wall_mass=True))) == {}
+
+
+@pytest.mark.parametrize("bridge", ["osb1", "osb2s", "bridge_a"])
+def test_the_stiffness_of_spine_and_caps_gives_their_end_forces(bridge: str) -> None:
+    with domain():
+        model = build(variant(bridge), ModelOptions())
+        for element in model.energy_elements["deck"]:
+            ends = np.hstack([ops.nodeDisp(node) for node in ops.eleNodes(element)])
+            force = np.array(ops.eleForce(element))
+            assert elastic_stiffness(element) @ ends == pytest.approx(
+                force, rel=1e-9, abs=1e-9 * np.abs(force).max()
+            )
+
+
+def test_without_a_balance_or_an_input_there_is_no_ratio() -> None:
+    terms = {"largest_input": 0.0, "residual": 0.0, "numerical": 0.0}
+    for given in ({}, terms):
+        assert all(isnan(value) for value in energy_ratios(given).values())
+    assert energy_ratios(terms | {"largest_input": 4.0, "residual": 1.0}) == {
+        "energy_residual_ratio": 0.25,
+        "numerical_dissipation_ratio": 0.0,
+    }
