@@ -65,7 +65,7 @@ rule report:
         FOLDER.log("report"),
     params:
         figures=figures_folder,
-        config=STUDY.model_dump(mode="json"),
+        config=STUDY.model_dump(mode="json", exclude={"batches"}),
         choices=SHOWN_CHOICES,
         digest=script_digest(
             "report",
