@@ -59,13 +59,13 @@ rule collect_demands:
         "../scripts/collect_demands.py"
 
 
-# A sample of rows at the reference accuracy, and with penalties halved and doubled. It leaves cores to
-# the fits and figures, beside which it runs when the analyses are done.
+# A sample of rows at the reference accuracy, and with penalties halved and doubled. It comes after the
+# analyses, whose rows it need not repeat, and beside the fits and figures, which leave cores idle.
 rule sensitivity:
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
-        gate=rules.verify_contact.output.table,
+        demands=rules.collect_demands.output.demands,
     output:
         table=FOLDER.sensitivity,
     log:
@@ -79,7 +79,9 @@ rule sensitivity:
         sections=ANALYSIS_SECTIONS,
         bridges=BRIDGES,
         opensees=opensees_version(),
-        digest=script_digest("sensitivity", rules.prepare_motions),
+        digest=script_digest(
+            "sensitivity", rules.prepare_motions, rules.collect_demands
+        ),
     script:
         "../scripts/sensitivity.py"
 
