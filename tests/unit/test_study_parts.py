@@ -181,14 +181,12 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
     ] * 3
 
 
-def test_one_machine_has_one_part_and_a_cluster_as_many_as_its_hours_ask_for(
+def test_a_cluster_has_as_many_parts_as_its_hours_ask_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])
-    study = {"results": str(tmp_path)}
-    assert parts_of(parse_config(study)) == 1
+    study = parse_config({"results": str(tmp_path)})
     hours = 192 * 25.0 * CPU_S_PER_MOTION_S / 3600
-    quarter = study | {"batches": {"cpu_hours": hours / 3.9}}
-    assert parts_of(parse_config(quarter)) == 4
-    crumbs = study | {"batches": {"cpu_hours": 1e-6}}
-    assert parts_of(parse_config(crumbs)) == 192
+    assert parts_of(study, 2.0 * hours) == 1
+    assert parts_of(study, hours / 3.9) == 4
+    assert parts_of(study, 1e-6) == 192

@@ -13,7 +13,6 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config, plain_sections
-from skewbridge.study.forecast import parts_of
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import parse_slug
 
@@ -74,7 +73,11 @@ ANALYSIS_SECTIONS = {
 
 def parts_of_study(_wildcards):
     """The parts that the analyses are cut into now; see the rule `analyse`."""
-    count = parts_of(STUDY)
+    count = 1
+    if STUDY.batches.cpu_hours is not None:
+        from skewbridge.study.forecast import parts_of
+
+        count = parts_of(STUDY, STUDY.batches.cpu_hours)
     return [FOLDER.part(number, count) for number in range(1, count + 1)]
 
 

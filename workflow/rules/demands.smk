@@ -70,6 +70,7 @@ rule sensitivity:
         table=FOLDER.sensitivity,
     log:
         FOLDER.log("sensitivity"),
+    priority: 10
     threads: max(1, workflow.cores // 2)
     params:
         results=results_folder,

@@ -59,14 +59,11 @@ def forecast_study(config: StudyConfig) -> Forecast:
     )
 
 
-def parts_of(config: StudyConfig) -> int:
-    """Return into how many jobs the analyses that are left are to be cut."""
-    size_h = config.batches.cpu_hours
-    if size_h is None:
-        return 1
+def parts_of(config: StudyConfig, cpu_hours: float) -> int:
+    """Return into how many jobs of so many processor hours the analyses that are left are cut."""
     summary = forecast_study(config).summary
-    left_h = summary["core_hours"] * summary["left"] / summary["analyses"]
-    return min(max(1, ceil(left_h / size_h)), max(1, summary["left"]))
+    left_hours = summary["core_hours"] * summary["left"] / summary["analyses"]
+    return min(max(1, ceil(left_hours / cpu_hours)), max(1, summary["left"]))
 
 
 def _count_motions(config: StudyConfig) -> int:
