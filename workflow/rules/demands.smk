@@ -53,6 +53,8 @@ rule collect_demands:
         variants=[FOLDER.variant_demands(variant) for variant in sorted(VARIANTS)],
     log:
         FOLDER.log("collect_demands"),
+    benchmark:
+        FOLDER.benchmark("collect_demands")
     params:
         digest=script_digest("collect_demands", rules.plan),
     script:

@@ -10,6 +10,7 @@ rule figures:
         captions=FOLDER.captions,
     log:
         FOLDER.log("figures"),
+    threads: max(1, workflow.cores // 2)  # beside `sensitivity`
     params:
         choices=SHOWN_CHOICES,
         digest=script_digest(
