@@ -99,7 +99,8 @@ def write_sensitivity(
         window_s: Length that is left of each motion; None for all.
         n_jobs: Worker processes.
         output: Parquet file: one row per demand with the mean ratio of the study to the reference,
-            and the largest change of a single row by each of `CHANGES`.
+            the largest change of a single row by each of `CHANGES`, and the seconds of motion that
+            both sides of these comparisons were analysed for (the longest of the rows).
     """
     tasks = sampled_rows(setup, slugs, count, window_s)
     longest_first = sorted(CHANGES, key=lambda name: name != "reference")
@@ -138,6 +139,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
             "demand": demand,
             "rows": rows["row"].nunique(),
             "not_run": len(rows) - len(ran),
+            "analysed_s": float(rows["duration_s"].max()),
         }
         for change in list(CHANGES)[1:]:
             # zero over zero: a demand that this row does not have
