@@ -85,6 +85,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished smoke study whose first run was killed after its first analysis."""
     tree = tmp_path_factory.mktemp("study") / "tree"
     shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+    smoke = tree / "config/smoke.yaml"
+    smoke.write_text(smoke.read_text().replace("duration_s: 10.0", "duration_s: 6.0"))
     process = subprocess.Popen(
         command("--configfile", "config/smoke.yaml"),
         cwd=tree,

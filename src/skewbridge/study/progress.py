@@ -130,12 +130,12 @@ class StudyProgress:
 
     def _log(self) -> None:
         self._logged_s = time.monotonic()
-        done = self._state.done + self._new
-        eta = (self._state.analyses - done) / self.rate_per_min if self._new else float("nan")
+        left = self._state.left - self._new
+        eta = f", {left / self.rate_per_min:.0f} min left" if self._new and left else ""
         logger.info(
-            "%s: %d of %d analyses done, %.1f per minute, %.0f min left",
+            "%s: %d of %d analyses done, %.1f per minute%s",
             self._name,
-            done,
+            self._state.analyses - left,
             self._state.analyses,
             self.rate_per_min,
             eta,
