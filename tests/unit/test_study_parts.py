@@ -181,6 +181,13 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
     ] * 3
 
 
+def test_a_plan_of_another_version_is_none(tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path)
+    assert planned_keys(folder) == {}
+    folder.plan.write_text(json.dumps({SLUGS[0]: ["a key"]}))
+    assert planned_keys(folder) == {}
+
+
 def test_a_cluster_has_as_many_parts_as_its_hours_ask_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -79,9 +79,14 @@ def _stream(
     log_folder: Path,
     search: Callable[[Task], Work] | None,
 ) -> Iterator[tuple[int, list[Row]]]:
-    # One task at a time: the longest come first, so that no worker is left with a batch at the end.
+    # Two workers even for one task at a time: with one, joblib would run it in this process, which
+    # a fault inside the solver would end. Tasks go singly: at the end no worker has several.
     parallel = Parallel(
-        n_jobs=n_jobs, backend="loky", return_as="generator_unordered", batch_size=1
+        n_jobs=max(2, n_jobs),
+        pre_dispatch=1 if n_jobs == 1 else "2 * n_jobs",
+        batch_size=1,
+        backend="loky",
+        return_as="generator_unordered",
     )
     yield from parallel(
         delayed(numbered)(
@@ -100,7 +105,6 @@ def _alone(
     task: Task, key: str, log_folder: Path, search: Callable[[Task], Work] | None
 ) -> list[Row]:
     try:
-        # Two workers for one task: with one, joblib would run it in this process.
-        return next(_stream([(0, task, key)], 2, log_folder, search))[1]
+        return next(_stream([(0, task, key)], 1, log_folder, search))[1]
     except BrokenProcessPool:
         return [crashed_row(task, key)]

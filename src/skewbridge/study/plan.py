@@ -93,8 +93,16 @@ def keys_by_variant(analyses: Sequence[Planned]) -> dict[str, list[str]]:
 
 
 def planned_keys(folder: StudyFolder) -> dict[str, list[str]]:
-    """Return the keys of all analyses of the study by variant; empty before there is a plan."""
-    return Plan.read(folder.plan).keys() if folder.plan.exists() else {}
+    """Return the keys of all analyses of the study by variant.
+
+    Empty before there is a plan, or with that of another version of the program.
+    """
+    if not folder.plan.exists():
+        return {}
+    try:
+        return Plan.read(folder.plan).keys()
+    except (KeyError, TypeError):
+        return {}
 
 
 def write_plan(setup: StudySetup, variants: Sequence[str], sections: Mapping[str, Any]) -> None:
