@@ -16,6 +16,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from skewbridge.provenance.tables import provenance, write_frame
+from skewbridge.study.costs import CPU_S_PER_MOTION_S
+from skewbridge.study.forecast import TYPICAL_MOTION_S
 
 ROOT = Path(__file__).parents[2]
 LEFT_OUT = shutil.ignore_patterns(
@@ -159,7 +161,9 @@ def test_how_the_analyses_are_cut_into_jobs_changes_nothing_that_is_done(study: 
 def test_workers_parts_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study: Path) -> None:
     """The study again: half of its grid on one core, in jobs of one or two analyses, then all."""
     tables = ["demands.parquet", *(f"demands/{slug}.parquet" for slug in SLUGS)]
-    half = "{results: again, grid: {friction: [0.0]}, batches: {cpu_hours: 0.008}}"
+    of_two_h = 2 * TYPICAL_MOTION_S * CPU_S_PER_MOTION_S / 3600
+    cut = f"batches: {{cpu_hours: {of_two_h:.9f}}}"
+    half = f"{{results: again, grid: {{friction: [0.0]}}, {cut}}}"
     done = run(study, "--", "again/demands.parquet", over=half, cores=1)
     assert (done.stdout + done.stderr).count("rule analyse:") == 2
     first = journal_keys(study, "again")

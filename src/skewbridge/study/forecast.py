@@ -62,8 +62,8 @@ def forecast_study(config: StudyConfig) -> Forecast:
 def parts_of(config: StudyConfig, cpu_hours: float) -> int:
     """Return into how many jobs of so many processor hours the analyses that are left are cut."""
     summary = forecast_study(config).summary
-    left_hours = summary["core_hours"] * summary["left"] / summary["analyses"]
-    return min(max(1, ceil(left_hours / cpu_hours)), max(1, summary["left"]))
+    left_hours = summary["eta_s"] * CORES / 3600
+    return max(1, min(ceil(left_hours / cpu_hours), summary["left"]))
 
 
 def _count_motions(config: StudyConfig) -> int:
