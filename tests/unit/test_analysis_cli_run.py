@@ -12,13 +12,13 @@ from skewbridge.cli import build_app
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import write_demands
-from skewbridge.study.batch import identity_of
 from skewbridge.study.config import load_config, plain_sections
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import run_key
 from skewbridge.study.prepare import prepare_motions
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import outcome_of
+from skewbridge.study.worker import identity_of
 from skewbridge.units import G_MPS2
 from strong_motion import DT_S, strong_motion
 

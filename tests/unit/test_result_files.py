@@ -12,23 +12,22 @@ import pytest
 
 from skewbridge.analysis.accuracy import NUMERICS
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.suspect import LIMITS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.tables import collect_demands
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance import tables
 from skewbridge.provenance.files import written_aside
 from skewbridge.study import batch
-from skewbridge.study.batch import identity_of, run_tasks
+from skewbridge.study.batch import run_tasks
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_journal
 from skewbridge.study.keys import run_key
-from skewbridge.study.runs import write_plan
-from skewbridge.study.sensitivity import CHANGES, sampled_rows, write_sensitivity
+from skewbridge.study.plan import write_plan
+from skewbridge.study.sensitivity import CHANGES, in_window, sampled_rows, write_sensitivity
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task, no_result
+from skewbridge.study.worker import identity_of
 from skewbridge.variant.options import ModelOptions
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
@@ -108,14 +107,15 @@ def test_two_names_of_one_motion_are_two_rows(setup: StudySetup, tmp_path: Path)
 
 @pytest.mark.usefixtures("no_analyses")
 def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> None:
-    """The row of the study comes from the journal of its variant, the changes from the own one."""
+    """The row of the study comes from the journal of its part, the changes from the own one."""
     task = setup.tasks(SLUG)[0]
-    with open_journal(setup.folder.journal(SLUG)) as journal:
+    with open_journal(setup.folder.journal("analyses_2_of_3")) as journal:
         journal.append(row_of(task, 2.0))
     with open_journal(setup.folder.journal("sensitivity")) as journal:
         for change, value in zip(list(CHANGES)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
             journal.append(row_of(CHANGES[change](task), value))
-    write_sensitivity(setup, [SLUG], count=1, n_jobs=1, output=setup.folder.sensitivity)
+    output = setup.folder.sensitivity
+    write_sensitivity(setup, [SLUG], count=1, window_s=6.0, n_jobs=1, output=output)
     table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
     assert table["reference_mean_ratio"] == pytest.approx(1.25)
     assert table["reference_largest_change"] == pytest.approx(0.25)
@@ -125,12 +125,40 @@ def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> No
 
 
 def test_sensitivity_takes_another_variant_and_motion_for_every_row(setup: StudySetup) -> None:
-    rows = sampled_rows(setup, [SLUG, SLUG, SLUG], 3)
+    rows = sampled_rows(setup, [SLUG, SLUG, SLUG], 3, None)
     assert len(rows) == 3
     reference = CHANGES["reference"](rows[0])
     assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
     assert reference.settings.event_parts == 1
     assert reference.options.backwall_points > rows[0].options.backwall_points
+
+
+def test_both_sides_of_a_sensitivity_row_are_analysed_for_the_window(setup: StudySetup) -> None:
+    task = setup.tasks(SLUG)[0]
+    whole = task.motion.motion
+    t_s = np.arange(0.0, 20.0, whole.dt_s)
+    strong = 0.01 + np.exp(-((t_s - 12.0) ** 2))
+    long = replace(whole, accel_1_mps2=strong * np.sin(9 * t_s), accel_2_mps2=0.0 * t_s)
+    task = replace(task, motion=replace(task.motion, motion=long))
+    row = in_window(task, 6.0)
+    assert {name: CHANGES[name](row).motion.motion.duration_s for name in CHANGES} == (
+        dict.fromkeys(CHANGES, pytest.approx(6.0, abs=2 * whole.dt_s))
+    )
+    # the window lies where the motion is strong, and the factor stays
+    kept = np.square(row.motion.motion.accel_1_mps2).sum()
+    assert kept > 0.95 * np.square(long.accel_1_mps2).sum()
+    assert row.motion.scale == task.motion.scale
+    assert run_key(row) != run_key(task)
+
+
+@pytest.mark.parametrize(("window_s", "duration_s"), [(None, None), (30.0, None), (6.0, 0.5)])
+def test_a_sensitivity_row_no_longer_than_its_window_is_that_of_the_study(
+    setup: StudySetup, window_s: float | None, duration_s: float | None
+) -> None:
+    """What is analysed is the same, so the journal of the study has it."""
+    short = replace(setup, settings=AnalysisSettings(duration_s=duration_s))
+    rows = sampled_rows(short, [SLUG], 1, window_s)
+    assert run_key(rows[0]) == run_key(short.tasks(SLUG)[0])
 
 
 def test_journal_lines_of_another_version_are_said_and_not_used(
@@ -142,7 +170,7 @@ def test_journal_lines_of_another_version_are_said_and_not_used(
     path.write_text(json.dumps(row_of(task)) + "\n")
     assert read_journal(path) == {}
     with caplog.at_level(logging.WARNING, logger="skewbridge"):
-        write_plan(setup, [SLUG], setup.folder.plan)
+        write_plan(setup, [SLUG], {})
     assert "The journals hold 1 line(s) of another version" in caplog.text
     with open_journal(path) as journal:
         journal.append(row_of(task))
@@ -159,9 +187,6 @@ def test_a_table_of_another_version_is_refused_by_name(
     monkeypatch.setattr(tables, "TABLE_FORMAT", tables.TABLE_FORMAT + 1)
     with pytest.raises(InputError, match=r"part\.parquet was written by another version .* again"):
         tables.read_frame(path)
-    with pytest.raises(InputError, match=r"part\.parquet"):
-        collect_demands([path], tmp_path / "all.parquet", LIMITS)
-    assert not (tmp_path / "all.parquet").exists()
 
 
 def test_a_table_from_before_the_versions_is_refused(tmp_path: Path) -> None:

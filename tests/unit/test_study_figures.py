@@ -15,10 +15,19 @@ from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import limit_states_of
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import SuiteMotion
+from skewbridge.provenance.tables import write_frame
 from skewbridge.report.axis_layout import VariantLayout, shown_axes
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
-from skewbridge.report.study_figures import MODEL_FIGURES, StudyFigure, StudyTables, study_figures
+from skewbridge.report.study_figures import (
+    MODEL_FIGURES,
+    STUDY_FIGURES,
+    StudyFigure,
+    StudyTables,
+    draw_study,
+    read_captions,
+    study_figures,
+)
 from skewbridge.variant import axes as axis_table
 
 FOURTH = "transverse_gap_mm"
@@ -178,6 +187,31 @@ def test_curves_and_clouds_are_those_of_the_headline_demands(study):
     assert clouds == list(demands_for("headline", study.demands.columns))
 
 
+def test_figures_are_drawn_in_whatever_process(study, tmp_path, monkeypatch):
+    """The files and captions of a few are the same from one process and from two."""
+    monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", MODEL_FIGURES[1:2])
+    monkeypatch.setattr("skewbridge.report.study_figures.STUDY_FIGURES", STUDY_FIGURES[-1:])
+    tables = {name: getattr(study, name) for name in ("demands", "curves", "effects")}
+    tables["friction_pair"] = pd.DataFrame()
+    paths = {"suite": tmp_path / "none"}
+    for name, table in tables.items():
+        paths[name] = tmp_path / f"{name}.parquet"
+        write_frame(table, paths[name], {})
+    monkeypatch.setattr("skewbridge.report.study_figures.read_suite", lambda _: study.suite)
+    said = []
+    for n_jobs in (1, 2):
+        folder, captions = tmp_path / str(n_jobs), tmp_path / f"{n_jobs}.json"
+        draw_study(paths, folder=folder, captions=captions, n_jobs=n_jobs)
+        said.append(captions.read_text())
+        names = {caption.name for caption in read_captions(captions)}
+        assert {path.name for path in folder.iterdir()} == {
+            f"{name}.{ending}" for name in names for ending in ("svg", "png")
+        }
+        ratios = {f"osb1_cf_ratios_{axis}" for axis in ("skew_deg", "gap_mm", "friction")}
+        assert names == ratios | {"suite_spectra"}
+    assert said[0] == said[1]
+
+
 def test_a_new_figure_is_a_function_and_a_row(study, monkeypatch):
     row = StudyFigure(
         name="only_{demand}",
@@ -187,8 +221,10 @@ def test_a_new_figure_is_a_function_and_a_row(study, monkeypatch):
         cases=lambda _: [{"demand": "unseating_m", "label": "Unseating"}],
     )
     monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", (*MODEL_FIGURES, row))
-    captions = {caption.name: caption for caption, _ in study_figures(study)}
-    assert captions["osb1_cf_only_unseating_m"].title == "osb1, contact-friction: Unseating alone"
+    drawn = {caption.name: (caption, draw) for caption, draw in study_figures(study)}
+    caption, draw = drawn["osb1_cf_only_unseating_m"]
+    assert draw().axes
+    assert caption.title == "osb1, contact-friction: Unseating alone"
 
 
 def test_figures_and_captions_say_the_margin_of_the_study(study):

@@ -11,7 +11,7 @@ from fragility_tables import synthetic_demands
 from skewbridge.analysis.rungs import rung_shares
 from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons, reasons_in
 from skewbridge.demands.columns import COLUMNS
-from skewbridge.demands.tables import collect_demands, write_demands
+from skewbridge.demands.tables import write_study
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
@@ -103,7 +103,7 @@ def test_shares_per_rung_count_steps_and_the_highest_rung_of_an_analysis() -> No
 
 
 def row(**changed: object) -> dict[str, object]:
-    """Return a row of a part: every column but the one that is decided later."""
+    """Return a row of an analysis: every column but the one that is decided later."""
     plain = {
         column.name: {"text": "x", "integer": 0, "number": 0.0}[column.kind] for column in COLUMNS
     }
@@ -112,21 +112,20 @@ def row(**changed: object) -> dict[str, object]:
 
 
 def test_the_table_of_the_study_says_what_is_suspect(tmp_path: Path) -> None:
-    """The parts do not: other limits judge the same parts anew."""
-    part = tmp_path / "part.parquet"
-    write_demands([row(motion_id="a"), row(motion_id="b", recovery_rung=2)], part, {})
-    assert "suspect" not in pd.read_parquet(part)
+    """Rows of analyses do not: other limits judge the same rows anew."""
+    rows = {tmp_path / "x.parquet": [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]}
     found = []
     for limits in (LIMITS, SuspectLimits(max_rung=1)):
-        collect_demands([part], tmp_path / "all.parquet", limits)
+        write_study(rows, tmp_path / "all.parquet", limits)
         found.append(pd.read_parquet(tmp_path / "all.parquet")["suspect"].tolist())
+        assert pd.read_parquet(tmp_path / "x.parquet")["suspect"].tolist() == found[-1]
     assert found == [["", ""], ["", "recovery rung 2"]]
 
 
 def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
-    part, whole = tmp_path / "part.parquet", tmp_path / "all.parquet"
-    write_demands([row(motion_id="a"), row(motion_id="b", recovery_rung=2)], part, {})
-    collect_demands([part], whole, SuspectLimits(max_rung=1))
+    whole = tmp_path / "all.parquet"
+    rows = {tmp_path / "x.parquet": [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]}
+    write_study(rows, whole, SuspectLimits(max_rung=1))
     curves, effects = tmp_path / "curves.parquet", tmp_path / "effects.parquet"
     pd.DataFrame({"status": ["ok"], "theta": [0.5]}).to_parquet(curves)
     pd.DataFrame({"ratio": [1.0], "ci_low": [0.9], "ci_high": [1.1]}).to_parquet(effects)

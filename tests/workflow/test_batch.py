@@ -95,9 +95,13 @@ def test_what_the_journal_has_is_not_run_again(tasks: list[Task], tmp_path: Path
     assert without_timing(again[:2]) == without_timing(first)
 
 
-def test_a_worker_that_dies_costs_only_its_own_analysis(tasks: list[Task], tmp_path: Path) -> None:
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_a_worker_that_dies_costs_only_its_own_analysis(
+    tasks: list[Task], tmp_path: Path, n_jobs: int
+) -> None:
+    """With one worker, too, which is not the process that asks for it."""
     deadly = replace(tasks[1], options=DeadlyOptions())
-    rows, _ = batch([tasks[0], deadly, tasks[2]], tmp_path, 2)
+    rows, _ = batch([tasks[0], deadly, tasks[2]], tmp_path, n_jobs)
     assert [row["status"] for row in rows] == ["ok", "crash", "ok"]
 
 

@@ -14,7 +14,7 @@ from skewbridge.study.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid
-from skewbridge.variant.variant import SLUG_PATTERN, parse_slug
+from skewbridge.variant.variant import parse_slug
 
 # The bridge whose conditioning period sets the factors of every study (design, section 5).
 CONDITIONING_BRIDGE = "osb1"
@@ -44,7 +44,8 @@ SAMPLED = [name for name, v in VARIANTS.items() if v.friction_pct == MOST_FRICTI
 
 
 wildcard_constraints:
-    variant=SLUG_PATTERN,
+    part=r"[1-9]\d*",
+    parts=r"[1-9]\d*",
 
 
 def section(name):
@@ -70,6 +71,16 @@ ANALYSIS_SECTIONS = {
 }
 
 
+def parts_of_study(_wildcards):
+    """The parts that the analyses are cut into now; see the rule `analyse`."""
+    count = 1
+    if STUDY.batches.cpu_hours is not None:
+        from skewbridge.study.forecast import parts_of
+
+        count = parts_of(STUDY, STUDY.batches.cpu_hours)
+    return [FOLDER.part(number, count) for number in range(1, count + 1)]
+
+
 def script_digest(script, *after, shown=False):
     """What a rule depends on besides its own parameters.
 
@@ -92,10 +103,11 @@ def script_digest(script, *after, shown=False):
 def trust_contents():
     """Let the parameters and the contents of files tell what has changed.
 
-    The times of files and scripts, which a copied tree changes, do not. To be called when the
-    settings of the run are known and before the jobs are planned, as the inputs of a target are.
+    The times of files and scripts, which a copied tree changes, do not, and neither do the names of
+    inputs, which change with the number of parts that the analyses are cut into. To be called when
+    the settings of the run are known and before the jobs are planned, as the inputs of a target are.
     """
-    workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE}
+    workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE, RerunTrigger.INPUT}
     for holder in (workflow.dag, workflow.persistence):
         holder.max_checksum_file_size = sys.maxsize
 

@@ -1,5 +1,5 @@
-# The list of analyses with their keys: from it every variant tells how far the whole study is. It is
-# no input of theirs, because a variant does not depend on the others; it only comes first.
+# The list of analyses with their keys and forecast. It carries what the analyses depend on; the jobs
+# that run them read it there.
 rule plan:
     input:
         suite=rules.prepare_motions.output.suite,
@@ -16,69 +16,76 @@ rule plan:
         bridges=BRIDGES,
         opensees=opensees_version(),
         digest=script_digest("plan", rules.prepare_motions),
+        analyses=script_digest("analyse"),
     script:
         "../scripts/plan.py"
 
 
-# One job per variant; joblib runs its analyses inside, on the threads of the job. The gate is an
-# input to come first; where it alone has changed, the journal has every analysis.
-rule analyse_variant:
+# One of so many parts of the planned analyses, in one pool of workers. Into how many parts a study is
+# cut must not matter to what is done: a part is temporary, so that it is made only for tables that
+# are to be made, and it has no parameters of its own, so that nothing is compared with an earlier
+# cut. What it depends on are the parameters of the plan. The gate is an input to come first; where it
+# alone has changed, the journals have every analysis.
+rule analyse:
     input:
+        plan=rules.plan.output.plan,
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
         gate=rules.verify_contact.output.table,
     output:
-        demands=FOLDER.variant_demands("{variant}"),
+        rows=temp(FOLDER.part("{part}", "{parts}")),
     log:
-        FOLDER.log("analyse/{variant}"),
+        FOLDER.log("analyse/{part}_of_{parts}"),
     benchmark:
-        FOLDER.benchmark("{variant}")
-    threads: min(2, workflow.cores)
-    params:
-        results=results_folder,
-        sections=ANALYSIS_SECTIONS,
-        bridge=lambda wildcards: BRIDGES[parse_slug(wildcards.variant).bridge],
-        opensees=opensees_version(),
-        digest=script_digest("analyse_variant", rules.prepare_motions),
+        FOLDER.benchmark("analyse_{part}_of_{parts}")
+    priority: 50
+    threads: workflow.cores
     script:
-        "../scripts/analyse_variant.py"
+        "../scripts/analyse.py"
 
 
 rule collect_demands:
     input:
-        demands=collect(rules.analyse_variant.output.demands, variant=VARIANTS),
+        plan=rules.plan.output.plan,
+        parts=parts_of_study,
     output:
         demands=FOLDER.demands,
+        variants=[FOLDER.variant_demands(variant) for variant in sorted(VARIANTS)],
     log:
         FOLDER.log("collect_demands"),
+    benchmark:
+        FOLDER.benchmark("collect_demands")
     params:
-        variants=sorted(VARIANTS),
-        bridges=BRIDGES,
         suspect=section("suspect"),
-        digest=script_digest("collect_demands", rules.analyse_variant),
+        digest=script_digest("collect_demands", rules.plan),
     script:
         "../scripts/collect_demands.py"
 
 
-# A sample of rows at the reference accuracy, and with penalties halved and doubled.
+# A sample of rows at the reference accuracy, and with penalties halved and doubled. It comes after the
+# analyses, whose rows it need not repeat, and beside the fits and figures, which leave cores idle.
 rule sensitivity:
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
-        gate=rules.verify_contact.output.table,
+        demands=rules.collect_demands.output.demands,
     output:
         table=FOLDER.sensitivity,
     log:
         FOLDER.log("sensitivity"),
-    threads: min(2, workflow.cores)
+    priority: 10
+    threads: max(1, workflow.cores // 2)
     params:
         results=results_folder,
         variants=SAMPLED,
         rows=STUDY.sensitivity.rows,
+        window_s=STUDY.sensitivity.window_s,
         sections=ANALYSIS_SECTIONS,
         bridges=BRIDGES,
         opensees=opensees_version(),
-        digest=script_digest("sensitivity", rules.prepare_motions),
+        digest=script_digest(
+            "sensitivity", rules.prepare_motions, rules.collect_demands
+        ),
     script:
         "../scripts/sensitivity.py"
 
@@ -109,7 +116,7 @@ rule modelling_choices:
         table=FOLDER.modelling_choices,
     log:
         FOLDER.log("modelling_choices"),
-    threads: min(2, workflow.cores)
+    threads: workflow.cores
     params:
         results=results_folder,
         choices=CHOICES,

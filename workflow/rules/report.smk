@@ -10,6 +10,7 @@ rule figures:
         captions=FOLDER.captions,
     log:
         FOLDER.log("figures"),
+    threads: max(1, workflow.cores // 2)  # beside `sensitivity`
     params:
         choices=SHOWN_CHOICES,
         digest=script_digest(
@@ -65,7 +66,7 @@ rule report:
         FOLDER.log("report"),
     params:
         figures=figures_folder,
-        config=STUDY.model_dump(mode="json"),
+        config=STUDY.model_dump(mode="json", exclude={"batches"}),
         choices=SHOWN_CHOICES,
         digest=script_digest(
             "report",

@@ -1,4 +1,4 @@
-"""Join the demands of all variants into one checked table."""
+"""Join the demands of all parts into one checked table, and one of every variant."""
 
 from pathlib import Path
 
@@ -7,11 +7,10 @@ from skewbridge.study.session import script_session
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.analysis.suspect import SuspectLimits
-        from skewbridge.demands.tables import collect_demands
         from skewbridge.reading import checked
+        from skewbridge.study.folder import StudyFolder
+        from skewbridge.study.runs import collect_parts
 
-        collect_demands(
-            map(Path, snakemake.input.demands),
-            Path(snakemake.output.demands),
-            checked(SuspectLimits, snakemake.params.suspect, "suspect"),
-        )
+        folder = StudyFolder(Path(snakemake.input.plan).parent)
+        limits = checked(SuspectLimits, snakemake.params.suspect, "suspect")
+        collect_parts(folder, map(Path, snakemake.input.parts), limits)

@@ -14,4 +14,5 @@ if __name__ == "__main__":
             choices=Path(made["table"]) if made else None,
             folder=Path(snakemake.output.folder),
             captions=Path(snakemake.output.captions),
+            n_jobs=snakemake.threads,
         )

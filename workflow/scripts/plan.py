@@ -1,4 +1,4 @@
-"""List the analyses of the study, so that every variant knows how far the whole is."""
+"""List the analyses of the study with their forecast."""
 
 from pathlib import Path
 
@@ -7,9 +7,10 @@ from skewbridge.study.session import script_session
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.study.folder import StudyFolder
-        from skewbridge.study.runs import write_plan
+        from skewbridge.study.plan import write_plan
         from skewbridge.study.setup import StudySetup
 
+        sections = snakemake.params.sections
         folder = StudyFolder(Path(snakemake.params.results))
-        setup = StudySetup.from_sections(snakemake.params.sections, folder)
-        write_plan(setup, snakemake.params.variants, Path(snakemake.output.plan))
+        setup = StudySetup.from_sections(sections, folder)
+        write_plan(setup, snakemake.params.variants, sections)

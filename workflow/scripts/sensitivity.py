@@ -16,6 +16,7 @@ if __name__ == "__main__":
             setup,
             snakemake.params.variants,
             count=snakemake.params.rows,
+            window_s=snakemake.params.window_s,
             n_jobs=snakemake.threads,
             output=Path(snakemake.output.table),
         )

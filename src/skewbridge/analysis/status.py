@@ -114,4 +114,5 @@ class _Point:
         if at < 0:
             return 0.0, 0.0
         turned = row[at + 5]
-        return row[at] - self._arm_y * turned - self._x, row[at + 1] + self._arm_x * turned - self._y
+        x, y = row[at] - self._arm_y * turned, row[at + 1] + self._arm_x * turned
+        return x - self._x, y - self._y

@@ -55,9 +55,7 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     return section
 
 
-def _add_rings(
-    material: int, radii_m: tuple[float, float], rings: int, wedges: int
-) -> None:
+def _add_rings(material: int, radii_m: tuple[float, float], rings: int, wedges: int) -> None:
     """Fill a ring of the section with fibers, in equal rings.
 
     A fiber stands where its ring keeps its second moment of area, so that a coarse mesh is as
@@ -65,9 +63,7 @@ def _add_rings(
     """
     inner_m, outer_m = radii_m
     for ring in range(rings):
-        low_m, high_m = (
-            inner_m + (outer_m - inner_m) * edge / rings for edge in (ring, ring + 1)
-        )
+        low_m, high_m = (inner_m + (outer_m - inner_m) * edge / rings for edge in (ring, ring + 1))
         area_m2 = pi * (high_m**2 - low_m**2)
         _add_circle(material, sqrt((low_m**2 + high_m**2) / 2), area_m2, wedges)
 

@@ -84,9 +84,15 @@ class CornerHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BearingHandle:
-    """Pads, or a vertical support, from the fixed seat node below to the deck node above."""
+    """Pads, or a vertical support, from the fixed seat node below to the deck node above.
+
+    Attributes:
+        element: Tag; for pads that of their shear.
+        upright: Tag of the elastic element that carries pads upright; none for plain supports.
+    """
 
     element: int
+    upright: int | None = None
     seat_node: int
     deck_node: int
 

@@ -167,9 +167,9 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
 
     from skewbridge.analysis.suspect import LIMITS, SUSPECT, reasons
     from skewbridge.analysis.transient import analyse
-    from skewbridge.study.batch import identity_of
     from skewbridge.study.keys import run_key
     from skewbridge.study.task import outcome_of
+    from skewbridge.study.worker import identity_of
 
     identity = identity_of(task, run_key(task))
     wall_s, cpu_s = time.perf_counter(), time.process_time()

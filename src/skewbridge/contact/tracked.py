@@ -73,7 +73,7 @@ class TrackedUnit:
         return self.opening + ratio * (self.opening - self._opening_before)
 
     def steps_to_change(self) -> float:
-        """Return in how many steps like the last one the pair opens or closes; inf if it does not."""
+        """Return in how many steps like the last one the pair opens or closes, or inf."""
         towards = self._opening_before - self.opening
         return self.opening / towards if self.opening * towards > 0.0 else inf
 

@@ -76,7 +76,7 @@ COLUMNS: Final = (
         SUSPECT,
         kind="text",
         description="empty, or why the row should be looked at (section suspect of the "
-        f"configuration), joined by '{SEPARATOR}'; only in the table of the whole study",
+        f"configuration), joined by '{SEPARATOR}'",
     ),
     Column("wall_s", unit="s", description="wall time of the analysis"),
     Column("cpu_s", unit="s", description="processor time of the analysis"),

@@ -5,8 +5,7 @@ from typing import Any, Final
 
 import pyarrow as pa
 
-from skewbridge.analysis.suspect import SUSPECT
-from skewbridge.demands.columns import COLUMNS, KEY, axis_column, columns_with
+from skewbridge.demands.columns import COLUMNS, KEY, columns_with
 from skewbridge.demands.demand_columns import Column
 from skewbridge.statuses import STATUSES
 
@@ -33,20 +32,14 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
     """Return the rows as a sorted Arrow table.
 
     Args:
-        rows: Rows with every column of the schema; a demand that was never reached is None. What
-            is suspect is decided where rows are collected: all have that column, or none.
+        rows: Rows with every column of the schema; a demand that was never reached is None.
         provenance: Texts for the file metadata.
 
     Raises:
         ValueError: A row lacks a column, has one too many, an unknown status, or its key twice.
     """
     ordered = sorted(rows, key=lambda row: tuple(row[name] for name in KEY))
-    is_judged = not ordered or SUSPECT in ordered[0]
-    columns = [
-        column
-        for column in columns_with(ordered[0] if ordered else ())
-        if is_judged or column.name != SUSPECT
-    ]
+    columns = columns_with(ordered[0] if ordered else ())
     names = [column.name for column in columns]
     keys = [tuple(row[name] for name in KEY) for row in ordered]
     if len(set(keys)) != len(keys):

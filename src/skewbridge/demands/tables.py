@@ -1,13 +1,13 @@
 """Parquet files of the demands table."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from skewbridge.analysis.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.schema import to_table
 from skewbridge.provenance.digests import digest_of
-from skewbridge.provenance.tables import provenance, read_table, write_table
+from skewbridge.provenance.tables import provenance, write_table
 
 
 def write_demands(
@@ -21,15 +21,29 @@ def write_demands(
     write_table(to_table(rows, metadata), path)
 
 
-def collect_demands(parts: Iterable[Path], output: Path, limits: SuspectLimits) -> None:
-    """Join the demands of all variants into one table, check it, and say what is suspect.
+def write_study(
+    rows_of: Mapping[Path, Sequence[Mapping[str, Any]]], output: Path, limits: SuspectLimits
+) -> None:
+    """Write the demands of every variant, and all of them in one table, and say what is suspect.
+
+    Args:
+        rows_of: Rows by the file of their variant.
+        output: Parquet file with all rows.
+        limits: What is suspect.
 
     Raises:
-        InputError: A part was written by another version of the program.
         ValueError: A row is there twice or does not fit the schema.
     """
-    tables = [read_table(path) for path in parts]
-    digests = [(table.schema.metadata or {}).get(b"analyses_digest", b"") for table in tables]
-    rows = [{**row, SUSPECT: reasons(row, limits)} for table in tables for row in table.to_pylist()]
-    digest = digest_of(*(part.decode() for part in digests))
-    write_demands(rows, output, provenance(analyses_digest=digest))
+    judged = {
+        path: [{**row, SUSPECT: reasons(row, limits)} for row in rows]
+        for path, rows in rows_of.items()
+    }
+    for path, rows in judged.items():
+        write_demands(rows, path, provenance(analyses_digest=_analyses_digest(rows)))
+    every = [row for rows in judged.values() for row in rows]
+    write_demands(every, output, provenance(analyses_digest=_analyses_digest(every)))
+
+
+def _analyses_digest(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return the digest of the analyses, whatever the order in which they ran."""
+    return digest_of(*sorted(row["run_key"] for row in rows))

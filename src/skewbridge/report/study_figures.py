@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from inspect import signature
 from itertools import groupby, product
 from operator import attrgetter
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 import pandas as pd
+from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import demands_for, label_of
@@ -27,6 +29,8 @@ from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of
 
 PNG_DPI: Final = 150
+
+type Drawing = Callable[[], Figure]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -211,7 +215,12 @@ STUDY_FIGURES: Final = (
 
 
 def draw_study(
-    paths: Mapping[str, Path], *, folder: Path, captions: Path, choices: Path | None = None
+    paths: Mapping[str, Path],
+    *,
+    folder: Path,
+    captions: Path,
+    choices: Path | None = None,
+    n_jobs: int = 1,
 ) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
@@ -220,6 +229,7 @@ def draw_study(
         folder: Where the figures go.
         captions: JSON file of what the report says of them.
         choices: Table of modelling choices, where there is one.
+        n_jobs: Processes that draw.
     """
     tables = StudyTables(
         **{name: read_frame(paths[name]) for name in ("demands", "curves", "effects")},
@@ -228,12 +238,17 @@ def draw_study(
         choices=None if choices is None else read_frame(choices),
     )
     folder.mkdir(parents=True, exist_ok=True)
-    drawn: list[dict[str, str]] = []
-    for caption, figure in study_figures(tables):
-        for ending in ("svg", "png"):
-            figure.savefig(folder / f"{caption.name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
-        drawn.append(asdict(caption))
-    write_text(captions, json.dumps(drawn, indent=1))
+    figures = list(study_figures(tables))
+    Parallel(n_jobs=n_jobs, backend="loky")(
+        delayed(_save)(draw, folder, caption.name) for caption, draw in figures
+    )
+    write_text(captions, json.dumps([asdict(caption) for caption, _ in figures], indent=1))
+
+
+def _save(draw: Drawing, folder: Path, name: str) -> None:
+    figure = draw()
+    for ending in ("svg", "png"):
+        figure.savefig(folder / f"{name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
 
 
 def read_captions(path: Path) -> list[Caption]:
@@ -241,25 +256,30 @@ def read_captions(path: Path) -> list[Caption]:
     return [Caption(**item) for item in json.loads(path.read_text("utf-8"))]
 
 
-def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
-    """Yield every figure of a study with its caption, those of each bridge and abutment first."""
+def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Drawing]]:
+    """Yield every caption of a study with what draws its figure.
+
+    Those of each bridge and abutment come first.
+    """
     models = tables.demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         start = f"{bridge}_{ABUTMENTS[abutment].code}_"
         title = f"{bridge}, {abutment.replace('_', '-')}: "
-        for caption, figure in _drawn(MODEL_FIGURES, tables.of_model(bridge, abutment)):
-            yield replace(caption, name=start + caption.name, title=title + caption.title), figure
-    yield from _drawn(STUDY_FIGURES, tables)
+        for caption, draw in _drawings(MODEL_FIGURES, tables.of_model(bridge, abutment)):
+            yield replace(caption, name=start + caption.name, title=title + caption.title), draw
+    yield from _drawings(STUDY_FIGURES, tables)
 
 
-def _drawn(figures: Sequence[StudyFigure], tables: StudyTables) -> Iterator[tuple[Caption, Figure]]:
+def _drawings(
+    figures: Sequence[StudyFigure], tables: StudyTables
+) -> Iterator[tuple[Caption, Drawing]]:
     for cases, group in groupby(figures, attrgetter("cases")):
         for words, row in product(cases(tables), list(group)):
             texts = {"name": row.name, "title": row.title, "text": row.text}
             caption = Caption(**{part: text.format_map(words) for part, text in texts.items()})
             needs = signature(row.draw).parameters
             given = {name: words.get(name, getattr(tables, name, None)) for name in needs}
-            yield caption, row.draw(**given)
+            yield caption, partial(row.draw, **given)
 
 
 def _percent(table: pd.DataFrame, column: str) -> str:

@@ -11,9 +11,9 @@ from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import bracket_capacity
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.statuses import OK
-from skewbridge.study.batch import Row, analysed_row, of_task
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
+from skewbridge.study.worker import Row, analysed_row, of_task
 
 SEARCH_IM: Final = "im_saavg_rotd50_g"
 

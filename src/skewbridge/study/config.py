@@ -12,7 +12,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.suspect import SuspectLimits
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.settings import MotionsConfig
-from skewbridge.reading import Whole, checked, merged, read_mapping
+from skewbridge.reading import Number, Whole, checked, merged, read_mapping
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
@@ -27,6 +27,24 @@ class SensitivityConfig:
         ge=0,
         description="so many rows of the study again at the reference accuracy and with halved and "
         "doubled penalties, spread over its variants, under its strongest motions; 0 for none",
+    )
+    window_s: Number | None = Field(
+        default=6.0,
+        ge=3.0,
+        description="strongest part of the motion (most Arias intensity) that these rows are "
+        "analysed for, on both sides of every comparison; null for the whole motion",
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class BatchesConfig:
+    """How the analyses are shared out among jobs; it changes no result and repeats none."""
+
+    cpu_hours: Number | None = Field(
+        default=None,
+        gt=0.0,
+        description="processor hours of one job by forecast, for a cluster; null for one job with "
+        "all cores, best on one machine",
     )
 
 
@@ -65,6 +83,7 @@ class StudyConfig(BaseModel):
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)
+    batches: BatchesConfig = Field(default_factory=BatchesConfig)
 
 
 def parse_config(raw: Mapping[str, Any]) -> StudyConfig:

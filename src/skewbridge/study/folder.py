@@ -15,7 +15,7 @@ class StudyFolder:
 
     def __init__(self, root: Path = Path(DEFAULT_ROOT)) -> None:
         self.root: Final = root
-        #: Keys of all analyses, by variant.
+        #: The list of all analyses.
         self.plan: Final = root / "plan.json"
         #: The motions with their factors.
         self.suite: Final = root / "motions" / "suite.parquet"
@@ -47,8 +47,17 @@ class StudyFolder:
         self.solver_logs: Final = root / "logs" / "solver"
 
     def journal(self, name: str) -> Path:
-        """Return the finished analyses of a variant, or of another rule that runs analyses."""
+        """Return the finished analyses of one job: a part of the study, or another rule."""
         return self.root / "journal" / f"{name}.jsonl"
+
+    @property
+    def journals(self) -> list[Path]:
+        """The journals of all jobs so far, of earlier studies in this folder, too."""
+        return sorted(self.root.glob("journal/*.jsonl"))
+
+    def part(self, number: int | str, count: int | str) -> Path:
+        """Return the rows of one of so many parts of the study, kept until they are joined."""
+        return self.root / "demands" / "parts" / f"{number}_of_{count}.json"
 
     def variant_demands(self, variant: str) -> Path:
         """Return the demands of one variant."""

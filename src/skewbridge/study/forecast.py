@@ -1,19 +1,19 @@
 """What a study will cost and how far it is, from its configuration alone."""
 
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.motions.index import list_motions
 from skewbridge.study.config import StudyConfig
+from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.plan import planned_keys
 from skewbridge.study.progress import StudyState, study_state
-from skewbridge.study.runs import planned_keys
 from skewbridge.variant.grid import expand_grid
 
-#: Processor seconds of one analysis where none has been measured yet.
-#: source: docs/theory/analysis.md, cost: 25 s of motion, two-column bridge, default steps
-CPU_S_PER_ANALYSIS: Final = 14.0
+TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # that a study works with
 COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
@@ -45,7 +45,7 @@ def forecast_study(config: StudyConfig) -> Forecast:
         by_variant = dict.fromkeys(slugs, each)
         total = each * len(slugs)
         state = StudyState(variants=len(slugs), analyses=total, done=0, failed=0, cpu_s=0.0)
-    cpu_s = state.cpu_s / state.done if state.done else CPU_S_PER_ANALYSIS
+    cpu_s = state.cpu_s / state.done if state.done else TYPICAL_MOTION_S * CPU_S_PER_MOTION_S
     return Forecast(
         summary={
             **{name: getattr(state, name) for name in COUNTS},
@@ -57,6 +57,13 @@ def forecast_study(config: StudyConfig) -> Forecast:
         analyses_by_variant=by_variant,
         notes=(state.outdated_sentence,) if state.outdated else (),
     )
+
+
+def parts_of(config: StudyConfig, cpu_hours: float) -> int:
+    """Return into how many jobs of so many processor hours the analyses that are left are cut."""
+    summary = forecast_study(config).summary
+    left_hours = summary["eta_s"] * CORES / 3600
+    return max(1, min(ceil(left_hours / cpu_hours), summary["left"]))
 
 
 def _count_motions(config: StudyConfig) -> int:

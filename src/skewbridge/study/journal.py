@@ -1,7 +1,8 @@
-"""The journal of a variant: append-only, one JSON line per finished analysis.
+"""The journal of a job: append-only, one JSON line per finished analysis.
 
-A study that was killed repeats nothing that stands in a journal. A journal is never a declared
-output of a rule, so Snakemake does not delete it.
+A study that was killed repeats nothing that stands in any journal of its folder, however its
+analyses were shared out among jobs. A journal is never a declared output of a rule, so Snakemake
+does not delete it.
 """
 
 import fcntl
@@ -13,10 +14,16 @@ from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.errors import InputError
+from skewbridge.study.folder import StudyFolder
 
 #: Raised by one when a column changes its meaning; lines in another form are not used.
 JOURNAL_FORMAT: Final = 2
 _FORMAT_KEY: Final = "journal_format"
+
+
+def read_journals(folder: StudyFolder) -> dict[str, dict[str, Any]]:
+    """Return the rows of all journals of a study by `run_key`."""
+    return {key: row for path in folder.journals for key, row in read_journal(path).items()}
 
 
 def read_journal(path: Path) -> dict[str, dict[str, Any]]:
@@ -70,7 +77,7 @@ def open_journal(path: Path) -> Generator[JournalWriter]:
     """Open a journal for writing, alone.
 
     Raises:
-        InputError: Another process analyses the same variant in the same folder.
+        InputError: Another process runs the same job in the same folder.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)

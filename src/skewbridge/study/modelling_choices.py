@@ -19,7 +19,7 @@ from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import OK
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.choices import CHOICES, Choice, value_text
-from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.keys import run_key
 from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
@@ -137,7 +137,7 @@ def write_choices(
 ) -> None:
     """Run what is missing and write the table of `CHOICE_COLUMNS`.
 
-    What stands in the journals of the variants or in the own one is not run again.
+    What stands in a journal of the study is not run again.
 
     Args:
         setup: What the variants share.
@@ -192,9 +192,7 @@ def _compared(before: Mapping[str, Any], after: Mapping[str, Any], demand: str) 
 
 def _run(setup: StudySetup, tasks: Iterable[Task], n_jobs: int) -> dict[str, dict[str, Any]]:
     once = {run_key(task): task for task in tasks}
-    done = read_journal(setup.folder.journal(_JOURNAL))
-    for slug in {task.variant.slug for task in once.values()}:
-        done |= read_journal(setup.folder.journal(slug))
+    done = read_journals(setup.folder)
     logger.info("%d analyses, %d of them done", len(once), len(once.keys() & done.keys()))
     with open_journal(setup.folder.journal(_JOURNAL)) as journal:
         rows = run_tasks(

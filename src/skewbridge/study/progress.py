@@ -3,7 +3,7 @@
 import logging
 import time
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, Self
 
@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.statuses import FAILED
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import outdated_lines, read_journal
+from skewbridge.study.journal import outdated_lines, read_journals
 
 logger = logging.getLogger(__name__)
 
@@ -70,10 +70,8 @@ def study_state(
         folder: Where the study lies.
         limits: What is suspect.
     """
-    rows: list[dict[str, Any]] = []
-    for variant, keys in run_keys.items():
-        journal = read_journal(folder.journal(variant))
-        rows += [journal[key] for key in keys if key in journal]
+    journals = read_journals(folder)
+    rows = [journals[key] for keys in run_keys.values() for key in keys if key in journals]
     return StudyState(
         variants=len(run_keys),
         analyses=sum(len(keys) for keys in run_keys.values()),
@@ -83,22 +81,22 @@ def study_state(
         rungs=_counts(row["recovery_rung"] for row in rows),
         statuses=_counts(row["status"] for row in rows),
         suspect=sum(bool(reasons(row, limits)) for row in rows),
-        outdated=sum(outdated_lines(folder.journal(variant)) for variant in run_keys),
+        outdated=sum(map(outdated_lines, folder.journals)),
     )
 
 
 class StudyProgress:
-    """Shows the progress of a study while one variant of it runs.
+    """Shows the progress of one part of a study, which may be the whole.
 
     Args:
-        state: What was done when the variant began.
-        variant: Name of the variant under way.
-        keys: Its planned analyses; what a search adds to them does not count.
+        state: What of the part was done when it began.
+        name: Name of the part.
+        run_keys: Its planned analyses by variant; what a search adds to them does not count.
     """
 
-    def __init__(self, state: StudyState, variant: str, keys: Collection[str]) -> None:
-        self._keys = frozenset(keys)
-        self._variant = variant
+    def __init__(self, state: StudyState, name: str, run_keys: Mapping[str, Sequence[str]]) -> None:
+        self._keys = frozenset(key for keys in run_keys.values() for key in keys)
+        self._name = name
         self._state = state
         self._began_s = self._logged_s = time.monotonic()
         self._new = 0
@@ -113,9 +111,7 @@ class StudyProgress:
             console=console,
             disable=not console.is_terminal,
         )
-        self._task = self._bar.add_task(
-            variant, total=state.analyses, completed=state.done, rate=""
-        )
+        self._task = self._bar.add_task(name, total=state.analyses, completed=state.done, rate="")
 
     def __enter__(self) -> Self:
         self._bar.start()
@@ -136,17 +132,17 @@ class StudyProgress:
 
     @property
     def rate_per_min(self) -> float:
-        """Analyses per minute since the variant began."""
+        """Analyses per minute since the part began."""
         return self._new / max(time.monotonic() - self._began_s, 1e-9) * 60
 
     def _log(self) -> None:
         self._logged_s = time.monotonic()
-        done = self._state.done + self._new
-        eta = (self._state.analyses - done) / self.rate_per_min if self._new else float("nan")
+        left = self._state.left - self._new
+        eta = f", {left / self.rate_per_min:.0f} min left" if self._new and left else ""
         logger.info(
-            "%s: %d of %d analyses of the study done, %.1f per minute, %.0f min left",
-            self._variant,
-            done,
+            "%s: %d of %d analyses done, %.1f per minute%s",
+            self._name,
+            self._state.analyses - left,
             self._state.analyses,
             self.rate_per_min,
             eta,

@@ -1,77 +1,100 @@
-"""The analyses of a study: their list, and the run of one variant."""
+"""The analyses of one part of a study, and the tables that the parts make together."""
 
 import json
-import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 
-from skewbridge.demands.tables import write_demands
-from skewbridge.provenance.digests import digest_of
+from skewbridge.analysis.suspect import SuspectLimits
+from skewbridge.demands.tables import write_study
+from skewbridge.errors import InputError
 from skewbridge.provenance.files import write_text
-from skewbridge.provenance.tables import provenance
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.capacity_search import search_capacity
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import open_journal, read_journal
-from skewbridge.study.keys import run_key
+from skewbridge.study.journal import open_journal, read_journals
+from skewbridge.study.plan import Plan, keys_by_variant
 from skewbridge.study.progress import StudyProgress, study_state
 from skewbridge.study.setup import StudySetup
-
-logger = logging.getLogger(__name__)
-
-
-def write_plan(setup: StudySetup, variants: Sequence[str], path: Path) -> None:
-    """Write the keys of all analyses of the study, by variant.
-
-    An IDA does not know its analyses beforehand: its plan has the first one of every search.
-    """
-    keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in variants}
-    write_text(path, json.dumps(keys, indent=1))
-    state = study_state(keys, setup.folder)
-    logger.info(
-        "%d variants, %d analyses, %d of them done", state.variants, state.analyses, state.done
-    )
-    if state.outdated:
-        logger.warning(state.outdated_sentence)
+from skewbridge.study.task import Task
+from skewbridge.study.worker import Row, Work
 
 
-def planned_keys(folder: StudyFolder) -> dict[str, list[str]]:
-    """Return the keys of all analyses of the study by variant; empty before there is a plan."""
-    if not folder.plan.exists():
-        return {}
-    keys: dict[str, list[str]] = json.loads(folder.plan.read_text(encoding="utf-8"))
-    return keys
-
-
-def analyse_variant(setup: StudySetup, slug: str, *, n_jobs: int, output: Path) -> None:
-    """Run what is missing of one variant and write its demands.
+def analyse_part(
+    folder: StudyFolder, *, number: int, count: int, n_jobs: int, output: Path
+) -> None:
+    """Run what is missing of one part of the planned analyses and write its rows.
 
     Args:
-        setup: What the variants share.
-        slug: Name of the variant.
+        folder: Where the study lies, with its plan.
+        number: Which part, from 1.
+        count: Number of parts.
         n_jobs: Worker processes.
-        output: Parquet file with the rows of this variant.
+        output: JSON file with the rows of the part.
 
     Raises:
-        InputError: Another process analyses this variant.
+        InputError: Another process analyses this part.
     """
-    folder = setup.folder
-    tasks = setup.tasks(slug)
-    keys = planned_keys(folder) | {slug: [run_key(task) for task in tasks]}
+    plan = Plan.read(folder.plan)
+    setup = StudySetup.from_sections(plan.sections, folder)
+    planned = plan.part(number, count)
+    keys = keys_by_variant(planned)
+    tasks = {slug: setup.tasks(slug) for slug in keys}
+    name = f"analyses_{number}_of_{count}"
     with (
-        open_journal(folder.journal(slug)) as journal,
-        StudyProgress(study_state(keys, folder), slug, keys[slug]) as progress,
+        open_journal(folder.journal(name)) as journal,
+        StudyProgress(study_state(keys, folder), name, keys) as progress,
     ):
-        done = read_journal(folder.journal(slug))
+        done = read_journals(folder)
         rows = run_tasks(
-            tasks,
+            [tasks[each.variant][each.number] for each in planned],
             journal,
             done,
             n_jobs=n_jobs,
             log_folder=folder.solver_logs,
             on_finished=progress.advance,
-            work=partial(search_capacity, setup.search, done) if setup.search else None,
+            search=_searching(setup, done),
         )
-    digest = digest_of(*(row["run_key"] for row in rows))
-    write_demands(rows, output, provenance(analyses_digest=digest))
+    write_text(output, json.dumps(rows))
+
+
+def _searching(setup: StudySetup, done: Mapping[str, Row]) -> Callable[[Task], Work] | None:
+    """Return what makes the search of a task, with the rows of its variant; None but in an IDA."""
+    search = setup.search
+    if search is None:
+        return None
+    known: dict[str, dict[str, Row]] = {}
+    for key, row in done.items():
+        known.setdefault(row["variant"], {})[key] = row
+
+    def of_task(task: Task) -> Work:
+        return partial(search_capacity, search, known.get(task.variant.slug, {}))
+
+    return of_task
+
+
+def collect_parts(folder: StudyFolder, parts: Iterable[Path], limits: SuspectLimits) -> None:
+    """Join the rows of all parts into one table of each variant and one of the study.
+
+    Args:
+        folder: Where the study lies, with its plan.
+        parts: Files that `analyse_part` wrote.
+        limits: What is suspect.
+
+    Raises:
+        InputError: Analyses are missing, because the parts are not of this plan.
+        ValueError: A row is there twice or does not fit the schema.
+    """
+    planned = Plan.read(folder.plan).keys()
+    rows: dict[str, list[Row]] = {slug: [] for slug in planned}
+    for part in parts:
+        for row in json.loads(part.read_text(encoding="utf-8")):
+            rows[row["variant"]].append(row)
+    for slug, keys in planned.items():
+        if missing := set(keys) - {row["run_key"] for row in rows[slug]}:
+            raise InputError(
+                f"{slug}: {len(missing)} of {len(keys)} analyses have no row: the sources were "
+                "edited while the study ran; run it again"
+            )
+    rows_of = {folder.variant_demands(slug): own for slug, own in rows.items()}
+    write_study(rows_of, folder.demands, limits)

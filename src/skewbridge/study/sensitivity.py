@@ -1,4 +1,8 @@
-"""Numerical sensitivity: rows of the study again at the reference accuracy, and other penalties."""
+"""Numerical sensitivity: rows of the study again at the reference accuracy, and other penalties.
+
+A row at the reference accuracy costs as much as many rows of the study, so that both sides of every
+comparison are analysed for the strongest part of the motion only.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -10,10 +14,12 @@ import pandas as pd
 
 from skewbridge.analysis.accuracy import at_accuracy
 from skewbridge.demands.columns import demands_for
+from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import RAN
 from skewbridge.study.batch import run_tasks
-from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.costs import analysed_s
+from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task
@@ -42,51 +48,72 @@ CHANGES: Final[Mapping[str, Callable[[Task], Task]]] = {
 }
 
 
-def sampled_rows(setup: StudySetup, slugs: Sequence[str], count: int) -> list[Task]:
+def sampled_rows(
+    setup: StudySetup, slugs: Sequence[str], count: int, window_s: float | None
+) -> list[Task]:
     """Return rows of the study, spread over its variants, each with another strong motion.
 
     Args:
         setup: What the variants share.
         slugs: Variants to choose from, in the order of the study.
         count: How many; the strongest motions by their largest scaled PGV, in turn.
+        window_s: Length that is left of each motion; a shorter analysis, and all with None, is
+            that of the study itself.
     """
     places = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
     rows: list[Task] = []
     for number, place in enumerate(places):
         tasks = setup.tasks(slugs[int(place)])
         tasks.sort(key=lambda task: -task.motion.measures["im_pgv_rotd50_mps"])
-        rows.append(tasks[number % len(tasks)])
+        rows.append(in_window(tasks[number % len(tasks)], window_s))
     return rows
 
 
+def in_window(task: Task, window_s: float | None) -> Task:
+    """Return an analysis under the strongest part of its motion, or itself where it is as short."""
+    if window_s is None or analysed_s(task) <= window_s:
+        return task
+    whole = task.motion.motion
+    cut = cut_to_strongest(whole, window_s, free_vibration_s=0.0)
+    name = f"{whole.motion_id}_strongest_{window_s:g}s"
+    return replace(task, motion=replace(task.motion, motion=replace(cut, motion_id=name)))
+
+
 def write_sensitivity(
-    setup: StudySetup, slugs: Sequence[str], *, count: int, n_jobs: int, output: Path
+    setup: StudySetup,
+    slugs: Sequence[str],
+    *,
+    count: int,
+    window_s: float | None,
+    n_jobs: int,
+    output: Path,
 ) -> None:
     """Run the changes and write how the demands move.
 
-    What stands in the journals of the variants or in the own one is not run again.
+    What stands in a journal of the study is not run again.
 
     Args:
         setup: What the variants share.
         slugs: Variants to choose from.
         count: Rows of the study; 0 writes an empty table.
+        window_s: Length that is left of each motion; None for all.
         n_jobs: Worker processes.
         output: Parquet file: one row per demand with the mean ratio of the study to the reference,
-            and the largest change of a single row by each of `CHANGES`.
+            the largest change of a single row by each of `CHANGES`, and the seconds of motion that
+            both sides of these comparisons were analysed for (the longest of the rows).
     """
-    tasks = sampled_rows(setup, slugs, count)
+    tasks = sampled_rows(setup, slugs, count, window_s)
+    longest_first = sorted(CHANGES, key=lambda name: name != "reference")
     runs = [
-        (number, name, CHANGES[name](task)) for number, task in enumerate(tasks) for name in CHANGES
+        (number, name, CHANGES[name](task))
+        for name in longest_first
+        for number, task in enumerate(tasks)
     ]
-    own = setup.folder.journal("sensitivity")
-    done = read_journal(own)
-    for slug in {task.variant.slug for task in tasks}:
-        done |= read_journal(setup.folder.journal(slug))
-    with open_journal(own) as journal:
+    with open_journal(setup.folder.journal("sensitivity")) as journal:
         rows = run_tasks(
             [task for _, _, task in runs],
             journal,
-            done,
+            read_journals(setup.folder),
             n_jobs=n_jobs,
             log_folder=setup.folder.solver_logs / "sensitivity",
             on_finished=log_failure,
@@ -112,6 +139,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
             "demand": demand,
             "rows": rows["row"].nunique(),
             "not_run": len(rows) - len(ran),
+            "analysed_s": float(rows["duration_s"].max()),
         }
         for change in list(CHANGES)[1:]:
             # zero over zero: a demand that this row does not have

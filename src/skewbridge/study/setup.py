@@ -71,7 +71,7 @@ class StudySetup:
         )
 
     def tasks(self, slug: str) -> list[Task]:
-        """Return the analyses of one variant, the longest motions first (better use of the cores).
+        """Return the analyses of one variant.
 
         In an IDA there is one per motion, at the first factor of its search. The values of a
         variant on the axes of modelling options stand above the configured ones.
@@ -80,7 +80,7 @@ class StudySetup:
         files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
         variant = replace(named, bridge=files[named.bridge])
         options = replace(self.options, **dict(variant.options))
-        tasks = [
+        return [
             Task(
                 variant=variant,
                 motion=self._for_bridge(variant.bridge, motion),
@@ -91,7 +91,6 @@ class StudySetup:
             for motion in self.suite
             for angle in self.incidence_deg
         ]
-        return sorted(tasks, key=lambda task: -task.motion.motion.duration_s)
 
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
         at_1 = self.measures[bridge, motion.motion.motion_id]

@@ -141,6 +141,9 @@ def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
         pad_offsets_m=tuple(
             (along * end.tangent[0], along * end.tangent[1]) for along in context.pad_stations_m
         ),
-        links=tuple(context.arrays.links),
+        links=(
+            *context.arrays.links,
+            *(pad.upright for pad in context.bearings if pad.upright is not None),
+        ),
         **built,
     )

@@ -80,9 +80,7 @@ def _build_body(context: SideContext, parts: SideParts) -> int:
             0.0, tags, dashpot=dashpot_n_s_per_m(ratio, wing.stiffness_n_per_m, mass_kg)
         ),
     ]
-    across_it = [
-        elastic_material(across, tags, dashpot=dashpot_n_s_per_m(ratio, across, mass_kg))
-    ]
+    across_it = [elastic_material(across, tags, dashpot=dashpot_n_s_per_m(ratio, across, mass_kg))]
     spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
     parts.wing_springs.append(spring)
     return body

@@ -54,7 +54,9 @@ def build_pads(
         axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
         ops.element("zeroLengthSection", element, seat, deck_node, section, *axes)
         ops.element("zeroLength", support, seat, deck_node, *springs)
-        handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
+        handles.append(
+            BearingHandle(element=element, upright=support, seat_node=seat, deck_node=deck_node)
+        )
     return tuple(handles)
 
 

@@ -1,0 +1,18 @@
+"""Analyse one part of the study; rows to the journal, then to the file of the part."""
+
+from pathlib import Path
+
+from skewbridge.study.session import script_session
+
+if __name__ == "__main__":
+    with script_session(snakemake.log[0]):
+        from skewbridge.study.folder import StudyFolder
+        from skewbridge.study.runs import analyse_part
+
+        analyse_part(
+            StudyFolder(Path(snakemake.input.plan).parent),
+            number=int(snakemake.wildcards.part),
+            count=int(snakemake.wildcards.parts),
+            n_jobs=snakemake.threads,
+            output=Path(snakemake.output.rows),
+        )
