@@ -1,6 +1,6 @@
 """Reinforced concrete columns: fiber sections, elements, and the data to judge them."""
 
-from math import cos, pi, sin, sqrt
+from math import ceil, cos, pi, sin, sqrt
 
 import openseespy.opensees as ops
 
@@ -49,23 +49,25 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     core_m, radius_m = column.hoop_circle_m / 2, column.diameter_m / 2
     _add_rings(core_tag, (0.0, core_m), rings, wedges)
     _add_rings(cover_tag, (core_m, radius_m), cover_rings, wedges)
-    bars = min(column.bar_count, wedges)
     steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
+    bars = min(column.bar_count, wedges)
     _add_circle(bar_tag, column.bar_circle_m / 2, steel_m2, bars)
     return section
 
 
 def _add_rings(material: int, radii_m: tuple[float, float], rings: int, wedges: int) -> None:
-    """Fill a ring of the section with fibers, in equal rings.
+    """Fill a ring of the section with fibers, in rings of equal thickness.
 
     A fiber stands where its ring keeps its second moment of area, so that a coarse mesh is as
-    stiff as a fine one.
+    stiff as a fine one. Rings inside have fewer fibers, in proportion to their radius and alike in
+    all four quarters.
     """
     inner_m, outer_m = radii_m
     for ring in range(rings):
         low_m, high_m = (inner_m + (outer_m - inner_m) * edge / rings for edge in (ring, ring + 1))
         area_m2 = pi * (high_m**2 - low_m**2)
-        _add_circle(material, sqrt((low_m**2 + high_m**2) / 2), area_m2, wedges)
+        count = min(wedges, max(8, 4 * ceil(wedges * high_m / outer_m / 4)))
+        _add_circle(material, sqrt((low_m**2 + high_m**2) / 2), area_m2, count)
 
 
 def _add_circle(material: int, radius_m: float, area_m2: float, count: int) -> None:

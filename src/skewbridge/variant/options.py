@@ -172,9 +172,9 @@ class ModelOptions:
         "strength (a softening section at the top)",
     )
     column_fibers: tuple[Fibers, Fibers, Fibers] = Field(
-        default=(6, 16, 1),
-        description="rings and wedges of the core, and rings of the cover; the bars are as many "
-        "fibers as there are wedges, or bars if these are fewer",
+        default=(5, 20, 1),
+        description="rings of the core, wedges of its outer ring (inner ones have fewer) and rings "
+        "of the cover; the bars are as many fibers as wedges, or bars if these are fewer",
     )
     deck_elements_per_span: Whole = Field(
         default=4, ge=1, le=64, description="elastic elements per span"
