@@ -161,5 +161,5 @@ def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
     walls = end.wall_stations(plan.options.backwall_points) if traits.has_wall_points else corners
     pads = corners
     if traits.has_pads:
-        pads, _ = pad_supports(plan.bridge.abutment.pads, end, plan.options)
+        pads = pad_supports(plan.bridge.abutment.pads, end, plan.options)
     return {"inner": corners, "bearing": pads, "outer": walls}

@@ -152,8 +152,8 @@ class ModelOptions:
     # ASSUME the pads of a deck end yield together: it turns too little for them to differ
     pads: Literal["two", "each"] = Field(
         default="two",
-        description="each pad an element of its own, or two elements per deck end that carry half "
-        "of the pads each and are as stiff as all of them, in rotation too",
+        description="each pad a bearing element of OpenSees, or two cheaper elements per deck end "
+        "that carry half of the pads each and are as stiff as all of them, in rotation too",
     )
     # ASSUME pads do not slide on their seats
     pad_strength_factor: Factor = Field(

@@ -15,6 +15,9 @@ from skewbridge.variant.options import ModelOptions
 
 # ASSUME bending and twisting of a pad are too soft to matter
 PAD_ROTATION_NM_PER_RAD = 1.0e5
+# source: PyPBEE, no quadratic hardening of the pads
+PAD_QUADRATIC_HARDENING = 0.0
+PAD_HARDENING_EXPONENT = 3.0
 
 
 def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
@@ -24,30 +27,58 @@ def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
     return [(i - middle) * pads.spacing_m * stretch for i in range(pads.count)]
 
 
-def pad_supports(pads: PadData, end: DeckEnd, options: ModelOptions) -> tuple[list[float], float]:
-    """Return the positions of the pad elements along the wall, and how many pads each stands for.
+def pad_supports(pads: PadData, end: DeckEnd, options: ModelOptions) -> list[float]:
+    """Return the positions of the pad elements along the wall.
 
     Two elements stand where they turn with the stiffness of all pads.
     """
     stations = pad_stations(pads, end)
     if options.pads == "each":
-        return stations, 1.0
+        return stations
     arm = sqrt(sum(along**2 for along in stations) / len(stations))
-    return [-arm, arm], pads.count / 2
+    return [-arm, arm]
 
 
 def build_pads(
     end: DeckEnd, arrays: Arrays, pads: PadData, options: ModelOptions, tags: TagAllocator
 ) -> tuple[BearingHandle, ...]:
     """Create the pads between fixed seat nodes and the bearing array."""
-    stations, number = pad_supports(pads, end, options)
+    deck_nodes = [arrays.at("bearing", along) for along in pad_supports(pads, end, options)]
+    build = _bearing_elements if options.pads == "each" else _halves
+    return build(deck_nodes, end, pads, tags)
+
+
+def _bearing_elements(
+    deck_nodes: list[int], end: DeckEnd, pads: PadData, tags: TagAllocator
+) -> tuple[BearingHandle, ...]:
+    """Create one bearing element of OpenSees per pad, a pad height long."""
+    material = elastic_material(pads.vertical_stiffness_mn_per_m * 1e6, tags)
+    bend = elastic_material(PAD_ROTATION_NM_PER_RAD, tags)
+    elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
+    shear = (*elastic, pads.hardening_ratio, PAD_QUADRATIC_HARDENING, PAD_HARDENING_EXPONENT)
+    axes = ("-orient", *end.normal, 0.0)
+    springs = ("-P", material, "-T", bend, "-My", bend, "-Mz", bend, *axes)
+    handles: list[BearingHandle] = []
+    for deck_node in deck_nodes:
+        x, y, z = ops.nodeCoord(deck_node)
+        seat, element = grounded_node((x, y, z - pads.height_m), tags), tags.element()
+        nodes = (element, seat, deck_node)
+        ops.element("elastomericBearingPlasticity", *nodes, *shear, *springs)
+        handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
+    return tuple(handles)
+
+
+def _halves(
+    deck_nodes: list[int], _end: DeckEnd, pads: PadData, tags: TagAllocator
+) -> tuple[BearingHandle, ...]:
+    """Create elements for half of the pads each: their shear, and what carries them upright."""
+    number = pads.count / 2
     section = _shear_section(pads, number, tags)
     upright = elastic_material(number * pads.vertical_stiffness_mn_per_m * 1e6, tags)
     bend = elastic_material(number * PAD_ROTATION_NM_PER_RAD, tags)
     springs = ("-mat", upright, bend, bend, bend, "-dir", 3, 4, 5, 6)
     handles: list[BearingHandle] = []
-    for along in stations:
-        deck_node = arrays.at("bearing", along)
+    for deck_node in deck_nodes:
         seat = grounded_node(ops.nodeCoord(deck_node), tags)
         element, support = tags.element(), tags.element()
         # shear along the local y and z of a section: here x and y of the model
@@ -63,8 +94,8 @@ def build_pads(
 def _shear_section(pads: PadData, number: float, tags: TagAllocator) -> int:
     """Create the shear of some pads: a yield circle that moves with the plastic displacement.
 
-    The same as elastic-plastic rubber of the characteristic strength beside an elastic spring, the
-    way of OpenSees' bearing elements, whose stiffness matrix takes a tenth of an analysis.
+    The same as in the bearing element, plastic rubber of the characteristic strength beside an
+    elastic spring, for a tenth of its cost.
     """
     plastic = 1.0 - pads.hardening_ratio
     stiffness = number * pads.shear_stiffness_kn_per_m * KN
