@@ -18,6 +18,7 @@ from skewbridge.variant.variant import Variant
 
 ROOT: Final = Path(__file__).parents[1]
 MOTIONS: Final = ROOT / "motions"
+RESULTS: Final = ROOT / "results" / "benchmarks"
 FRICTION_PCT: Final = 50
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "joblib", "pydantic")
 
