@@ -97,7 +97,7 @@ def test_what_a_study_does_not_judge_is_left_open_with_the_reason():
 def short_study(monkeypatch, tmp_path):
     """Replace a study of the registry by one that holds and disagrees at once."""
 
-    def run(name):
+    def run(name, _kept):
         study = Study(name)
         study.holds("the model works", truth=True, source="closed form")
         study.states("transverse peak", "skew 0", lower("transverse peak", 1.2, 1.0))
@@ -136,7 +136,7 @@ def test_the_terminal_shows_both_tables(short_study):
 
 
 def test_a_failed_check_of_the_model_still_fails(monkeypatch, tmp_path):
-    def run(name):
+    def run(name, _kept):
         study = Study(name)
         study.holds("the model works", truth=False, source="closed form")
         return study

@@ -36,12 +36,17 @@ STUDIES: Final[dict[str, str]] = {
     "native": "native_element",
     "hard-set": "hard_set",
 }
+# Hours each: they run when they are named, and go on where they were broken off.
+LONG_STUDIES: Final[dict[str, str]] = {
+    "accuracy": "paired_accuracy",
+    "accuracy-whole": "paired_accuracy",
+}
 
 
 def run_studies(
     names: Sequence[str], out: Path, *, tell: Callable[[str], None] | None = None
 ) -> list[dict[str, Any]]:
-    """Run studies, all without names, write their tables and figures, and return all rows.
+    """Run studies, all but the long ones without names, write their tables and figures, and return all rows.
 
     The folder gets `<study>.parquet`, `<study>[_<name>].svg`, further tables, and `<study>.json`
     with the rows of the comparisons; all of these in `studies.parquet`, and what the studies say
@@ -52,18 +57,17 @@ def run_studies(
     Raises:
         InputError: An unknown name, or the folder cannot be made.
     """
-    unknown = [name for name in names if name not in STUDIES]
+    known = STUDIES | LONG_STUDIES
+    unknown = [name for name in names if name not in known]
     if unknown:
-        raise InputError(
-            f"unknown study {', '.join(unknown)}; the studies are {', '.join(STUDIES)}"
-        )
+        raise InputError(f"unknown study {', '.join(unknown)}; the studies are {', '.join(known)}")
     writable_folder(out)
     rows: list[dict[str, Any]] = []
     statements: list[dict[str, Any]] = []
     for name in names or STUDIES:
         if tell:
             tell(f"{name} ...")
-        study = _outcome(name)
+        study = _outcome(name, out)
         _write(study, out)
         rows += study.rows()
         statements += study.statement_rows()
@@ -72,22 +76,27 @@ def run_studies(
     return rows + statements
 
 
-def run_study(name: str) -> Study:
+def run_study(name: str, kept: Path | None = None) -> Study:
     """Run one study; what it leaves open of the paper's statements cannot be told.
+
+    Args:
+        name: Of the study.
+        kept: Folder where a long study keeps what is finished.
 
     Raises:
         RuntimeError: A solver could not finish.
     """
-    study = Study(name)
-    import_module(f"skewbridge.verification.studies.{STUDIES[name]}").run(study)
+    study = Study(name, kept)
+    module = (STUDIES | LONG_STUDIES)[name]
+    import_module(f"skewbridge.verification.studies.{module}").run(study)
     study.leave_open()
     return study
 
 
-def _outcome(name: str) -> Study:
+def _outcome(name: str, kept: Path) -> Study:
     """Run a study; one that breaks off is a failed comparison, so that the others still run."""
     try:
-        return run_study(name)
+        return run_study(name, kept)
     except RuntimeError as error:
         failed = Study(name)
         failed.holds(f"the study ends ({error})", truth=False, source="")

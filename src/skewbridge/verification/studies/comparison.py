@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from math import isfinite
+from pathlib import Path
 from typing import Any, Final
 
 import pandas as pd
@@ -54,9 +55,14 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Collects what a study finds: comparisons and judged statements so far, figures, tables."""
+    """Collects what a study finds: comparisons and judged statements so far, figures, tables.
+
+    Attributes:
+        kept: Folder where a long study keeps what is finished; None keeps nothing.
+    """
 
     name: str
+    kept: Path | None = None
     comparisons: list[Comparison] = field(default_factory=list[Comparison])
     findings: list[Finding] = field(default_factory=list[Finding])
     figures: dict[str, Figure] = field(default_factory=dict[str, Figure])
