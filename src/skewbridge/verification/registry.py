@@ -46,13 +46,13 @@ LONG_STUDIES: Final[dict[str, str]] = {
 def run_studies(
     names: Sequence[str], out: Path, *, tell: Callable[[str], None] | None = None
 ) -> list[dict[str, Any]]:
-    """Run studies, all but the long ones without names, write their tables and figures, and return all rows.
+    """Run studies, write their tables and figures, and return all rows.
 
-    The folder gets `<study>.parquet`, `<study>[_<name>].svg`, further tables, and `<study>.json`
-    with the rows of the comparisons; all of these in `studies.parquet`, and what the studies say
-    about the paper's statements in `statements.parquet`. The rows returned are the comparisons,
-    then the statements, which have an `outcome`, its `reason` and the `case`, too. `tell` is
-    called with one line per study.
+    Without names these are all but the long ones. The folder gets `<study>.parquet`,
+    `<study>[_<name>].svg`, further tables, and `<study>.json` with the rows of the comparisons;
+    all of these in `studies.parquet`, and what the studies say about the paper's statements in
+    `statements.parquet`. The rows returned are the comparisons, then the statements, which have an
+    `outcome`, its `reason` and the `case`, too. `tell` is called with one line per study.
 
     Raises:
         InputError: An unknown name, or the folder cannot be made.

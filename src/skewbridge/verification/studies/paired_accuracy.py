@@ -123,10 +123,11 @@ def run(study: Study) -> None:
 def run_accuracy(study: Study, chosen: AccuracySet) -> None:
     """Run a set: one comparison per pooled ratio, the largest difference, a table of all."""
     settings = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
-    tasks = {
+    tasks: dict[tuple[Accuracy, Variant, str], tuple[Variant, GroundMotion, Accuracy]] = {
         (accuracy, variant, motion.motion_id): (variant, motion, accuracy)
         for motion in chosen.motions()
-        for variant, accuracy in product(chosen.variants(), (chosen.exact, chosen.judged))
+        for variant in chosen.variants()
+        for accuracy in (chosen.exact, chosen.judged)
     }
     keys = {name: _key(*task, settings) for name, task in tasks.items()}
     path = study.kept / f"{study.name}.jsonl" if study.kept else None
@@ -139,7 +140,7 @@ def run_accuracy(study: Study, chosen: AccuracySet) -> None:
     for key, peaks in runs:
         done[key] = peaks
         _append(path, {"key": key, "peaks": peaks})
-    found = {name: done[keys[name]] for name in tasks}
+    found = {name: done[key] for name, key in keys.items()}
     motions = list(dict.fromkeys(motion_id for _, _, motion_id in tasks))
     _compare(study, chosen, pooled_ratios(chosen, found, motions))
     failed = sum(peaks["status"] not in {OK, COLLAPSE} for peaks in found.values())
