@@ -32,16 +32,18 @@ measure() {
 export PYTHONPATH=src OMP_NUM_THREADS=1
 ours=.venv/bin/python
 if [ -n "${FULL:-}" ]; then
-    speedup=() workers=()
+    speedup=() workers=() pipeline=()
 else
-    speedup=(--quick) workers=(--memory-analyses 60)
+    speedup=(--quick)
+    workers=(--analyses 4 --memory-analyses 60)
+    pipeline=(--variants 1 --duration-s 10)
 fi
 
 measure speedup "$ours" benchmarks/speedup.py "${speedup[@]}"
 measure overhead "$ours" benchmarks/overhead.py
 measure native "$ours" benchmarks/native.py
 measure workers "$ours" benchmarks/workers.py "${workers[@]}"
-[ ! -f benchmarks/pipeline.py ] || measure pipeline "$ours" benchmarks/pipeline.py
+[ ! -f benchmarks/pipeline.py ] || measure pipeline "$ours" benchmarks/pipeline.py "${pipeline[@]}"
 measure contact_update "$ours" benchmarks/contact_update.py
 # 2 GB of dependencies: where they can't be had, the comparison is missing and the rest stands
 if opstool=$(environment opstool); then

@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from common import Case, cpu_s, osb1, ratio, spread, suite_motion
+from common import Case, cpu_s, osb1, ratio, suite_motion
 from joblib.externals.loky import ProcessPoolExecutor
 
 from skewbridge.analysis.exit_message import hush_exit_message
@@ -77,19 +77,18 @@ def memory(analyses: int) -> dict[str, Any]:
 def _memory(analyses: int) -> dict[str, Any]:
     motion = suite_motion("syn002", SHORT_S)
     variants = [osb1(skew_deg, gap_mm) for skew_deg in (0, 30, 60) for gap_mm in (25, 51)]
-    resident_mb: list[float] = []
+    resident_mb: dict[int, float] = {}
     for number in range(analyses):
         one(Case(variant=variants[number % len(variants)], motion=motion, window_s=SHORT_S))
-        if number + 1 >= WARM_UP:
-            resident_mb.append(_resident_mb())
-    first, last = resident_mb[0], resident_mb[-1]
+        if (number + 1) % WARM_UP == 0:
+            resident_mb[number + 1] = _resident_mb()
+    (first, start_mb), *_, (last, end_mb) = resident_mb.items()
     return {
         "analyses": analyses,
         "window_s": SHORT_S,
-        "resident_mb": {f"after {WARM_UP}": first, f"after {analyses}": last},
-        "growth_mb_per_100": 100.0 * (last - first) / (analyses - WARM_UP),
+        "resident_mb_after": resident_mb,
+        "growth_mb_per_100": 100.0 * (end_mb - start_mb) / (last - first),
         "largest_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-        "range_mb": spread(resident_mb),
     }
 
 
@@ -106,8 +105,8 @@ def main() -> None:
     parser.add_argument("--memory-analyses", type=int, default=320)
     parser.add_argument("--window-s", type=float, default=8.0)
     given = parser.parse_args()
-    if given.memory_analyses <= WARM_UP:
-        parser.error(f"--memory-analyses must be above {WARM_UP}")
+    if given.memory_analyses < 2 * WARM_UP:
+        parser.error(f"--memory-analyses must be at least {2 * WARM_UP}")
     window_s = given.window_s
     case = Case(variant=osb1(30, 51), motion=suite_motion("syn002", window_s), window_s=window_s)
     found = {
