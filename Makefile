@@ -13,7 +13,7 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices smoke test lint bench verify docs clean
+.PHONY: help setup study choices smoke test lint bench verify verify-accuracy docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
@@ -21,7 +21,10 @@ help:
 	@echo "make test         install everything, run all checks"
 	@echo "make smoke        two variants x three motions, full report"
 	@echo "make verify       the paper's studies and statements against references, the hard set, and the slow tests"
-	@echo "make setup lint bench docs clean"
+	@echo "make verify-accuracy  effects of friction, gap and skew at default against reference: 1 to 2 hours, goes on"
+	@echo "                  where it was broken off   (WHOLE=1 for motions of full length: 4 to 6 hours)"
+	@echo "make bench        what things cost, as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
+	@echo "make setup lint docs clean"
 
 setup: $(STAMP)
 
@@ -53,8 +56,12 @@ verify: setup
 	$(BIN)/skewbridge verify
 	$(BIN)/pytest -n $(CORES) --dist loadfile -m slow
 
+# Finished analyses stand in results/verification/accuracy*.jsonl and are not repeated.
+verify-accuracy: setup
+	$(BIN)/skewbridge verify accuracy$(if $(WHOLE),-whole)
+
 bench: setup
-	bash benchmarks/run.sh
+	FULL=$(FULL) bash benchmarks/run.sh
 
 docs: setup
 	$(BIN)/python -m skewbridge.report.reference_pages

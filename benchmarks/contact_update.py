@@ -4,14 +4,13 @@ Fourteen units in space, as at the two ends of a bridge: all closed and sliding,
 friction switched off. Only `ContactSet.after_step` is timed, in
 processor time; the analysis between is not.
 
-    python benchmarks/contact_update.py [--repeats 5] [--out results/benchmarks]
+    python benchmarks/contact_update.py [--repeats 5]
 """
 
 import argparse
 import json
 import sys
 import time
-from pathlib import Path
 
 import openseespy.opensees as ops
 
@@ -66,7 +65,6 @@ def main() -> None:
     """Run and report the least of some repeats, as a shared machine only ever adds time."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
     result = {
         state: min(microseconds_per_unit(state) for _ in range(arguments.repeats))
@@ -74,9 +72,6 @@ def main() -> None:
     }
     text = json.dumps({"microseconds_per_contact_and_step": result, "target": 5.0}, indent=1)
     sys.stdout.write(text + "\n")
-    if arguments.out:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-        (arguments.out / "contact_update.json").write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

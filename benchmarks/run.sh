@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Runs the benchmarks one after the other: ratios of two things in one run, never asserted.
 # The programs compared with come into environments of their own, never into .venv.
+#     benchmarks/run.sh          quick sets, about 20 minutes
+#     FULL=1 benchmarks/run.sh   full sets, hours; finished cases of the longest part are kept
 set -euo pipefail
 cd "$(dirname "$0")/.."
 uv=$(command -v uv || echo .uv/bin/uv)
@@ -8,20 +10,47 @@ version=$(cat .python-version)
 out=results/benchmarks
 mkdir -p "$out"
 
-# environment NAME REQUIREMENTS: an environment with the locked packages and those of a comparison
+# environment NAME: an environment with what the package imports and the programs of a comparison
 environment() {
     local folder=.bench/$1
     [ -x "$folder/bin/python" ] || "$uv" venv --quiet --python "$version" "$folder"
-    VIRTUAL_ENV=$folder "$uv" pip install --quiet --requirement "$2" pandas pyarrow pydantic pyyaml
+    VIRTUAL_ENV=$folder "$uv" pip install --quiet --requirement "benchmarks/requirements-$1.txt" \
+        pandas pyarrow pydantic pyyaml 1>&2
     echo "$folder/bin/python"
 }
 
-motions=$(environment motions benchmarks/requirements-motions.txt)
-fragility=$(environment fragility benchmarks/requirements-fragility.txt)
-export PYTHONPATH=src OMP_NUM_THREADS=1
-pair=(motions/synthetic/syn002_h1.AT2 motions/synthetic/syn002_h2.AT2)
+# measure NAME PYTHON ARGUMENTS...: one entry; it replaces an older one when it is complete
+measure() {
+    local name=$1 python=$2
+    shift 2
+    echo "$name ..." 1>&2
+    rm -f "$out/$name.json"
+    "$python" -W ignore "$@" > "$out/$name.part"
+    mv "$out/$name.part" "$out/$name.json"
+}
 
-"$motions" -W ignore benchmarks/motions_spectra.py | tee "$out/motions.json"
-"$fragility" -W ignore benchmarks/fragility_speed.py | tee "$out/fragility.json"
-.venv/bin/python benchmarks/contact_update.py --out "$out"
-.venv/bin/python benchmarks/analysis_overhead.py "${pair[@]}" | tee "$out/overhead.txt"
+export PYTHONPATH=src OMP_NUM_THREADS=1
+ours=.venv/bin/python
+if [ -n "${FULL:-}" ]; then
+    speedup=() workers=() pipeline=()
+else
+    speedup=(--quick)
+    workers=(--analyses 4 --memory-analyses 60)
+    pipeline=(--variants 1 --duration-s 10)
+fi
+
+measure speedup "$ours" benchmarks/speedup.py "${speedup[@]}"
+measure overhead "$ours" benchmarks/overhead.py
+measure native "$ours" benchmarks/native.py
+measure workers "$ours" benchmarks/workers.py "${workers[@]}"
+[ ! -f benchmarks/pipeline.py ] || measure pipeline "$ours" benchmarks/pipeline.py "${pipeline[@]}"
+measure contact_update "$ours" benchmarks/contact_update.py
+# 2 GB of dependencies: where they can't be had, the comparison is missing and the rest stands
+if opstool=$(environment opstool); then
+    measure smart "$opstool" benchmarks/smart.py 2> "$out/smart.log"
+else
+    echo "opstool can't be installed: no comparison with SmartAnalyze" 1>&2
+fi
+measure motions "$(environment motions)" benchmarks/motions_spectra.py
+measure fragility "$(environment fragility)" benchmarks/fragility_speed.py
+"$ours" benchmarks/assemble.py --table

@@ -36,27 +36,32 @@ STUDIES: Final[dict[str, str]] = {
     "native": "native_element",
     "hard-set": "hard_set",
 }
+# Hours each: they run when they are named, and go on where they were broken off.
+LONG_STUDIES: Final[dict[str, str]] = {
+    "accuracy": "paired_accuracy",
+    "accuracy-whole": "paired_accuracy",
+}
 
 
 def run_studies(
     names: Sequence[str], out: Path, *, tell: Callable[[str], None] | None = None
 ) -> list[dict[str, Any]]:
-    """Run studies, all without names, write their tables and figures, and return all rows.
+    """Run studies, write their tables and figures, and return all rows.
 
-    The folder gets `<study>.parquet`, `<study>[_<name>].svg`, further tables, and `<study>.json`
-    with the rows of the comparisons; all of these in `studies.parquet`, and what the studies say
-    about the paper's statements in `statements.parquet`. The rows returned are the comparisons,
-    then the statements, which have an `outcome`, its `reason` and the `case`, too. `tell` is
-    called with one line per study, and now and then by a long one.
+    Without names these are all but the long ones. The folder gets `<study>.parquet`,
+    `<study>[_<name>].svg`, further tables, and `<study>.json` with the rows of the comparisons;
+    all of these in `studies.parquet`, and what the studies say about the paper's statements in
+    `statements.parquet`. The rows returned are the comparisons, then the statements, which have an
+    `outcome`, its `reason` and the `case`, too. `tell` is called with one line per study, and now
+    and then by a long one.
 
     Raises:
         InputError: An unknown name, or the folder cannot be made.
     """
-    unknown = [name for name in names if name not in STUDIES]
+    known = STUDIES | LONG_STUDIES
+    unknown = [name for name in names if name not in known]
     if unknown:
-        raise InputError(
-            f"unknown study {', '.join(unknown)}; the studies are {', '.join(STUDIES)}"
-        )
+        raise InputError(f"unknown study {', '.join(unknown)}; the studies are {', '.join(known)}")
     writable_folder(out)
     rows: list[dict[str, Any]] = []
     statements: list[dict[str, Any]] = []
@@ -86,7 +91,8 @@ def run_study(
         RuntimeError: A solver could not finish.
     """
     study = Study(name, kept, tell)
-    import_module(f"skewbridge.verification.studies.{STUDIES[name]}").run(study)
+    module = (STUDIES | LONG_STUDIES)[name]
+    import_module(f"skewbridge.verification.studies.{module}").run(study)
     study.leave_open()
     return study
 

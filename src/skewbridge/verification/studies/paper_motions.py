@@ -12,7 +12,7 @@ from typing import Final
 
 from skewbridge.errors import InputError
 from skewbridge.motions.formats.trace import Given
-from skewbridge.motions.index import read_index
+from skewbridge.motions.index import IndexEntry, read_index
 from skewbridge.motions.paper_records import (
     SURROGATE_FACTOR,
     SURROGATE_FILES,
@@ -106,8 +106,8 @@ def _record(
     return PaperMotion(motion=motion, label=label, is_paper_record=True)
 
 
-def embedded_motions() -> list[GroundMotion]:
-    """Return the motions of the package's suite, unscaled.
+def embedded_entries() -> list[IndexEntry]:
+    """Return what the index says of the motions of the package's suite.
 
     Raises:
         InputError: The suite is not in the working folder.
@@ -118,7 +118,16 @@ def embedded_motions() -> list[GroundMotion]:
             "the package's own suite motions/index.csv is not in the working folder; for the "
             f"studies under one record, {FOLDERS_VARIABLE} or motions/ may hold it"
         )
-    return [read_entry(entry) for entry in read_index(index)]
+    return read_index(index)
+
+
+def embedded_motions() -> list[GroundMotion]:
+    """Return the motions of the package's suite, unscaled.
+
+    Raises:
+        InputError: The suite is not in the working folder.
+    """
+    return [read_entry(entry) for entry in embedded_entries()]
 
 
 def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMotion:

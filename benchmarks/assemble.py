@@ -1,0 +1,115 @@
+"""Puts what the benchmarks found into results/benchmarks.json, with versions and sizes of the sets.
+
+    python benchmarks/assemble.py [--table]
+
+`run.sh` leaves one JSON file per entry in results/benchmarks; one that is not there was not
+measured, and the result says so. With --table the lines for docs/scaling.md are printed.
+"""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from common import RESULTS, versions
+
+#: Entries of the result and the files that hold them.
+ENTRIES: Final = (
+    "speedup",
+    "overhead",
+    "native",
+    "workers",
+    "pipeline",
+    "smart",
+    "contact_update",
+    "motions",
+    "fragility",
+)
+TARGET: Final = RESULTS.with_suffix(".json")
+
+
+def assembled() -> dict[str, Any]:
+    """Return all entries, those that were not measured as None."""
+    found = {name: _read(name) for name in ENTRIES}
+    workers = found.pop("workers") or {}
+    parts = {"parallel": workers.get("parallel"), "memory": workers.get("memory")}
+    about = {"versions": versions(), "cores": os.cpu_count()}
+    return about | found | parts
+
+
+def _read(name: str) -> Any:
+    path = RESULTS / f"{name}.json"
+    text = path.read_text("utf-8").strip() if path.exists() else ""
+    return json.loads(text) if text else None
+
+
+def table(found: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the lines of the table."""
+    yield "| what | median | least to largest | of | target |"
+    yield "|---|---|---|---|---|"
+    if speed := found["speedup"]:
+        text = f"plain numerics over ours, {speed['accuracy']} ({speed['cases']} cases)"
+        yield _line(text, speed["speedup"], "at least 12")
+        of_ours = speed["cpu_s_per_record_s"]["ours"]
+        yield f"| processor seconds per second of motion | {of_ours:.3f} | | | |"
+    if overhead := found["overhead"]:
+        text = f"our analysis over one bare `analyze`, {1e3 * overhead['dt_s']:g} ms"
+        yield _line(text, overhead["overhead"], "at most 1.05")
+        yield _line("the same without the energy balance", overhead["without_energy"])
+    if native := found["native"]:
+        for name, case in native["cases"].items():
+            text = f"`zeroLengthContactASDimplex` over ours, deck {name}"
+            yield _line(text, case["native_over_ours"])
+    if parallel := found["parallel"]:
+        text = f"two workers over one (load {parallel['load_average']:.1f})"
+        yield _line(text, parallel["throughput_two_over_one"], "at least 1.85")
+        text = "processor time of an analysis beside another"
+        yield _line(text, parallel["cpu_per_analysis_two_over_one"])
+    if pipeline := found["pipeline"]:
+        count = pipeline["motions_per_variant"]
+        text = f"stage of the analyses x cores over their processor time, {count} motions a variant"
+        yield f"| {text} | {pipeline['pipeline']:.2f} | | 1 | at most 1.10 |"
+    if smart := found["smart"]:
+        yield _line("our step loop over a plain one", smart["ours_over_plain_loop"])
+        text = f"SmartAnalyze {smart['opstool']} over a plain loop"
+        yield _line(text, smart["smart_over_plain_loop"])
+    if memory := found["memory"]:
+        growth = memory["growth_mb_per_100"]
+        text = f"growth of a worker, MB per 100 analyses ({memory['analyses']} of them)"
+        yield f"| {text} | {growth:.2f} | | | at most 1 |"
+        yield f"| memory of a worker, MB | {memory['largest_mb']:.0f} | | | |"
+    if speed:
+        yield ""
+        yield "| change against `accuracy: reference`, per cent | plain | ours |"
+        yield "|---|---|---|"
+        for demand, errors in speed["error_percent"].items():
+            cells = [
+                f"{errors[program]['median']:.2f}, {errors[program]['largest']:.2f}"
+                for program in ("plain", "ours")
+            ]
+            yield f"| {demand}: median, largest | {' | '.join(cells)} |"
+
+
+def _line(text: str, found: Mapping[str, float], target: str = "") -> str:
+    limits = f"{found['least']:.2f} to {found['largest']:.2f}"
+    return f"| {text} | {found['median']:.2f} | {limits} | {found['count']:g} | {target} |"
+
+
+def main() -> None:
+    """Write the result, and print the table or what is missing."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--table", action="store_true")
+    given = parser.parse_args()
+    found = assembled()
+    TARGET.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    missing = [name for name, entry in found.items() if entry is None]
+    if missing:
+        sys.stderr.write(f"not measured: {', '.join(missing)}\n")
+    if given.table:
+        sys.stdout.write("\n".join(table(found)) + "\n")
+
+
+if __name__ == "__main__":
+    main()

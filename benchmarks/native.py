@@ -1,0 +1,58 @@
+"""Our contact unit against the element that OpenSees has, on the same rigid skew deck.
+
+Processor time of whole runs with ``zeroLengthContactASDimplex`` over those with parameter updates,
+taken in turn, at the same step and with the same algorithm, and how far the peaks are apart. The
+native element needs an unsymmetric solver, which for three equations costs nothing. Prints one JSON
+object:
+    python benchmarks/native.py [--repeats 3]
+"""
+
+import argparse
+import json
+import sys
+from typing import Any
+
+import numpy as np
+from common import cpu_s, interleaved, ratio
+
+from skewbridge.verification.references.deck import run_deck
+from skewbridge.verification.references.deck_cases import C3, C5, NamedCase, deck_case
+from skewbridge.verification.studies.native_element import IMPLICIT, run_native_deck
+
+DT_S = 1.0e-4
+CASES = (C3, C5)
+
+
+def measure(named: NamedCase, repeats: int) -> dict[str, Any]:
+    """Return the ratio of times of a case, and the change of its peaks in percent."""
+    case = deck_case(named, dt_s=DT_S)
+    ours, native = run_deck(case), run_native_deck(named, IMPLICIT, DT_S)
+    if native.time_reached_s < case.duration_s - DT_S:
+        sys.exit(f"the native element stops converging in {named.name}")
+    works = {
+        "native": lambda: cpu_s(lambda: run_native_deck(named, IMPLICIT, DT_S))[1],
+        "ours": lambda: cpu_s(lambda: run_deck(case))[1],
+    }
+    seconds = interleaved(works, repeats)
+    peaks = dict(zip(("ux_m", "uy_m", "theta_rad"), np.abs(native.q).max(axis=0), strict=True))
+    found = ours.peaks()
+    return {
+        "friction": named.friction,
+        "native_over_ours": ratio(seconds["native"], seconds["ours"]),
+        "peaks_native_against_ours_percent": {
+            name: 100.0 * (float(peak) / found[name] - 1.0) for name, peak in peaks.items()
+        },
+    }
+
+
+def main() -> None:
+    """Print the ratios of all cases."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=3)
+    repeats = parser.parse_args().repeats
+    found = {named.name: measure(named, repeats) for named in CASES}
+    sys.stdout.write(json.dumps({"dt_s": DT_S, "cases": found}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

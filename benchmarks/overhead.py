@@ -1,0 +1,134 @@
+"""What everything around the solver costs: our analysis over one bare ``analyze(n, dt)``.
+
+Both run the same model from an empty domain at equal fixed steps, with friction 0, so that the
+equations are the same although ours sets friction bounds after every step and the bare one never
+does. Processor time; medians of ratios taken in turn. Prints one JSON object:
+    python benchmarks/overhead.py [--motions syn005 syn001] [--window-s 8] [--repeats 5]
+
+A step that fails ends the bare analysis: of the motions given, the first without one is taken.
+``overhead`` leaves out the way to rest after the motion, which is an analysis of its own
+(``with_rest`` has it). Building and dead load are on both sides.
+"""
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+from unittest.mock import patch
+
+import openseespy.opensees as ops
+from common import Case, cpu_s, interleaved, osb1, ratio, spread, suite_motion
+
+from skewbridge.analysis import transient
+from skewbridge.analysis.damping import apply_rayleigh
+from skewbridge.analysis.ground import Excitation, GroundInput
+from skewbridge.analysis.recovery import LADDER
+from skewbridge.analysis.result import AnalysisResult
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.step_loop import configure_solver, solver_log
+from skewbridge.bridge.model import build, domain
+from skewbridge.variant.options import ModelOptions
+
+SETTINGS = AnalysisSettings(contact_dt_s=None, event_dt_s=None, collapse_drift_ratio=0.5)
+
+
+def bare(case: Case, settings: AnalysisSettings) -> float:
+    """Run the model without reading anything; return where the deck is at the end, along x."""
+    ground = GroundInput(Excitation(motion=case.motion), settings)
+    with solver_log(None), domain():
+        model = build(case.variant, ModelOptions())
+        apply_rayleigh(model)
+        ground.apply(model.tags)
+        start_m = ops.nodeDisp(model.deck_centre_node, 1)
+        configure_solver(settings)
+        ops.algorithm(*LADDER[0].algorithm)
+        ops.integrator(*settings.integrator_command)
+        ops.analysis("Transient", "-noWarnings")
+        if ops.analyze(ground.steps, settings.dt_s) != 0:
+            sys.exit("a step of the bare analysis failed: choose a weaker motion")
+        return float(ops.nodeDisp(model.deck_centre_node, 1)) - start_m
+
+
+def ours(
+    case: Case, settings: AnalysisSettings, *, histories: bool = False
+) -> tuple[AnalysisResult, float]:
+    """Run our analysis; return its result and the processor time of its way to rest."""
+    rest_s: list[float] = []
+
+    def timed[**P, R](work: Callable[P, R]) -> Callable[P, R]:
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            start_s = time.process_time()
+            found = work(*args, **kwargs)
+            rest_s.append(time.process_time() - start_s)
+            return found
+
+        return call
+
+    with patch.object(transient, "drifts_at_rest", timed(transient.drifts_at_rest)):
+        result = transient.analyse(
+            case.variant,
+            Excitation(motion=case.motion),
+            settings,
+            ModelOptions(),
+            histories=histories,
+        )
+    return result, sum(rest_s)
+
+
+def measure(case: Case, repeats: int) -> dict[str, Any] | None:
+    """Return the ratios, or None where a step fails."""
+    result, _ = ours(case, SETTINGS, histories=True)
+    if result.failed_attempts:
+        return None
+    end_m, histories = bare(case, SETTINGS), result.histories
+    if histories is None:
+        sys.exit("the analysis has no histories")
+    without_energy = replace(SETTINGS, energy=False)
+    rests: list[float] = []
+
+    def our_time(settings: AnalysisSettings, *, is_noted: bool) -> float:
+        (_, rest_s), seconds = cpu_s(lambda: ours(case, settings))
+        if is_noted:
+            rests.append(rest_s)
+        return seconds if is_noted else seconds - rest_s
+
+    works = {
+        "bare": lambda: cpu_s(lambda: bare(case, SETTINGS))[1],
+        "ours": lambda: our_time(SETTINGS, is_noted=True),
+        "without energy": lambda: our_time(without_energy, is_noted=False),
+    }
+    seconds = interleaved(works, repeats)
+    to_the_end = [a - b for a, b in zip(seconds["ours"], rests, strict=True)]
+    return {
+        "case": case.name,
+        "dt_s": SETTINGS.dt_s,
+        "overhead": ratio(to_the_end, seconds["bare"]),
+        "without_energy": ratio(seconds["without energy"], seconds["bare"]),
+        "with_rest": ratio(seconds["ours"], seconds["bare"]),
+        "bare_cpu_s": spread(seconds["bare"]),
+        # nothing but rounding: both solved the same equations
+        "difference_of_last_deck_ux_m": abs(float(histories["deck_ux_m"][-1]) - end_m),
+    }
+
+
+def main() -> None:
+    """Print the ratios of one case."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--motions", nargs="+", default=["syn005", "syn001", "syn008", "syn012"])
+    parser.add_argument("--window-s", type=float, default=8.0)
+    parser.add_argument("--repeats", type=int, default=5)
+    given = parser.parse_args()
+    for name in given.motions:
+        motion = suite_motion(name, given.window_s)
+        case = Case(variant=osb1(30, 51, friction_pct=0), motion=motion, window_s=given.window_s)
+        if (found := measure(case, given.repeats)) is not None:
+            sys.stdout.write(json.dumps(found, indent=1) + "\n")
+            return
+    sys.exit("a step failed under every motion")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,120 @@
+"""Two workers over one, and the memory of a worker over hundreds of analyses.
+
+Throughput is that of the same analyses in loky pools of one and of two workers, taken in turn, in
+wall time: it means something on an idle machine only. The processor time per analysis with two
+workers over that with one says what sharing costs on a busy machine, too; two over it is what an
+idle machine would give. Memory is the resident set of one process after 20 analyses and at the
+end, under changing variants. Prints one JSON object:
+    python benchmarks/workers.py [--analyses 8] [--repeats 3] [--memory-analyses 320]
+"""
+
+import argparse
+import json
+import os
+import resource
+import sys
+import time
+from concurrent.futures import Executor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from common import Case, cpu_s, osb1, ratio, suite_motion
+from joblib.externals.loky import ProcessPoolExecutor
+
+from skewbridge.analysis.exit_message import hush_exit_message
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.variant.options import ModelOptions
+
+WORKERS = (1, 2)
+WARM_UP = 20  # analyses after which memory is no longer expected to grow
+SHORT_S = 2.5
+MB = 2.0**20
+
+
+def one(case: Case) -> float:
+    """Analyse a case; return its processor time."""
+    hush_exit_message()
+    excitation = Excitation(motion=case.motion)
+    return cpu_s(lambda: analyse(case.variant, excitation, AnalysisSettings(), ModelOptions()))[1]
+
+
+def throughput(case: Case, analyses: int, repeats: int) -> dict[str, Any]:
+    """Return how much more two workers do than one."""
+    pools = {number: ProcessPoolExecutor(max_workers=number) for number in WORKERS}
+    walls: dict[int, list[float]] = {number: [] for number in WORKERS}
+    cpus: dict[int, list[float]] = {number: [] for number in WORKERS}
+    for repeat in range(repeats + 1):
+        for number, pool in pools.items():
+            start_s = time.perf_counter()
+            seconds = _all(pool, case, analyses)
+            if repeat:  # the first one starts the workers
+                walls[number].append(time.perf_counter() - start_s)
+                cpus[number].append(sum(seconds))
+    for pool in pools.values():
+        pool.shutdown()
+    return {
+        "case": case.name,
+        "analyses": analyses,
+        "throughput_two_over_one": ratio(walls[1], walls[2]),
+        "cpu_per_analysis_two_over_one": ratio(cpus[2], cpus[1]),
+        "load_average": os.getloadavg()[0],
+    }
+
+
+def _all(pool: Executor, case: Case, analyses: int) -> list[float]:
+    return list(pool.map(one, [case] * analyses))
+
+
+def memory(analyses: int) -> dict[str, Any]:
+    """Return the memory of a worker of its own and how much it grows."""
+    with ProcessPoolExecutor(max_workers=1) as pool:
+        return pool.submit(partial(_memory, analyses)).result()
+
+
+def _memory(analyses: int) -> dict[str, Any]:
+    motion = suite_motion("syn002", SHORT_S)
+    variants = [osb1(skew_deg, gap_mm) for skew_deg in (0, 30, 60) for gap_mm in (25, 51)]
+    resident_mb: dict[int, float] = {}
+    for number in range(analyses):
+        one(Case(variant=variants[number % len(variants)], motion=motion, window_s=SHORT_S))
+        if (number + 1) % WARM_UP == 0:
+            resident_mb[number + 1] = _resident_mb()
+    (first, start_mb), *_, (last, end_mb) = resident_mb.items()
+    return {
+        "analyses": analyses,
+        "window_s": SHORT_S,
+        "resident_mb_after": resident_mb,
+        "growth_mb_per_100": 100.0 * (end_mb - start_mb) / (last - first),
+        "largest_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+    }
+
+
+def _resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / MB
+
+
+def main() -> None:
+    """Print throughput and memory."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--analyses", type=int, default=8)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--memory-analyses", type=int, default=320)
+    parser.add_argument("--window-s", type=float, default=8.0)
+    given = parser.parse_args()
+    if given.memory_analyses < 2 * WARM_UP:
+        parser.error(f"--memory-analyses must be at least {2 * WARM_UP}")
+    window_s = given.window_s
+    case = Case(variant=osb1(30, 51), motion=suite_motion("syn002", window_s), window_s=window_s)
+    found = {
+        "parallel": throughput(case, given.analyses, given.repeats),
+        "memory": memory(given.memory_analyses),
+    }
+    sys.stdout.write(json.dumps(found, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
