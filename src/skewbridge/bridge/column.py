@@ -6,7 +6,12 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
 from skewbridge.bridge.dead_load import column_axial_n
-from skewbridge.bridge.fibers import bar_material, concrete_material, core_material
+from skewbridge.bridge.fibers import (
+    bar_material,
+    concrete_material,
+    core_materials,
+    lasting_core_material,
+)
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.hinge import bent_capacity, hinge_length_m, shear_span_m
 from skewbridge.bridge.materials import STEELS, cover_concrete
@@ -38,7 +43,6 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     Concrete01 for confined core and spalling cover, Steel02 for the bars; torsion is elastic.
     """
     has_end = options.fiber_end == "loss"
-    core_tag = core_material(column, tags, has_end=has_end)
     cover_tag = concrete_material(cover_concrete(column), 0.0, tags)
     bar_tag = bar_material(column, tags, has_end=has_end)
     rings, wedges, cover_rings = options.column_fibers
@@ -47,7 +51,13 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     torsion_nm2 = column.torsion_ratio * shear * 2 * gross_inertia_m4(column)  # cracked
     ops.section("Fiber", section, "-GJ", torsion_nm2)
     core_m, radius_m = column.hoop_circle_m / 2, column.diameter_m / 2
-    _add_rings(core_tag, (0.0, core_m), rings, wedges)
+    if has_end:
+        ending, kept = core_materials(column, tags)
+        _add_rings(ending, (0.0, core_m), rings, wedges)
+        # a fifth of the strength: half of the rings and wedges resolve it as well
+        _add_rings(kept, (0.0, core_m), ceil(rings / 2), ceil(wedges / 2))
+    else:
+        _add_rings(lasting_core_material(column, tags), (0.0, core_m), rings, wedges)
     _add_rings(cover_tag, (core_m, radius_m), cover_rings, wedges)
     steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
     bars = min(column.bar_count, wedges)

@@ -12,24 +12,27 @@ from skewbridge.bridge.tags import TagAllocator
 RESIDUAL_CORE = 0.2
 
 
-def core_material(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> int:
-    """Create the confined concrete and return its tag.
+def core_materials(column: ColumnData, tags: TagAllocator) -> tuple[int, int]:
+    """Create the confined concrete with an end, as two materials side by side; return their tags.
 
-    With an end, a fiber whose strain has passed the ultimate strain of Mander's energy balance (the
-    first hoop breaks) keeps 0.2 of its strength from then on, at any strain: the stress is that of
-    two materials side by side, of which one ends.
+    A fiber whose strain has passed the ultimate strain of Mander's energy balance (the first hoop
+    breaks) keeps 0.2 of its strength from then on, at any strain: the first material is the part
+    that ends, the second the part that is kept.
     """
     core = core_concrete(column)
     crushed_pa = float(core.stress_pa(core.ultimate_strain))
-    if not has_end:
-        return concrete_material(core, crushed_pa, tags)
     kept_pa = RESIDUAL_CORE * core.peak_pa
     kept = concrete_material(_part(core, RESIDUAL_CORE), kept_pa, tags)
     lost = concrete_material(_part(core, 1.0 - RESIDUAL_CORE), crushed_pa - kept_pa, tags)
-    ended, material = tags.material(), tags.material()
+    ended = tags.material()
     ops.uniaxialMaterial("MinMax", ended, lost, "-min", -core.ultimate_strain)
-    ops.uniaxialMaterial("Parallel", material, kept, ended)
-    return material
+    return ended, kept
+
+
+def lasting_core_material(column: ColumnData, tags: TagAllocator) -> int:
+    """Create the confined concrete without an end and return its tag."""
+    core = core_concrete(column)
+    return concrete_material(core, float(core.stress_pa(core.ultimate_strain)), tags)
 
 
 def bar_material(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> int:
