@@ -64,7 +64,7 @@ def drifts_at_rest(
     # ASSUME the path to rest adds no plastic drift: critical damping leaves no cycles
     factors = (4 * pi / period_s, 0.0, 0.0, 0.0)
     ops.region(model.tags.region(), "-ele", *model.damping_elements, "-rayleigh", *factors)
-    configure_solver()
+    configure_solver(settings)
     ops.test("EnergyIncr", settings.tolerance_j, settings.max_iterations)
     ops.algorithm("Newton")
     ops.integrator(*_INTEGRATOR)

@@ -70,8 +70,7 @@ class StepLoop:
             progress: Called now and then with the time reached and the duration.
         """
         settings = self._settings
-        configure_solver()
-        self._set_test()
+        configure_solver(settings)
         stepper = Stepper(
             integrator=settings.integrator_command,
             dt_s=settings.dt_s,
@@ -129,18 +128,11 @@ class StepLoop:
 
     def _loosen(self, tolerance_j: float) -> None:
         self._loose_j = tolerance_j
-        self._set_test()
-
-    def _set_test(self) -> None:
-        """Set the convergence test for the size of the coming step."""
-        settings = self._settings
-        tolerance_j = max(self._loose_j, settings.tolerance_j)
-        scaled = tolerance_j / settings.increment_s(self._size_s)
-        ops.test("EnergyIncr", scaled, settings.max_iterations)
+        set_test(self._settings, self._size_s, tolerance_j)
 
     def _before(self, dt_s: float) -> None:
         self._size_s = dt_s
-        self._set_test()
+        set_test(self._settings, dt_s, self._loose_j)
         if self._contacts is not None:
             self._contacts.prepare(dt_s)
 
@@ -167,9 +159,20 @@ def solver_log(path: Path | None) -> Generator[None]:
         ops.logFile(devnull, "-noEcho")
 
 
-def configure_solver() -> None:
-    """Set what stays the same for all attempts; friction keeps the tangent symmetric."""
+def configure_solver(settings: AnalysisSettings) -> None:
+    """Set what all attempts share, and the test of a regular step.
+
+    Friction by parameter updates keeps the tangent symmetric.
+    """
     ops.wipeAnalysis()
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("ProfileSPD")
+    set_test(settings, settings.dt_s)
+
+
+def set_test(settings: AnalysisSettings, step_s: float, loose_j: float = 0.0) -> None:
+    """Set the convergence test for steps of a length, looser than usual if asked."""
+    # what is solved for may be a speed: OpenSees tests its product with the unbalance
+    tolerance = max(loose_j, settings.tolerance_j) / settings.increment_s(step_s)
+    ops.test("EnergyIncr", tolerance, settings.max_iterations)

@@ -7,8 +7,8 @@ from typing import Any, Final
 from skewbridge.study.task import Task
 
 #: Processor seconds per second of motion where no analysis has been measured yet.
-#: source: docs/theory/analysis.md, cost: 14 s for 25 s of motion, two-column bridge, default steps
-CPU_S_PER_MOTION_S: Final = 0.56
+#: source: docs/scaling.md, 3 s for 25 s of motion, two-column bridge, default steps
+CPU_S_PER_MOTION_S: Final = 0.12
 
 
 def forecast_cpu_s(
