@@ -275,7 +275,8 @@ def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
         ("wall_dashpot_ratio", 2.0),
         ("normal_stiffness_n_per_m", 0.0),
         ("normal_stiffness_n_per_m", float("nan")),
-        ("column_fibers", (8, 0, 2)),
+        ("column_fibers", (0, 8, 2)),
+        ("column_fibers", (8, 2, 2)),
         ("arrays", "soft"),
     ],
 )

@@ -27,7 +27,7 @@ def fibers_of(monkeypatch: pytest.MonkeyPatch, bridge: str, options: ModelOption
 
 
 @pytest.mark.parametrize("bridge", bridge_names())
-@pytest.mark.parametrize("mesh", [(1, 8, 1), (4, 12, 1), (5, 20, 1), (12, 32, 3), (3, 50, 2)])
+@pytest.mark.parametrize("mesh", [(1, 3, 1), (4, 12, 1), (5, 20, 1), (12, 32, 3), (3, 50, 2)])
 def test_every_mesh_keeps_area_and_second_moment_of_the_section(
     monkeypatch: pytest.MonkeyPatch, bridge: str, mesh: tuple[int, int, int]
 ) -> None:
