@@ -33,7 +33,7 @@ def run(scale=1.0, incidence_deg=0.0, options=None, log_path=None, **settings):
     )
 
 
-ENERGY = ("energy_residual_ratio", "numerical_dissipation_ratio")
+ENERGY = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_energy_ratio")
 
 
 def assert_has_peaks(result):
@@ -143,7 +143,7 @@ def test_a_hopeless_tolerance_is_loosened_and_told():
     assert result.recovery_rung == 2
     assert result.failed_attempts > 1
     assert result.houbolt_failures == 0
-    assert 0.5 < result.loosened_ratio < 1.0  # all but the first ones, still at rest
+    assert result.loosened_ratio > 0.9  # maybe not the first ones, still at rest
 
 
 def test_a_hopeless_tolerance_climbs_the_ladder_and_is_reported(monkeypatch):

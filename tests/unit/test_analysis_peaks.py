@@ -91,6 +91,7 @@ def abutment(**changes):
             CornerHandle(node=CORNER_2, kind="obtuse", plan_m=(0.0, -7.0)),
         ),
         bearings=(BearingHandle(element=30, seat_node=BASE, deck_node=CORNER_1),),
+        pad_offsets_m=((0.0, 0.0),),
         wall_units=(0, 1),
         key_units=(),
         wall_nodes=(WALL,),

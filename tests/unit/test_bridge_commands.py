@@ -46,7 +46,7 @@ def test_a_model_is_drawn_and_written(tmp_path: Path) -> None:
     assert found["variant"] == "osb2s_cf_skewm30_gap051_mu050"
     assert (tmp_path / "model.png").stat().st_size > 10_000
     page = (tmp_path / "model.html").read_text(encoding="utf-8")
-    assert "right backwall 5" in page
+    assert "right backwall 3" in page
     assert "ops.element" in (tmp_path / "model.py").read_text(encoding="utf-8")
 
 

@@ -49,22 +49,22 @@ def test_the_arrays_do_not_rotate_about_their_axis_while_the_deck_does() -> None
             assert about[0] < 1e-6 * about[1]
 
 
-def test_pads_stand_between_nodes_a_pad_height_apart() -> None:
+@pytest.mark.parametrize(("pads", "count"), [("each", 5), ("two", 2)])
+def test_pads_stand_where_the_deck_rests(pads, count: int) -> None:
     with domain():
-        model = build(variant(30), ModelOptions())
-        height = load_bridge("osb1").abutment.pads.height_m
+        model = build(variant(30), ModelOptions(pads=pads))
         for abutment in model.abutments:
-            assert len(abutment.bearings) == 5
+            assert len(abutment.bearings) == count
+            assert len(abutment.pad_offsets_m) == 5
             for bearing in abutment.bearings:
-                below = np.array(ops.nodeCoord(bearing.seat_node))
-                above = np.array(ops.nodeCoord(bearing.deck_node))
-                assert above - below == pytest.approx([0.0, 0.0, height])
+                above = ops.nodeCoord(bearing.deck_node)
+                assert ops.nodeCoord(bearing.seat_node) == pytest.approx(above)
 
 
 @pytest.mark.parametrize("skew_deg", [30, -30, 0, 60])
 def test_contacts_face_the_deck_in_the_skewed_frame(skew_deg: int) -> None:
     with domain():
-        model = build(variant(skew_deg), ModelOptions(key_frame="skewed"))
+        model = build(variant(skew_deg), ModelOptions(key_frame="skewed", backwall_points=5))
         assert model.contacts is not None
         for abutment in model.abutments:
             sign = 1.0 if abutment.side == "right" else -1.0
@@ -146,30 +146,6 @@ def test_the_damping_ratio_of_the_options_stands_above_that_of_the_file() -> Non
         model = build(variant(30), ModelOptions(damping_ratio=0.02))
         expected = np.array(rayleigh_factors(model.bridge, model.bridge.damping.ratio)) * 0.4
         assert apply_rayleigh(model) == pytest.approx(expected)
-
-
-@pytest.mark.parametrize("factor", [0.5, 1.0])
-def test_pads_yield_at_their_strength_times_the_factor(factor: float) -> None:
-    with domain():
-        model = build(variant(0), ModelOptions(pad_strength_factor=factor))
-        pads, bearing = model.bridge.abutment.pads, model.abutments[0].bearings[0]
-        yield_m = factor * pads.yield_force_kn / pads.shear_stiffness_kn_per_m
-        ops.timeSeries("Linear", 900)
-        ops.pattern("Plain", 900, 900)
-        for dof in (2, 3, 4, 5, 6):
-            ops.sp(bearing.deck_node, dof, 0.0)
-        ops.sp(bearing.deck_node, 1, 3 * yield_m)
-        ops.constraints("Transformation")
-        ops.numberer("RCM")
-        ops.system("UmfPack")
-        ops.test("NormDispIncr", 1e-9, 25)
-        ops.algorithm("Newton")
-        ops.integrator("LoadControl", 0.1)
-        ops.analysis("Static")
-        assert ops.analyze(10) == 0
-        force_kn = abs(ops.eleResponse(bearing.element, "basicForce")[1]) / 1e3
-    hardening_kn = pads.hardening_ratio * pads.shear_stiffness_kn_per_m * 3 * yield_m
-    assert force_kn - hardening_kn == pytest.approx(factor * pads.yield_force_kn, rel=1e-3)
 
 
 def test_damping_reaches_deck_and_columns_only() -> None:
@@ -256,10 +232,17 @@ def test_skewed_supports_load_the_obtuse_corner_more() -> None:
         )
 
 
-def test_shares_of_the_wall_add_up_and_corners_get_half() -> None:
-    shares = tributary_shares(5)
-    assert sum(shares) == pytest.approx(1.0)
-    assert shares[0] == shares[-1] == shares[2] / 2
+@pytest.mark.parametrize("count", [3, 4, 5, 9, 41])
+def test_shares_of_the_wall_turn_the_deck_as_the_whole_wall_does(count: int) -> None:
+    shares, stations = np.array(tributary_shares(count)), np.linspace(-0.5, 0.5, count)
+    assert shares.sum() == pytest.approx(1.0)
+    assert shares @ stations**2 == pytest.approx(1 / 12)
+    assert (shares > 0.0).all()
+    assert shares == pytest.approx(shares[::-1])
+
+
+def test_two_points_carry_half_of_the_wall_each() -> None:
+    assert tributary_shares(2) == [0.5, 0.5]
 
 
 def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() -> None:
@@ -292,7 +275,8 @@ def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
         ("wall_dashpot_ratio", 2.0),
         ("normal_stiffness_n_per_m", 0.0),
         ("normal_stiffness_n_per_m", float("nan")),
-        ("column_fibers", (8, 0, 2)),
+        ("column_fibers", (0, 8, 2)),
+        ("column_fibers", (8, 2, 2)),
         ("arrays", "soft"),
     ],
 )

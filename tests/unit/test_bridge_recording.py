@@ -37,7 +37,7 @@ def test_the_script_repeats_the_model_to_the_bit(tmp_path: Path) -> None:
         expected = [[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()]
         expected.append(ops.getEleTags())
     assert json.loads(answer.stdout.strip().split("\n")[-1]) == expected
-    assert text.count("dict(name=") == 14
+    assert text.count("dict(name=") == 2 * (3 + 2)  # wall points and keys
 
 
 def test_recording_leaves_the_commands_as_they_were() -> None:

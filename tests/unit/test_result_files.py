@@ -129,7 +129,7 @@ def test_sensitivity_takes_another_variant_and_motion_for_every_row(setup: Study
     assert len(rows) == 3
     reference = CHANGES["reference"](rows[0])
     assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
-    assert reference.settings.event_parts == 1
+    assert reference.settings.event_halvings == 0
     assert reference.options.backwall_points > rows[0].options.backwall_points
 
 

@@ -59,7 +59,7 @@ def test_the_file_config_says_what_the_models_say() -> None:
             {"model": {"backfill": "clay"}},
             r"model\.backfill: must be .* or 'sdc', got 'clay'",
         ),
-        ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 1, got 0$"),
+        ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 3, got 0$"),
         ({"accuracy": "exact"}, r"accuracy: must be 'reference', 'default' or 'fast', got 'exact'"),
         ({"accuracy": ["fast"]}, r"accuracy: must be 'reference', 'default' or 'fast'"),
         ({"model": 3}, "model: keys and values are needed, got 3$"),

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.suspect import SuspectLimits
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
@@ -143,7 +144,8 @@ def test_one_part_and_four_make_the_same_tables(tmp_path: Path) -> None:
         write_plan(setup, SLUGS, {})
         plan = Plan.read(setup.folder.plan)
         numbers = range(count, 0, -1)
-        collect_parts(setup.folder, [write_part(plan, setup, n, count) for n in numbers])
+        parts = [write_part(plan, setup, n, count) for n in numbers]
+        collect_parts(setup.folder, parts, SuspectLimits())
         paths = [setup.folder.demands, *map(setup.folder.variant_demands, SLUGS)]
         found.append([pd.read_parquet(path) for path in paths])
         assert [len(table) for table in found[-1]] == [9, 3, 3, 3]
@@ -160,7 +162,7 @@ def test_a_part_of_another_plan_is_refused(tmp_path: Path) -> None:
     edited = replace(setup, settings=AnalysisSettings(duration_s=0.5))
     write_plan(edited, SLUGS, {})
     with pytest.raises(InputError, match=r"3 of 3 analyses have no row"):
-        collect_parts(setup.folder, [part])
+        collect_parts(setup.folder, [part], SuspectLimits())
     assert not setup.folder.demands.exists()
 
 

@@ -9,11 +9,10 @@ import openseespy.opensees as ops
 
 # Commands that change the domain or drive the analysis; queries are not part of a model.
 RECORDED: Final = (
-    "wipe", "model", "node", "fix", "mass", "uniaxialMaterial", "section", "patch", "layer",
-    "geomTransf", "beamIntegration", "element", "rigidLink", "equalDOF", "timeSeries", "pattern",
-    "load", "sp", "remove", "region", "rayleigh", "parameter", "updateParameter", "constraints",
-    "numberer", "system", "test", "algorithm", "integrator", "analysis", "analyze", "loadConst",
-    "wipeAnalysis",
+    "wipe", "model", "node", "fix", "mass", "uniaxialMaterial", "section", "fiber", "geomTransf",
+    "beamIntegration", "element", "rigidLink", "equalDOF", "timeSeries", "pattern", "load", "sp",
+    "remove", "region", "rayleigh", "parameter", "updateParameter", "constraints", "numberer",
+    "system", "test", "algorithm", "integrator", "analysis", "analyze", "loadConst", "wipeAnalysis",
 )  # fmt: skip
 
 HEADER: Final = '''"""{title}

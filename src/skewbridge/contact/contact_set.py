@@ -7,7 +7,7 @@ from typing import Final, get_args
 
 import openseespy.opensees as ops
 
-from skewbridge.contact.element import make_springs, prove_bounds_act
+from skewbridge.contact.element import make_springs, prove_bounds_act, require_nodes
 from skewbridge.contact.frame import contact_frame
 from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.ledger import UnitLedger, close_account
@@ -22,7 +22,6 @@ _UNIT_TYPES: Final[dict[str, type[ContactUnit]]] = {
     "componentwise": ComponentwiseUnit,
     "elastic": ElasticUnit,
 }
-_DOF_COUNTS: Final = {2: (2, 3), 3: (3, 6)}
 
 
 class ContactSet:
@@ -117,7 +116,7 @@ class ContactSet:
         ndm = int(ops.getNDM()[0]) if ops.getNDM() else 0
         frame = contact_frame(normal, tangent, ndm)
         nodes = (node_i, node_j)
-        _require_nodes(nodes, ndm)
+        require_nodes(nodes, ndm)
         if not self._units and not self._is_elastic:
             prove_bounds_act(self._tags, nodes, frame)
         driven = drive.parameters if drive else ()
@@ -188,19 +187,13 @@ class ContactSet:
             if self._is_updated:
                 unit.set_bounds(None)
 
-    def change_expected(self, dt_s: float) -> bool:
-        """Return whether a pair is expected to open or close within `dt_s`: time to sub-step."""
-        if self._dt_s <= 0.0:
-            return False
-        ratio = dt_s / self._dt_s
-        return any((unit.predicted_opening(ratio) < 0.0) != unit.closed for unit in self._units)
-
     def time_to_change_s(self) -> float:
         """Return in what time the first pair opens or closes, by the speeds of the last step.
 
-        Infinite where none does.
+        Infinite where none does, and before the first step.
         """
-        return min((unit.steps_to_change() for unit in self._units), default=inf) * self._dt_s
+        steps = min((unit.steps_to_change() for unit in self._units), default=inf)
+        return steps * self._dt_s if self._dt_s > 0.0 else inf
 
     @property
     def is_any_closed(self) -> bool:
@@ -294,18 +287,3 @@ class ContactSet:
 def _require_choice(field: str, value: str, choices: Sequence[str]) -> None:
     if value not in choices:
         raise InputError(f"{field} must be one of {', '.join(choices)}, got {value!r}")
-
-
-def _require_nodes(nodes: tuple[int, int], ndm: int) -> None:
-    existing = set(ops.getNodeTags())
-    for field, node in zip(("node_i", "node_j"), nodes, strict=True):
-        if node not in existing:
-            raise InputError(f"{field} must be a node of the domain, got {node}")
-    if nodes[0] == nodes[1]:
-        raise InputError(f"node_i and node_j must differ, got {nodes[0]} twice")
-    counts = tuple(len(ops.nodeDisp(node)) for node in nodes)
-    if counts[0] != counts[1] or counts[0] not in _DOF_COUNTS[ndm]:
-        raise InputError(
-            f"both nodes must have {' or '.join(map(str, _DOF_COUNTS[ndm]))} degrees of freedom "
-            f"in {ndm} dimensions, nodes {nodes} have {counts}"
-        )

@@ -14,6 +14,7 @@ import openseespy.opensees as ops
 from skewbridge.contact.frame import Vector
 from skewbridge.contact.law import ContactLaw
 from skewbridge.contact.tags import Tags
+from skewbridge.errors import InputError
 
 # The normal spring would yield at this penetration: never.
 _NEVER_M: Final = 1.0e3
@@ -22,6 +23,7 @@ _NEVER_M: Final = 1.0e3
 _SIGNATURE_M: Final = 0.0617
 _PROBE_M: Final = 1.0e-3
 _RELATIVE_ROUNDING: Final = 1e-9
+_DOF_COUNTS: Final = {2: (2, 3), 3: (3, 6)}  # by dimensions of the model
 
 
 class ContactError(RuntimeError):
@@ -42,6 +44,26 @@ class Springs:
     bounds: tuple[int, ...]
     dashpot: int | None = None
     gap_offset: int | None = None
+
+
+def require_nodes(nodes: tuple[int, int], ndm: int) -> None:
+    """Refuse nodes that no contact can stand between.
+
+    Raises:
+        InputError: A node is not in the domain, or the two do not suit each other.
+    """
+    existing = set(ops.getNodeTags())
+    for field, node in zip(("node_i", "node_j"), nodes, strict=True):
+        if node not in existing:
+            raise InputError(f"{field} must be a node of the domain, got {node}")
+    if nodes[0] == nodes[1]:
+        raise InputError(f"node_i and node_j must differ, got {nodes[0]} twice")
+    counts = tuple(len(ops.nodeDisp(node)) for node in nodes)
+    if counts[0] != counts[1] or counts[0] not in _DOF_COUNTS[ndm]:
+        raise InputError(
+            f"both nodes must have {' or '.join(map(str, _DOF_COUNTS[ndm]))} degrees of freedom "
+            f"in {ndm} dimensions, nodes {nodes} have {counts}"
+        )
 
 
 def make_springs(

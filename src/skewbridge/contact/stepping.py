@@ -16,7 +16,7 @@ def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) ->
         Whether OpenSees made the step. If not, the domain is at the last part that was committed
         and the contacts with it.
     """
-    parts = parts_on_change if parts_on_change > 1 and contacts.change_expected(dt_s) else 1
+    parts = parts_on_change if contacts.time_to_change_s() < dt_s else 1
     part_s = dt_s / parts
     if parts > 1:
         contacts.prepare(part_s)

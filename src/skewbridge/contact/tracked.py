@@ -68,10 +68,6 @@ class TrackedUnit:
     def start(self) -> None:
         """Bring the springs into the state of an open pair; they are created without strength."""
 
-    def predicted_opening(self, ratio: float) -> float:
-        """Return the opening expected after `ratio` times the last step, linear in time."""
-        return self.opening + ratio * (self.opening - self._opening_before)
-
     def steps_to_change(self) -> float:
         """Return in how many steps like the last one the pair opens or closes, or inf."""
         towards = self._opening_before - self.opening

@@ -12,6 +12,8 @@ from skewbridge.reading import Number, Whole
 from skewbridge.units import MM
 
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
+# fewer than three on a circle do not resist bending alike about all axes
+Wedges = Annotated[Whole, Field(ge=3, le=200)]
 Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: How a joint gap is meant: normal to the backwall, or along the bridge.
@@ -171,7 +173,7 @@ class ModelOptions:
         description="a column at its shear capacity: named in beyond_model, or it loses its shear "
         "strength (a softening section at the top)",
     )
-    column_fibers: tuple[Fibers, Fibers, Fibers] = Field(
+    column_fibers: tuple[Fibers, Wedges, Fibers] = Field(
         default=(5, 20, 1),
         description="rings of the core, wedges of its outer ring (inner ones have fewer) and rings "
         "of the cover; the bars are as many fibers as wedges, or bars if these are fewer",

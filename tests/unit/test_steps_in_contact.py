@@ -1,0 +1,97 @@
+"""The length of steps follows what the contacts say."""
+
+from dataclasses import dataclass, field
+from math import inf
+
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.step_loop import LOOK_AHEAD, StepLoop
+
+SETTINGS = AnalysisSettings()
+DT_S, CONTACT_DT_S, FINEST_S = 0.010, 0.005, 0.0003125
+MUCH, LITTLE, FAIR = 2 * SETTINGS.max_friction_error, 0.0, 0.5 * SETTINGS.max_friction_error
+
+
+@dataclass
+class Contacts:
+    """Says what a step left behind, as told; keeps the lengths of the steps."""
+
+    errors: list[float] = field(default_factory=list)  # after each step
+    closes_after: int = -1  # number of the step
+    time_to_change: float = inf
+    is_any_closed: bool = True
+    sizes_s: list[float] = field(default_factory=list)
+
+    def start_from_rest(self) -> None:
+        """Nothing moves yet."""
+
+    def prepare(self, dt_s: float) -> None:
+        """Nothing depends on the length."""
+
+    def after_step(self, dt_s: float) -> None:
+        self.sizes_s.append(dt_s)
+
+    def time_to_change_s(self) -> float:
+        return self.time_to_change
+
+    @property
+    def changes(self) -> tuple[int, ...]:
+        return (0,) if len(self.sizes_s) == self.closes_after else ()
+
+    @property
+    def friction_error(self) -> float:
+        number = len(self.sizes_s) - 1
+        return self.errors[number] if 0 <= number < len(self.errors) else FAIR
+
+
+def sizes_s(contacts: Contacts, steps: int, settings: AnalysisSettings = SETTINGS) -> list[float]:
+    ops.wipe()
+    ops.model("basic", "-ndm", 1, "-ndf", 1)
+    ops.node(1, 0.0)
+    ops.node(2, 0.0)
+    ops.fix(1, 1)
+    ops.mass(2, 1.0)
+    ops.uniaxialMaterial("Elastic", 1, 1.0)
+    ops.element("zeroLength", 1, 1, 2, "-mat", 1, "-dir", 1)
+    assert StepLoop(contacts, settings).run(steps, lambda: None).status == "ok"
+    ops.wipe()
+    assert sum(contacts.sizes_s) == pytest.approx(steps * settings.dt_s)
+    return contacts.sizes_s
+
+
+def test_steps_are_regular_while_nothing_touches_and_shorter_in_contact() -> None:
+    assert sizes_s(Contacts(is_any_closed=False), 3) == [DT_S] * 3
+    assert sizes_s(Contacts(), 3) == [CONTACT_DT_S] * 6
+
+
+def test_steps_in_contact_are_halved_while_friction_misses_its_limit() -> None:
+    found = sizes_s(Contacts(errors=[FAIR, MUCH, MUCH, FAIR, MUCH]), 3)
+    assert found == [5e-3] * 2 + [2.5e-3, *[1.25e-3] * 2, *[0.625e-3] * 8] + [0.625e-3] * 16
+
+
+def test_they_are_no_shorter_than_at_events() -> None:
+    found = sizes_s(Contacts(errors=[MUCH] * 99), 2)
+    assert min(found) == found[-1] == FINEST_S
+
+
+def test_a_closing_is_followed_by_the_finest_steps_that_grow_again() -> None:
+    found = sizes_s(Contacts(closes_after=2, errors=[LITTLE] * 99), 3)
+    growing = [FINEST_S * parts for parts in (1, 1, 2, 4, 8, 16)]
+    assert found == [5e-3] * 2 + growing + [5e-3] * 2
+
+
+def test_steps_keep_their_length_where_friction_misses_a_fair_share() -> None:
+    assert sizes_s(Contacts(closes_after=2), 2) == [5e-3] * 2 + [FINEST_S] * 32
+
+
+def test_steps_get_shorter_before_a_change() -> None:
+    near = Contacts(is_any_closed=False, time_to_change=LOOK_AHEAD * 1.3e-3)
+    assert sizes_s(near, 1) == [1.25e-3] * 8
+
+
+def test_without_event_steps_nothing_changes_the_regular_one() -> None:
+    plain = AnalysisSettings(dt_s=0.002, contact_dt_s=None, event_dt_s=None)
+    contacts = Contacts(errors=[MUCH] * 99, closes_after=1, time_to_change=1e-9)
+    assert sizes_s(contacts, 3, plain) == [0.002] * 3
