@@ -31,9 +31,11 @@ NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
     "default": {"analysis": {}, "model": {}},
     "fast": {
         "analysis": {
+            "dt_s": 0.010,
             "contact_dt_s": 0.010,
             "event_dt_s": 0.00125,
             "max_friction_error": 0.1,
+            "tolerance_j": 1.0e-2,
         },
         "model": {
             "column_fibers": (4, 12, 1),
