@@ -47,8 +47,8 @@ class AnalysisSettings:
         default=0.005,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is closed, the regular one or a half, a quarter ... of "
-        "it; null for the regular one, as in scheme paper",
+        description="largest step while a contact is closed, the regular one or a half, a quarter "
+        "... of it; null for the regular one, as in scheme paper",
     )
     event_dt_s: Number | None = Field(
         default=0.0003125,
