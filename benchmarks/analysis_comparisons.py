@@ -34,15 +34,16 @@ DEMANDS = (
 DEFAULT = AnalysisSettings(energy=False)
 REFERENCE = replace(DEFAULT, dt_s=0.0005, contact_dt_s=None, event_dt_s=None, tolerance_j=1.0e-8)
 # Integrator; regular step, largest step in contact, largest step at events.
+NEWMARK = ("Newmark", 0.5, 0.25, "-form", "V")
 STEPS = (
     (("Houbolt",), 0.0005, None, None),
     (("HHT", 0.7), 0.0005, None, None),
-    (("HHT", 0.9), 0.001, None, None),
     (("Houbolt",), 0.005, None, None),
-    (("HHT", 0.7), 0.010, None, 0.001),
-    (("HHT", 0.9), 0.010, 0.0025, 0.001),
-    (("HHT", 0.9), 0.005, 0.0025, 0.001),
     (("HHT", 0.9), 0.0025, 0.00125, 0.001),
+    (NEWMARK, 0.010, 0.010, 0.0003125),
+    (NEWMARK, 0.010, 0.005, 0.0003125),
+    (NEWMARK, 0.005, 0.005, 0.0003125),
+    (NEWMARK, 0.0025, 0.0025, 0.0003125),
 )
 TOLERANCES_J = (1.0e-2, 1.0e-4, 1.0e-8)
 
