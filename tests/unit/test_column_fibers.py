@@ -39,8 +39,10 @@ def test_every_mesh_keeps_area_and_second_moment_of_the_section(
     ]
     steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
     core_m = column.hoop_circle_m
-    inertia_m4 = (pi * core_m**4 / 64, gross_inertia_m4(column) - pi * core_m**4 / 64)
-    area_m2 = (pi * core_m**2 / 4, column.gross_area_m2 - pi * core_m**2 / 4)
+    # the core twice: the part that ends and the part that is kept
+    core_m2, core_m4 = pi * core_m**2 / 4, pi * core_m**4 / 64
+    inertia_m4 = (core_m4, core_m4, gross_inertia_m4(column) - core_m4)
+    area_m2 = (core_m2, core_m2, column.gross_area_m2 - core_m2)
     parts = (*zip(concrete, area_m2, inertia_m4, strict=True),)
     steel_m4 = steel_m2 * (column.bar_circle_m / 2) ** 2 / 2
     for part, total_m2, second_m4 in (*parts, (bars, steel_m2, steel_m4)):

@@ -9,7 +9,7 @@ import pytest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import LOOK_AHEAD, StepLoop
 
-SETTINGS = AnalysisSettings()
+SETTINGS = AnalysisSettings(dt_s=0.010, contact_dt_s=0.005, event_dt_s=0.0003125)
 DT_S, CONTACT_DT_S, FINEST_S = 0.010, 0.005, 0.0003125
 MUCH, LITTLE, FAIR = 2 * SETTINGS.max_friction_error, 0.0, 0.5 * SETTINGS.max_friction_error
 

@@ -127,7 +127,7 @@ class Counted:
 def test_long_studies_run_only_when_named(monkeypatch, tmp_path):
     ran = []
 
-    def run(name, kept):
+    def run(name, kept, _tell):
         ran.append((name, kept))
         return Study(name, kept)
 

@@ -119,7 +119,7 @@ def test_the_key_of_an_analysis_depends_on_all_that_matters(tasks: list[Task]) -
     others = [
         replace(task, incidence_deg=90.0),
         replace(task, motion=replace(task.motion, scale=1.1)),
-        replace(task, settings=AnalysisSettings(dt_s=0.005)),
+        replace(task, settings=AnalysisSettings(dt_s=0.004)),
         replace(task, options=ModelOptions(cohesion_n=1.0)),
         replace(task, variant=replace(VARIANT, gap_mm=26)),
         replace(task, variant=replace(VARIANT, bridge="osb1_fixed")),

@@ -94,7 +94,7 @@ class AnalysisSettings:
         "example [Newmark, 0.5, 0.25]; null for the scheme's",
     )
     tolerance_j: Number = Field(
-        default=1.0e-3,
+        default=1.0e-4,
         ge=1.0e-16,
         le=1.0e3,
         description="convergence test on the energy of an increment; demands are insensitive to "

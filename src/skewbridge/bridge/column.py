@@ -55,7 +55,7 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
         ending, kept = core_materials(column, tags)
         _add_rings(ending, (0.0, core_m), rings, wedges)
         # a fifth of the strength: half of the rings and wedges resolve it as well
-        _add_rings(kept, (0.0, core_m), ceil(rings / 2), ceil(wedges / 2))
+        _add_rings(kept, (0.0, core_m), ceil(rings / 2), max(3, ceil(wedges / 2)))
     else:
         _add_rings(lasting_core_material(column, tags), (0.0, core_m), rings, wedges)
     _add_rings(cover_tag, (core_m, radius_m), cover_rings, wedges)

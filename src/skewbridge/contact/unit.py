@@ -16,6 +16,9 @@ from skewbridge.contact.tracked import TrackedUnit
 # Force read back against force expected, relative: the springs are evaluated in double precision,
 # and the largest loss is that of a small offset between large displacements.
 FORCE_ROUNDING: Final = 1e-6
+# A friction force below this share of the largest so far does no work that counts: what it is off
+# its limit by, often rounding, is no reason for short steps.
+LEAST_FRICTION: Final = 0.01
 # Steps that differ by less are of one length: their difference is rounding of the times.
 SAME_STEP: Final = 1e-6
 
@@ -113,7 +116,8 @@ class ContactUnit(TrackedUnit):
         account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
         account.friction_impulse_ns += size_n * dt_s
         account.friction_work_j += work_j
-        self.over = over_n / size_n if moved_m > 0.0 else 0.0
+        if moved_m > 0.0 and size_n > LEAST_FRICTION * account.max_friction_n:
+            self.over = over_n / size_n
         if not is_closed:
             account.opening_work_j += work_j
         if over_n <= 0.0:
