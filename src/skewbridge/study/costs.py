@@ -7,8 +7,8 @@ from typing import Any, Final
 from skewbridge.study.task import Task
 
 #: Processor seconds per second of motion where no analysis has been measured yet.
-#: source: docs/scaling.md, 3 s for 25 s of motion, two-column bridge, default steps
-CPU_S_PER_MOTION_S: Final = 0.12
+#: source: docs/scaling.md, 4 s for 25 s of motion, two-column bridge, default steps
+CPU_S_PER_MOTION_S: Final = 0.16
 
 
 def forecast_cpu_s(
