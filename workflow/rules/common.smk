@@ -10,7 +10,7 @@ from skewbridge.provenance.digests import digest_of, opensees_version, source_di
 from skewbridge.provenance.files import writable_folder
 from skewbridge.provenance.tables import is_made_for
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.keys import bridge_digest
+from skewbridge.analysis.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid
