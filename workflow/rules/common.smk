@@ -12,12 +12,9 @@ from skewbridge.provenance.tables import is_made_for
 from skewbridge.study.folder import StudyFolder
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
-from skewbridge.study.config import parse_config, plain_sections
+from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import parse_slug
-
-# The bridge whose conditioning period sets the factors of every study (design, section 5).
-CONDITIONING_BRIDGE = "osb1"
 
 try:
     STUDY = parse_config(config)
