@@ -179,7 +179,14 @@ def test_pages_written_from_the_code_are_current(name: str) -> None:
 
 def test_equal_bridges_are_analysed_once() -> None:
     config = parse_config(
-        {"grid": {"abutment": ["roller"], "gap_mm": [25, 51], "friction": [0, 0.5]}}
+        {
+            "grid": {
+                "bridge": ["osb1"],
+                "abutment": ["roller"],
+                "gap_mm": [25, 51],
+                "friction": [0, 0.5],
+            }
+        }
     )
     assert [variant.skew_deg for variant in expand_grid(config.grid)] == [0, 30, 60]
 
