@@ -1,5 +1,10 @@
 """The exceptions of the package that a command shows to the user as one sentence."""
 
+from collections.abc import Iterable
+from typing import Final
+
+MOST_FAULTS: Final = 20  # lines of one message
+
 
 class InputError(ValueError):
     """Bad input, found before any work started.
@@ -14,6 +19,21 @@ class InputError(ValueError):
     def __init__(self, message: str, **details: object) -> None:
         super().__init__(message)
         self.details = details
+
+
+def raise_all(faults: Iterable[InputError]) -> None:
+    """Raise what is wrong, if anything is: several faults as one, with a line for each.
+
+    Raises:
+        InputError: There is a fault; it has the details of the first.
+    """
+    found = list(faults)
+    if len(found) == 1:
+        raise found[0]
+    if found:
+        more = [f"... and {len(found) - MOST_FAULTS} more"] if len(found) > MOST_FAULTS else []
+        lines = [f"{len(found)} faults:", *map(str, found[:MOST_FAULTS]), *more]
+        raise InputError("\n  ".join(lines), **found[0].details)
 
 
 class SolutionError(RuntimeError):

@@ -194,7 +194,7 @@ def model(
     if as_json:
         emit_json({"variant": geometry.title, "files": files})
     else:
-        messages.print(f"{geometry.title}: {', '.join(files)}", markup=False)
+        messages.print(f"{geometry.title}: {', '.join(files)}")
 
 
 COMMANDS: Final = (modal, pushover, static, model)

@@ -40,7 +40,7 @@ def check(
     if write:
         for folder in paths:
             if folder.is_dir():
-                messages.print(f"wrote {write_folder_index(folder, given)}", markup=False)
+                messages.print(f"wrote {write_folder_index(folder, given)}")
     checks = check_paths(paths, given, strict=strict)
     rows = [
         {
@@ -83,7 +83,7 @@ def im(
     else:
         raise InputError(f"motions im takes one or two files, got {len(files)}")
     for message in answer.pop("messages"):
-        messages.print(message, markup=False)
+        messages.print(message)
     emit(answer, as_json=as_json)
 
 

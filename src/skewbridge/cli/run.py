@@ -89,7 +89,7 @@ def run(
     emit(row, as_json=as_json)
     suspect = [f"suspect: {row['suspect']}"] if row["suspect"] else []
     for text in (*result.messages, *suspect):
-        messages.print(text, markup=False)
+        messages.print(text)
     if result.status not in ("ok", "collapse"):
         raise typer.Exit(EXIT_FAILED)
 

@@ -45,6 +45,10 @@ def doctor(*, as_json: JsonOption = False) -> None:
 @clear_errors
 def plan(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) -> None:
     """Show the variants and analyses of a study, their cost, and what is done already."""
+    from skewbridge.study.config import load_config
+    from skewbridge.study.inputs import check_inputs
+
+    check_inputs(load_config(config, base=DEFAULT_CONFIG))
     forecast, variants = _forecast(config)
     if not as_json:
         emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
@@ -72,7 +76,7 @@ def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
 
     forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
     for note in forecast.notes:
-        messages.print(note, markup=False)
+        messages.print(note)
     return forecast.summary, forecast.analyses_by_variant
 
 

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-import yaml
 
 from skewbridge.analysis.accuracy import under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
-from skewbridge.reading import checked
+from skewbridge.reading import checked, parse_yaml, shortened
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, Axis
 from skewbridge.variant.options import ModelOptions
@@ -123,11 +122,8 @@ def _chosen(pairs: Sequence[str] | None) -> dict[str, Any]:
     for pair in pairs or ():
         key, equals, text = pair.partition("=")
         if not equals:
-            raise InputError(f"--set takes KEY=VALUE, got {pair!r}")
-        try:
-            chosen[key.strip()] = yaml.safe_load(text)
-        except yaml.YAMLError:
-            raise InputError(f"--set {key}: not a value, got {text!r}") from None
+            raise InputError(f"--set takes KEY=VALUE, got {shortened(pair)}")
+        chosen[key.strip()] = parse_yaml(text, f"--set {shortened(pair)}")
     return chosen
 
 

@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Final
 
@@ -13,7 +14,12 @@ from skewbridge.motions.formats.trace import Given, Trace
 from skewbridge.motions.pairing import group_by_name, pair_by_header, refuse_unpaired
 from skewbridge.motions.read import read_trace
 from skewbridge.motions.record import NUMBER_FIELDS
+from skewbridge.reading import shortened
+from skewbridge.reading.files import shown_path
+from skewbridge.reading.tables import read_csv
 
+MAX_FILES: Final = 50_000
+MAX_MOTIONS: Final = 20_000
 INDEX_NAME: Final = "index.csv"
 # Anything else in a folder of motions (notes, tables) is left alone.
 SUFFIXES: Final = (
@@ -29,6 +35,9 @@ COLUMNS: Final = (
     "scale", "scale_t1_s", "scale_low_g", "scale_high_g", "licence", "source",
 )  # fmt: skip
 _NUMERIC: Final = (*NUMBER_FIELDS, "scale", "scale_t1_s", "scale_low_g", "scale_high_g")
+#: It names logs and stands in tables and figures.
+_NAME: Final = re.compile(r"\w[\w .+(),&@-]{0,99}")
+MAX_NAME: Final = 255
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
 
 
@@ -81,8 +90,8 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     Raises:
         InputError: No folder, no motions, an unpaired file, a broken index.
     """
-    if not folder.is_dir():
-        raise InputError(f"motions folder {folder} does not exist", folder=str(folder))
+    if not is_folder(folder):
+        raise InputError(f"motions folder {shown_path(folder)} does not exist", folder=str(folder))
     index = folder / INDEX_NAME
     if index.is_file():
         return read_index(index)
@@ -91,7 +100,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         for name, (first, second) in _pairs(motion_files(folder)).items()
     ]
     if not entries:
-        raise InputError(f"no motions in {folder}", folder=str(folder))
+        raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
     return entries
 
 
@@ -126,20 +135,45 @@ def _pairs(paths: list[Path]) -> dict[str, tuple[Path, Path]]:
 
 
 def motion_files(folder: Path) -> list[Path]:
-    """Return the files of a folder that look like motions, sorted by name.
+    """Return the files of a folder and its sub-folders that look like motions, sorted by path.
 
     Velocities and displacements of a PEER download (`.VT2`, `.DT2`), its search results and text
     files that start with text are not motions.
     """
     return [
         path
-        for path in sorted(folder.iterdir())
-        if path.is_file()
-        and path.suffix.lower() in SUFFIXES
+        for path in files_below(folder)
+        if path.suffix.lower() in SUFFIXES
         and path.name.lower() not in _NOT_MOTIONS
-        and not path.name.startswith(("_", "."))
+        and not any(part.startswith(("_", ".")) for part in path.relative_to(folder).parts)
         and (path.suffix.lower() not in _ANY_TEXT or _starts_with_numbers(path))
     ]
+
+
+def is_folder(path: Path) -> bool:
+    """Say whether there is such a folder, for any text as its name."""
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
+
+
+def files_below(folder: Path) -> list[Path]:
+    """Return the files of a folder and its sub-folders, sorted by path.
+
+    Raises:
+        InputError: More than any folder of motions has, or a folder that cannot be read.
+    """
+    try:
+        files = [path for path in islice(folder.rglob("*"), MAX_FILES + 1) if path.is_file()]
+    except OSError as error:
+        raise InputError(f"{shown_path(folder)}: {error.strerror}", folder=str(folder)) from None
+    if len(files) > MAX_FILES:
+        raise InputError(
+            f"{shown_path(folder)} has more than {MAX_FILES} files: name the folder of the motions",
+            folder=str(folder),
+        )
+    return sorted(files)
 
 
 def _starts_with_numbers(path: Path) -> bool:
@@ -162,7 +196,8 @@ def read_index(index: Path) -> list[IndexEntry]:
     table = read_index_table(index)
     repeated = table["motion_id"][table["motion_id"].duplicated()]
     if not repeated.empty:
-        raise InputError(f"{index}: motion {repeated.iloc[0]!r} is listed twice", file=str(index))
+        told = f"{index}: motion {shortened(repeated.iloc[0])} is listed twice"
+        raise InputError(told, file=str(index))
     rows: list[dict[str, str]] = table.to_dict("records")  # pyright: ignore[reportAssignmentType]
     return [_entry(row, index, number) for number, row in enumerate(rows, start=2)]
 
@@ -173,13 +208,12 @@ def read_index_table(index: Path) -> pd.DataFrame:
     Raises:
         InputError: No table, a missing column, no rows.
     """
-    try:
-        table = pd.read_csv(index, dtype=str, keep_default_na=False, encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        raise InputError(f"{index}: {error}", file=str(index)) from error
+    table = read_csv(index, dtype=str, keep_default_na=False)
     missing = [name for name in _REQUIRED if name not in table.columns]
     if missing:
         raise InputError(f"{index}: column(s) {', '.join(missing)} missing", file=str(index))
+    if len(table) > MAX_MOTIONS:
+        raise InputError(f"{index}: {len(table)} motions, at most {MAX_MOTIONS}", file=str(index))
     if table.empty:
         raise InputError(f"{index}: no motions listed", file=str(index))
     return table
@@ -195,7 +229,9 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         except ValueError:
             value = math.inf
         if math.isinf(value):
-            raise InputError(f"{where}: {name} must be a number, got {text!r}", file=str(index))
+            raise InputError(
+                f"{where}: {name} must be a number, got {shortened(text)}", file=str(index)
+            )
         return value
 
     def known(channel_column: str) -> Given:
@@ -209,8 +245,12 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         )
 
     motion_id = row["motion_id"].strip()
-    if not motion_id:
-        raise InputError(f"{where}: motion_id is empty", file=str(index))
+    if not _NAME.fullmatch(motion_id):
+        raise InputError(
+            f"{where}: motion_id must be 1 to 100 letters, digits, blanks or any of _.+-(),&@ and "
+            f"begin with a letter, digit or _, got {shortened(motion_id)}",
+            file=str(index),
+        )
     numbers = {name: number(name) for name in _NUMERIC}
     for name in ("scale", "dt_s"):
         if numbers[name] <= 0.0:
@@ -239,15 +279,17 @@ def inside_folder(folder: Path, name: str, where: str) -> Path:
         InputError: An absolute path, one that climbs out, a link that leads out, no such file.
     """
     name = name.strip()
-    if not name or "\0" in name:
-        raise InputError(f"{where}: no file name")
+    if not name or not name.isprintable() or len(name) > MAX_NAME:
+        raise InputError(f"{where}: no file name: {shortened(name)}")
     relative = Path(name.replace("\\", "/"))
     drive = len(name) > 1 and name[1] == ":"
     if relative.is_absolute() or drive or ".." in relative.parts:
-        raise InputError(f"{where}: {name!r} is not inside the folder of the index")
+        raise InputError(f"{where}: {shortened(name)} is not inside the folder of the index")
     path = folder / relative
+    if any(len(part.encode()) > MAX_NAME for part in relative.parts):
+        raise InputError(f"{where}: {shortened(name)} is listed but missing", file=name)
     if not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{where}: {name!r} leads out of the folder of the index")
+        raise InputError(f"{where}: {shortened(name)} leads out of the folder of the index")
     if not path.is_file():
-        raise InputError(f"{where}: {name!r} is listed but missing", file=name)
+        raise InputError(f"{where}: {shortened(name)} is listed but missing", file=name)
     return path
