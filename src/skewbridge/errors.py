@@ -1,7 +1,7 @@
 """The exceptions of the package that a command shows to the user as one sentence."""
 
 from collections.abc import Iterable
-from typing import Final
+from typing import Any, Final
 
 MOST_FAULTS: Final = 20  # lines of one message
 
@@ -16,7 +16,7 @@ class InputError(ValueError):
         details: Machine-readable particulars, added to the JSON answer of a command.
     """
 
-    def __init__(self, message: str, **details: object) -> None:
+    def __init__(self, message: str, **details: Any) -> None:
         super().__init__(message)
         self.details = details
 
@@ -31,9 +31,10 @@ def raise_all(faults: Iterable[InputError]) -> None:
     if len(found) == 1:
         raise found[0]
     if found:
-        more = [f"... and {len(found) - MOST_FAULTS} more"] if len(found) > MOST_FAULTS else []
-        lines = [f"{len(found)} faults:", *map(str, found[:MOST_FAULTS]), *more]
-        raise InputError("\n  ".join(lines), **found[0].details)
+        told = [text for fault in found for text in fault.details.get("faults", [str(fault)])]
+        more = [f"... and {len(told) - MOST_FAULTS} more"] if len(told) > MOST_FAULTS else []
+        lines = [f"{len(told)} faults:", *told[:MOST_FAULTS], *more]
+        raise InputError("\n  ".join(lines), **{**found[0].details, "faults": told})
 
 
 class SolutionError(RuntimeError):

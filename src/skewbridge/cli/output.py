@@ -20,7 +20,7 @@ LONGEST_LIST = 3  # values in one cell of a table
 
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 
-messages = Console(stderr=True, highlight=False, soft_wrap=True)
+messages = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
 def emit_json(payload: object) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -18,11 +18,34 @@ from skewbridge.variant.axes import AXES, Axis
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
+ABUTMENT_NAMES: Final = tuple(name.replace("_", "-") for name in ABUTMENTS)
+
+
+def bridges_of_the_user() -> list[str]:
+    """Return what a shell may offer as the name of a bridge."""
+    from skewbridge.bridge.catalogue import bridge_names
+    from skewbridge.bridge.catalogue.loading import OWN_FOLDER
+
+    return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
+
+
 BridgeOption = Annotated[
-    str, typer.Option("--bridge", help="Name of a bridge, e.g. osb1, or path of its file.")
+    str,
+    typer.Option(
+        "--bridge",
+        help="Name of a bridge, e.g. osb1, or path of its file.",
+        metavar="NAME|FILE",
+        autocompletion=bridges_of_the_user,
+    ),
 ]
 AbutmentOption = Annotated[
-    str, typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}.")
+    str,
+    typer.Option(
+        "--abutment",
+        help="Abutment model, from the simplest to contact with friction.",
+        metavar=f"[{'|'.join(ABUTMENT_NAMES)}]",
+        autocompletion=lambda: list(ABUTMENT_NAMES),
+    ),
 ]
 SetOption = Annotated[
     list[str] | None,

@@ -86,7 +86,9 @@ def _in_words(finding: Any) -> str:
     if finding["type"] in _NO_KEYS:
         return "keys and values are needed"
     message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
-    return re.sub(r"^(Input|Tuple|List) should", "must", message).replace(" after validation", "")
+    return re.sub(r"^(Input|Tuple|List|String) should", "must", message).replace(
+        " after validation", ""
+    )
 
 
 def _without_echoes(findings: Sequence[Any]) -> list[Any]:

@@ -9,6 +9,7 @@ from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
 from skewbridge.errors import InputError, raise_all
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.content import content_digest
+from skewbridge.reading import shortened
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import StudyConfig
 from skewbridge.variant.grid import expand_grid
@@ -37,7 +38,9 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
     for name in dict.fromkeys((CONDITIONING_BRIDGE, *config.grid.bridge)):
         attempt(lambda name=name: load_bridge(name))
-    attempt(lambda: _check_columns(config))
+    attempt(lambda: _check_measure(config.fragility.im))
+    if config.motions.design == "ida":
+        attempt(lambda: _check_ida_demand(config.motions.ida_demand))
     attempt(lambda: _check_limit_states(Path(config.fragility.limit_states)))
     attempt(lambda: motions_digest(config, cache))
     attempt(lambda: chosen_variants(expand_grid(config.grid), config.modelling_choices.variants))
@@ -60,19 +63,18 @@ def motions_digest(config: StudyConfig, cache: Path | None) -> str:
     )
 
 
-def _check_columns(config: StudyConfig) -> None:
-    """Refuse an intensity measure or a demand that the table of demands does not have."""
-    intensities = [column.name for column in INTENSITY_COLUMNS]
-    demands = [column.name for column in DEMAND_COLUMNS]
-    if config.fragility.im not in intensities:
-        raise InputError(
-            f"fragility.im must be one of {', '.join(intensities)}, got {config.fragility.im!r}"
-        )
-    if config.motions.design == "ida" and config.motions.ida_demand not in demands:
-        raise InputError(
-            f"motions.ida_demand must be one of {', '.join(demands)}, "
-            f"got {config.motions.ida_demand!r}"
-        )
+def _check_measure(name: str) -> None:
+    known = [column.name for column in INTENSITY_COLUMNS]
+    if name not in known:
+        told = f"fragility.im must be one of {', '.join(known)}, got {shortened(name)}"
+        raise InputError(told)
+
+
+def _check_ida_demand(name: str) -> None:
+    known = [column.name for column in DEMAND_COLUMNS]
+    if name not in known:
+        told = f"motions.ida_demand must be one of {', '.join(known)}, got {shortened(name)}"
+        raise InputError(told)
 
 
 def _check_limit_states(path: Path) -> None:
