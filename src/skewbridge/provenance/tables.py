@@ -15,6 +15,7 @@ from skewbridge.errors import InputError
 from skewbridge.provenance.closure import PACKAGE
 from skewbridge.provenance.files import written_aside
 from skewbridge.reading import read_bytes
+from skewbridge.reading.files import shown_path
 
 #: Raised by one when a column changes its meaning; tables in another form are refused.
 TABLE_FORMAT: Final = 2
@@ -86,14 +87,16 @@ def _intact_table(path: Path) -> pa.Table:
         file = pq.ParquetFile(content, page_checksum_verification=True)
         cells = file.metadata.num_rows * file.metadata.num_columns
         if not 0 <= cells <= MAX_CELLS or file.metadata.num_columns > MAX_COLUMNS:
-            raise InputError(f"{path}: {cells} cells, at most {MAX_CELLS} are read", file=str(path))
+            told = f"{shown_path(path)}: {cells} cells, at most {MAX_CELLS} are read"
+            raise InputError(told, file=str(path))
         table = file.read()
         table.validate(full=True)
     except InputError:
         raise
     except (OSError, ValueError, MemoryError, pa.ArrowException) as error:
-        told = " ".join(str(error).split())[:200]
-        raise InputError(f"{path} is no intact parquet table: {told}", file=str(path)) from None
+        told = "".join(sign if sign.isprintable() else " " for sign in str(error))[:200]
+        shown = shown_path(path)
+        raise InputError(f"{shown} is no intact parquet table: {told}", file=str(path)) from None
     return table
 
 

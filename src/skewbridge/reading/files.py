@@ -37,14 +37,14 @@ def read_bytes(path: Path, most: int) -> bytes:
                 f"{shown}: has {state.st_size} bytes, at most {most} are read", file=str(path)
             )
         with path.open("rb") as stream:
-            content = stream.read(most + 1)
+            content = stream.read(state.st_size + 1)
     except (OSError, ValueError) as error:  # a path with a zero byte is a ValueError
         if isinstance(error, InputError):
             raise
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{shown} cannot be read: {reason}", file=str(path)) from None
-    if len(content) > most:  # it has grown since
-        raise InputError(f"{shown}: has more than {most} bytes", file=str(path))
+    if len(content) > state.st_size:
+        raise InputError(f"{shown}: is being written to", file=str(path))
     return content
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import warnings
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,7 +32,9 @@ def read_csv(path: Path, **options: Any) -> pd.DataFrame:
     text, shown = read_text(path, MAX_CSV_BYTES), shown_path(path)
     try:
         _refuse_ragged(text)
-        return pd.read_csv(io.StringIO(text), index_col=False, **options)
+        with warnings.catch_warnings():  # of blank cells beyond the header
+            warnings.simplefilter("ignore", pd.errors.ParserWarning)
+            return pd.read_csv(io.StringIO(text), index_col=False, **options)
     except (ValueError, csv.Error, OverflowError) as error:
         told = " ".join(str(error).split())
         raise InputError(f"{shown} is not a table: {told}", file=str(path)) from None

@@ -22,11 +22,13 @@ from skewbridge.fragility.tables.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.tables.outcomes import Runs, outcomes_of
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
+from skewbridge.reading import shortened
 from skewbridge.statuses import OK
 
 METHODS: Final = ("stripes", "ida", "cloud")
 MODELS: Final = ("ols", "tobit", "modified", "heteroscedastic")
 MAX_ASSUMED_BETA: Final = 5.0
+MOST_NAMED: Final = 20  # columns in a message
 # Other spellings of the columns, as they stand in published data sets.
 _ALIASES: Final = {
     "right_censored": "censored",
@@ -127,8 +129,9 @@ def _fit_data(data: pd.DataFrame | Mapping[str, Any], options: FitOptions) -> Fr
 def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFit:
     def need(name: str) -> Any:
         if name not in columns:
+            found = ", ".join(map(shortened, list(columns)[:MOST_NAMED])) or "none"
             raise InputError(
-                f"{options.method} data need a column {name!r}; found {', '.join(columns)}",
+                f"{options.method} data need a column {name!r}; found {found}",
                 column=name,
             )
         return columns[name]

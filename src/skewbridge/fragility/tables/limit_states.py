@@ -82,8 +82,8 @@ class LimitState:
         return ("small_capacity_dispersion",) if 0.0 < self.dispersion < SMALL_DISPERSION else ()
 
 
-def _unit_that_is_known(unit: str) -> str:
-    if unit not in _UNITS:
+def _unit_that_is_known(unit: Any) -> Any:
+    if not isinstance(unit, str) or unit not in _UNITS:
         raise ValueError(f"must be one of {', '.join(_UNITS)}")
     return unit
 
