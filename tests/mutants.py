@@ -49,7 +49,8 @@ SNIPPETS = (
     "9" * 40, "9" * 5000, "0x" + "f" * 3000, "1:" * 900 + "1", "true", "null", "~", "''", "[]",
     "{}", "[/red]", "'[/red]'", "../../etc/passwd", "'\\0'", '"\\0"', '"\\x1b[31m"', "'=1+1'",
     "<script>alert(1)</script>", "$\\frac$", "x" * 5000, "'" + "/x" * 60_000 + "'", "[" * 2000,
-    "[" * 40 + "]" * 40, "{a: " * 40 + "1" + "}" * 40, "&a [*a]", "*nothing", "!!python/name:os.system",
+    "[" * 40 + "]" * 40, "{a: " * 40 + "1" + "}" * 40, "&a [*a]", "*nothing",
+    "!!python/name:os.system",
     "!!binary x", "!!timestamp 2020-13-45", "2020-13-45", "!!int x", "? [a]", "<<: 1", "2e7", "é",
     "[1, 2, 3]", "{v: 1.0e+9, src: 'd: x'}", "{v: -5, src: 'd: x'}", "{v: 0.001, src: 'd: x'}",
     "{v: [1, 2], src: 'd: x'}", "1.0e+3", "1.0e-3", "1.0e+6", "1.0e-6", "1000000", "17",
@@ -64,7 +65,8 @@ MERGES = "a: &a {x: 1}\n" + "".join(
 )
 WHOLE = (
     b"", b"\n", b"\xff\xfe\x00", b"\x00" * 100, b"\xef\xbb\xbf", b"---\n---\n", b"- " * 5000 + b"x",
-    b"[" * 100_000, b'{"a":' * 100_000, b"{" * 5000, BOMB.encode(), MERGES.encode(), b"a: 1\na: 2\n",
+    b"[" * 100_000, b'{"a":' * 100_000, b"{" * 5000, BOMB.encode(), MERGES.encode(),
+    b"a: 1\na: 2\n",
     b"x" * 300_000, b"\x1b[31m", b"%YAML 9.9\n---\na: 1\n", b"extends: osb1\nextends: osb1\n",
     b"? " * 3000, b"- - " * 3000, b"'", b"#" * 10_000, b"a,b\n1,2\n" * 3,
 )  # fmt: skip
@@ -149,7 +151,8 @@ def wave(count: int = 60) -> np.ndarray:
 
 def knet_text() -> str:
     head = [
-        "Origin Time       2011/03/11 14:46:00", "Lat.              38.1", "Long.             142.8",
+        "Origin Time       2011/03/11 14:46:00", "Lat.              38.1",
+        "Long.             142.8",
         "Depth. (km)       24", "Mag.              9.0", "Station Code      MYG004",
         "Station Lat.      38.7", "Station Long.     141.0", "Station Height(m) 40",
         "Record Time       2011/03/11 14:46:15", "Sampling Freq(Hz) 100Hz", "Duration Time(s)  1",
@@ -187,6 +190,7 @@ DECK = {
     "duration_s": 0.1, "pulse": {"kind": "cosine", "amplitude_g": 0.5, "period_s": 0.5},
 }  # fmt: skip
 PATH = "t_s,ux_m,uy_m,uz_m\n0.0,0.0,0.0,-0.01\n0.1,0.02,0.01,-0.01\n0.2,0.0,0.02,0.01\n"
+CSV = "im,edp,threshold\n0.1,0.01,0.03\n0.2,0.02,0.03\n0.4,0.05,0.03\n"
 CLOUD = {"im": [0.1, 0.2, 0.4, 0.8], "edp": [0.01, 0.02, 0.03, 0.09], "threshold": 0.03}
 STRIPES = {"im": [0.2, 0.4, 0.6, 0.8], "n": [20] * 4, "k": [0, 4, 12, 18]}
 CONDITIONS = (
@@ -249,12 +253,13 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
     "limit_states": (".yaml", [text_of("config/limit_states.yaml")], load_limit_states),
     "bridge": (
         ".yaml",
-        [text_of("config/bridges/template.yaml"), b"extends: osb1\ndeck:\n  depth_m: {v: 2, src: 'd: x'}\n"],
+        [text_of("config/bridges/template.yaml"),
+         b"extends: osb1\ndeck:\n  depth_m: {v: 2, src: 'd: x'}\n"],
         read_bridge,
     ),
     "fit_cloud": (".json", [json.dumps(CLOUD).encode()], fit("cloud")),
     "fit_stripes": (".json", [json.dumps(STRIPES).encode()], fit("stripes")),
-    "fit_csv": (".csv", [b"im,edp,threshold\n0.1,0.01,0.03\n0.2,0.02,0.03\n0.4,0.05,0.03\n"], fit("cloud")),
+    "fit_csv": (".csv", [CSV.encode()], fit("cloud")),
     "fit_parquet": (".parquet", [], fit("cloud", **RUNS)),
     "condition": (".txt", [text.encode() for text in CONDITIONS], read_condition),
     "contact": (".yaml", [as_yaml(CONTACT)], lambda path: read_case(path, ContactCase)),

@@ -1,4 +1,4 @@
-"""Write the licences of the locked packages as a page: `python workflow/licences.py requirements.lock`."""
+"""Write the licences of the locked packages as a page: `python workflow/licences.py LOCK`."""
 
 import re
 import sys
@@ -9,8 +9,7 @@ HEAD = """\
 # Licences
 
 What `make setup` installs, with the licence that each package states in its metadata. skewbridge
-itself is BSD-3-Clause (`LICENSE`). OpenSeesPy may be used for research, education and internal
-purposes; its own licence stands in its package.
+itself is BSD-3-Clause (`LICENSE`). The licence of OpenSeesPy stands in its package (`LICENSE.md`).
 
 This page is written by `make docs`.
 

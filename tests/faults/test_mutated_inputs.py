@@ -1,7 +1,7 @@
 """Mutated input files of every kind: taken, or refused in one message; never a traceback.
 
-Each group of readers runs in a child that may use 5 CPU-seconds for a file and 500 MB of memory more
-than the program itself.
+Each group of readers runs in a child that may use 5 CPU-seconds for a file and 500 MB of memory
+more than the program itself.
 """
 
 import json

@@ -7,6 +7,7 @@ from typing import Final
 from skewbridge.errors import InputError
 
 LONGEST_SHOWN: Final = 80  # characters of a value in a message
+LONGEST_PATH: Final = 200
 
 
 def shortened(value: object) -> str:
@@ -17,8 +18,9 @@ def shortened(value: object) -> str:
 
 
 def shown_path(path: Path) -> str:
-    """Return a path as a message shows it."""
-    return shortened(str(path)).removeprefix("'").removesuffix("'")
+    """Return a path as a message shows it; of a long one the end, which names the file."""
+    text = "".join(sign if sign.isprintable() else "?" for sign in str(path))
+    return text if len(text) <= LONGEST_PATH else f"...{text[3 - LONGEST_PATH :]}"
 
 
 def read_bytes(path: Path, most: int) -> bytes:

@@ -160,7 +160,7 @@ class PadData(_Part, frozen=True):
     spacing_m: Metres
     shear_stiffness_kn_per_m: Stiffness
     yield_force_kn: Kilonewtons
-    hardening_ratio: Ratio
+    hardening_ratio: Annotated[float, Field(ge=1.0e-4, le=0.9)]
     vertical_stiffness_mn_per_m: Stiffness
     height_m: Metres
 

@@ -66,9 +66,10 @@ def load_bridge_file(path: Path) -> BridgeData:
         InputError: The file is missing, not YAML, or breaks a limit; names file, key and limit.
     """
     try:
-        return _loaded(path.resolve())
-    except OSError as error:
-        raise InputError(f"{shown_path(path)} cannot be read: {error.strerror}") from None
+        found = path.resolve()
+    except (OSError, ValueError):
+        raise InputError(f"{shown_path(path)} is no name of a file") from None
+    return _loaded(found)
 
 
 @cache

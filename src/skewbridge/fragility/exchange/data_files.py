@@ -10,6 +10,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.conditions import rows_where
 from skewbridge.provenance.tables import read_frame
 from skewbridge.reading import read_json
+from skewbridge.reading.files import shown_path
 from skewbridge.reading.tables import no_formula, read_csv
 
 
@@ -34,11 +35,11 @@ def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[st
     elif path.suffix in {".csv", ".parquet"}:
         data = read_table(path)
     else:
-        raise InputError(f"{path.name}: expected .json, .csv or .parquet", file=str(path))
+        raise InputError(f"{shown_path(path)}: expected .json, .csv or .parquet", file=str(path))
     if isinstance(data, list) and all(isinstance(row, dict) for row in data):
         data = pd.DataFrame(data)
     if not isinstance(data, dict | pd.DataFrame):
-        raise InputError(f"{path.name} must hold an object of columns", file=str(path))
+        raise InputError(f"{shown_path(path)} must hold an object of columns", file=str(path))
     if where is None:
         return data
     if not isinstance(data, pd.DataFrame):
