@@ -6,6 +6,7 @@ columns and literal values are followed: a condition can neither call nor write 
 
 import ast
 import operator
+import warnings
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -41,7 +42,9 @@ def rows_where(table: pd.DataFrame, condition: str) -> pd.DataFrame:
     if len(condition) > MAX_LENGTH:
         raise InputError(f"{told}: {len(condition)} characters, at most {MAX_LENGTH} are read")
     try:
-        tree = ast.parse(condition.strip(), mode="eval")
+        with warnings.catch_warnings():  # of numbers that run into words
+            warnings.simplefilter("ignore", SyntaxWarning)
+            tree = ast.parse(condition.strip(), mode="eval")
         chosen = table[_flags(tree.body, table)]
     except (SyntaxError, RecursionError, MemoryError):
         raise InputError(f"{told} is no condition: {_ADVICE}") from None
