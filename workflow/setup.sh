@@ -11,9 +11,10 @@ stop() {
 if command -v uv >/dev/null 2>&1; then
     uv=uv
 else
-    # A private uv, so that nothing has to be installed on the machine.
+    # A private uv, so that nothing has to be installed on the machine; workflow/uv.txt pins it.
     python=$(command -v python3 || command -v python) || stop "no Python 3 found: install Python $version with venv and run make again."
-    [ -x .uv/bin/uv ] || { "$python" -m venv .uv && .uv/bin/pip install --quiet uv; } ||
+    [ -x .uv/bin/uv ] || { "$python" -m venv .uv &&
+        .uv/bin/pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: --requirement workflow/uv.txt; } ||
         stop "could not make a private uv with $python: install Python $version with its venv module and run make again."
     uv=.uv/bin/uv
 fi

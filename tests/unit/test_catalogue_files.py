@@ -59,8 +59,12 @@ def test_a_user_adds_a_bridge_by_adding_a_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "key", "limit"),
     [
-        ('deck:\n  depth_m: {v: -1.8, src: "d: x"}\n', "deck.depth_m", "greater than 0"),
-        ('deck:\n  depth_m: {v: .nan, src: "d: x"}\n', "deck.depth_m", "finite"),
+        (
+            'deck:\n  depth_m: {v: -1.8, src: "d: x"}\n',
+            "deck.depth_m",
+            "greater than or equal to 0.001",
+        ),
+        ('deck:\n  depth_m: {v: .nan, src: "d: x"}\n', "deck.depth_m", "got nan"),
         ("deck:\n  depth_m: null\n", "deck.depth_m", "valid number"),
         ("column:\n  steel: unobtainium\n", "column.steel", "a706"),
         (

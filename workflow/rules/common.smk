@@ -5,31 +5,30 @@ from snakemake.settings.enums import RerunTrigger
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.errors import InputError
 from skewbridge.fragility.tables.limit_states import load_limit_states
-from skewbridge.motions.content import content_digest
 from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
 from skewbridge.provenance.files import writable_folder
 from skewbridge.provenance.tables import is_made_for
+from skewbridge.reading import read_mapping
 from skewbridge.study.folder import StudyFolder
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config, plain_sections
+from skewbridge.study.inputs import check_inputs, motions_digest
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import parse_slug
 
 try:
+    # Snakemake has read them already, but takes the last of equal keys.
+    for path in workflow.configfiles:
+        read_mapping(Path(path))
     STUDY = parse_config(config)
     FOLDER = StudyFolder(writable_folder(Path(STUDY.results)))
+    check_inputs(STUDY, FOLDER.motions_digest)
     BRIDGES = {Path(name).stem: bridge_digest(name) for name in STUDY.grid.bridge}
     T1_S = {name: load_bridge(name).t1_s for name in STUDY.grid.bridge}
     CONDITIONING_T1_S = load_bridge(CONDITIONING_BRIDGE).t1_s
     LIMIT_STATES = digest_of(load_limit_states(Path(STUDY.fragility.limit_states)))
-    MOTIONS = content_digest(
-        Path(STUDY.motions.folder),
-        STUDY.motions.count,
-        t1_s=CONDITIONING_T1_S,
-        level_range_g=tuple(STUDY.motions.level_range_g),
-        cache=FOLDER.motions_digest,
-    )
+    MOTIONS = motions_digest(STUDY, FOLDER.motions_digest)
     VARIANTS = {variant.slug: variant for variant in expand_grid(STUDY.grid)}
     CHANGED = chosen_variants(VARIANTS.values(), STUDY.modelling_choices.variants)
 except InputError as error:

@@ -118,8 +118,10 @@ class AnalysisSettings:
 
     @model_validator(mode="before")
     @classmethod
-    def _paper(cls, given: ArgsKwargs | dict[str, object]) -> object:
+    def _paper(cls, given: ArgsKwargs | dict[str, object] | object) -> object:
         """Let the scheme of the paper bring its one step."""
+        if not isinstance(given, ArgsKwargs | dict):
+            return given
         values = dict(given.kwargs or {}) if isinstance(given, ArgsKwargs) else dict(given)
         if values.get("scheme") == "paper":
             values = {"dt_s": PAPER_DT_S, "contact_dt_s": None, "event_dt_s": None} | values

@@ -1,5 +1,7 @@
 """The command line: one module per group of commands, no mechanics."""
 
+from typing import Annotated
+
 import typer
 
 from skewbridge.analysis.exit_message import hush_exit_message
@@ -30,10 +32,10 @@ def build_app() -> typer.Typer:
     app = typer.Typer(
         cls=_Commands,
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
+    app.callback()(_options)
     group = typer.Typer(
         cls=_MotionCommands,
         no_args_is_help=True,
@@ -41,6 +43,26 @@ def build_app() -> typer.Typer:
     )
     app.add_typer(group, name="motions")
     return app
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"skewbridge {version('skewbridge')}")
+        raise typer.Exit
+
+
+def _options(
+    *,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Show the version and exit.", is_eager=True, callback=_show_version
+        ),
+    ] = False,
+) -> None:
+    """Seismic fragility of bridges with seat-type abutments: skew, gap and contact-friction."""
 
 
 def main() -> None:

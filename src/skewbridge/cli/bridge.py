@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
@@ -15,7 +15,6 @@ from skewbridge.cli.variant_options import (
     model_options,
     takes_variant,
 )
-from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
 from skewbridge.units import KN
 from skewbridge.variant.abutments import ABUTMENTS
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 LADDER_ANGLES_DEG = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
 
 DirectionOption = Annotated[
-    str, typer.Option("--direction", help="x (longitudinal) or y (transverse).")
+    Literal["x", "y"], typer.Option("--direction", help="x is longitudinal, y transverse.")
 ]
 AngleOption = Annotated[
     float | None,
@@ -138,11 +137,9 @@ def _push_ladder(
     emit({"pushes": peaks}, peaks, as_json=as_json, title=title)
 
 
-def _angle(direction: str, angle_deg: float | None) -> float:
+def _angle(direction: Literal["x", "y"], angle_deg: float | None) -> float:
     if angle_deg is not None:
         return angle_deg
-    if direction not in ("x", "y"):
-        raise InputError(f"direction must be x or y, got {direction!r}")
     return 0.0 if direction == "x" else 90.0
 
 
@@ -194,7 +191,7 @@ def model(
     if as_json:
         emit_json({"variant": geometry.title, "files": files})
     else:
-        messages.print(f"{geometry.title}: {', '.join(files)}", markup=False)
+        messages.print(f"{geometry.title}: {', '.join(files)}")
 
 
 COMMANDS: Final = (modal, pushover, static, model)

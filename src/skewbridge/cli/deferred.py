@@ -43,10 +43,22 @@ class DeferredGroup(TyperGroup):
         return name, command, rest
 
 
+class _Command(TyperCommand):
+    """A command that says in words what is wrong with an argument."""
+
+    def make_context(self, *given: Any, **named: Any) -> Any:
+        """Return the context of the arguments, or refuse them."""
+        try:
+            return super().make_context(*given, **named)
+        except typer.BadParameter as error:
+            error.message = error.message.replace("Value error, ", "")
+            raise
+
+
 def _imported(module: str, name: str) -> Any:
     functions = {_shown(each.__name__): each for each in import_module(module).COMMANDS}
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-    alone.command(name)(functions[name])
+    alone.command(name, cls=_Command)(functions[name])
     return get_command(alone)
 
 

@@ -1,7 +1,7 @@
 """Commands of the fragility package."""
 
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 import typer
 
@@ -12,11 +12,14 @@ from skewbridge.errors import InputError
 @clear_errors
 def fit(
     data: Annotated[Path, typer.Argument(help="Data: .json, .csv or .parquet.")],
-    method: Annotated[str, typer.Option(help="stripes, ida or cloud.")],
+    method: Annotated[Literal["stripes", "ida", "cloud"], typer.Option(help="What the data are.")],
     model: Annotated[
-        str | None, typer.Option(help="Cloud: ols, tobit, modified or heteroscedastic.")
+        Literal["ols", "tobit", "modified", "heteroscedastic"] | None,
+        typer.Option(help="Of the demands in a cloud."),
     ] = None,
-    link: Annotated[str, typer.Option(help="Stripes: probit, logit or cloglog.")] = "probit",
+    link: Annotated[
+        Literal["probit", "logit", "cloglog"], typer.Option(help="Of the stripes.")
+    ] = "probit",
     level: Annotated[float, typer.Option(help="Confidence level.")] = 0.95,
     threshold: Annotated[float | None, typer.Option(help="Median capacity.")] = None,
     im: Annotated[str | None, typer.Option(help="Column of intensities, table of runs.")] = None,
@@ -65,9 +68,13 @@ def fit(
 @clear_errors
 def export(
     curves: Annotated[Path, typer.Argument(help="Curves: the parquet table of the study.")],
-    form: Annotated[str, typer.Option("--format", help="nrml, pelicun or csv.")],
+    form: Annotated[
+        Literal["nrml", "pelicun", "csv"], typer.Option("--format", help="Of the file.")
+    ],
     out: Annotated[Path, typer.Option(help="File to write.")],
-    method: Annotated[str, typer.Option(help="cloud, exceedance or ida_interval.")] = "cloud",
+    method: Annotated[
+        Literal["cloud", "exceedance", "ida_interval"], typer.Option(help="Which curves.")
+    ] = "cloud",
     hazard: Annotated[
         Path | None, typer.Option(help="CSV im, rate: adds annual frequencies to the csv.")
     ] = None,

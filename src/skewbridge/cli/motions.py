@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 Files = Annotated[list[Path], typer.Argument(help="Component files.")]
 DtOption = Annotated[float | None, typer.Option("--dt-s", help="Time step for files without one.")]
 UnitOption = Annotated[
-    str | None, typer.Option("--unit", help="g, cm/s2 or m/s2, for files without one.")
+    str | None,
+    typer.Option("--unit", help="For files without one.", metavar="[g|cm/s2|m/s2]"),
 ]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder to write to.")]
 
@@ -40,7 +41,7 @@ def check(
     if write:
         for folder in paths:
             if folder.is_dir():
-                messages.print(f"wrote {write_folder_index(folder, given)}", markup=False)
+                messages.print(f"wrote {write_folder_index(folder, given)}")
     checks = check_paths(paths, given, strict=strict)
     rows = [
         {
@@ -83,7 +84,7 @@ def im(
     else:
         raise InputError(f"motions im takes one or two files, got {len(files)}")
     for message in answer.pop("messages"):
-        messages.print(message, markup=False)
+        messages.print(message)
     emit(answer, as_json=as_json)
 
 
@@ -122,14 +123,22 @@ def synthesize(
     out: OutOption,
     count: Annotated[int, typer.Option("--count", help="Number of pairs.")] = 40,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the suite.")] = 1,
-    mechanism: Annotated[str, typer.Option(help="strike_slip or reverse.")] = "strike_slip",
+    mechanism: Annotated[
+        Literal["strike_slip", "reverse"], typer.Option(help="Of the rupture.")
+    ] = "strike_slip",
     ztor_km: Annotated[float, typer.Option(help="Depth to the top of the rupture.")] = 0.0,
-    pulse: Annotated[str, typer.Option(help="none, all or probability.")] = "none",
+    pulse: Annotated[
+        Literal["none", "all", "probability"], typer.Option(help="Motions with a pulse.")
+    ] = "none",
     rupture_to_site_km: Annotated[
         float, typer.Option(help="Rupture length towards the site, for pulses.")
     ] = 20.0,
-    calibrate: Annotated[str, typer.Option(help="bssa14 or none.")] = "bssa14",
-    orientation: Annotated[str, typer.Option(help="random or principal.")] = "random",
+    calibrate: Annotated[
+        Literal["bssa14", "none"], typer.Option(help="Model of the spectra.")
+    ] = "bssa14",
+    orientation: Annotated[
+        Literal["random", "principal"], typer.Option(help="Of the components.")
+    ] = "random",
     shaking_s: Annotated[
         float | None, typer.Option("--shaking-s", help="Keep the strongest part of this length.")
     ] = None,
@@ -146,14 +155,14 @@ def synthesize(
         magnitude=magnitude,
         distance_km=distance_km,
         vs30_mps=vs30_mps,
-        mechanism=mechanism,  # pyright: ignore[reportArgumentType] - checked by Scenario
+        mechanism=mechanism,
         ztor_km=ztor_km,
         rupture_to_site_km=rupture_to_site_km,
-        pulse=pulse,  # pyright: ignore[reportArgumentType]
+        pulse=pulse,
     )
     options = SynthesisOptions(
-        calibrate=calibrate,  # pyright: ignore[reportArgumentType]
-        orientation=orientation,  # pyright: ignore[reportArgumentType]
+        calibrate=calibrate,
+        orientation=orientation,
     )
     index = write_synthetic_suite(
         out,

@@ -9,8 +9,10 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from skewbridge.errors import InputError, SolutionError
+from skewbridge.reading.files import shortened
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
@@ -18,7 +20,7 @@ LONGEST_LIST = 3  # values in one cell of a table
 
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 
-messages = Console(stderr=True, highlight=False, soft_wrap=True)
+messages = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
 def emit_json(payload: object) -> None:
@@ -49,16 +51,22 @@ def emit(
 
 def emit_table(rows: Sequence[Mapping[str, Any]], title: str | None = None) -> None:
     """Print rows (all with the keys of the first) as a table on stdout."""
-    table = Table(title=title)
+    table = Table(title=None if title is None else Text(_printable(title)))
     for column in rows[0] if rows else ():
-        table.add_column(column, justify="left" if isinstance(rows[0][column], str) else "right")
+        table.add_column(
+            Text(_printable(column)),
+            justify="left" if isinstance(rows[0][column], str) else "right",
+        )
     for row in rows:
-        table.add_row(*(_cell(value) for value in row.values()))
+        table.add_row(*(Text(_printable(_cell(value))) for value in row.values()))
     Console(highlight=False).print(table)
 
 
 def clear_errors[**P, R](command: Callable[P, R]) -> Callable[P, R]:
-    """End a command with one message: exit code 2 for bad input, 1 for a solution that failed."""
+    """End a command with one message: exit code 2 for bad input, 1 for a solution that failed.
+
+    A file that cannot be read or written is bad input.
+    """
 
     @wraps(command)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -70,9 +78,12 @@ def clear_errors[**P, R](command: Callable[P, R]) -> Callable[P, R]:
         except SolutionError as error:
             status, code, details = "failed", EXIT_FAILED, {}
             message = str(error)
+        except OSError as error:
+            status, code, details = "error", EXIT_BAD_INPUT, {}
+            message = f"{shortened(str(error.filename or ''))}: {error.strerror or error}"
         if kwargs.get("as_json"):
             emit_json({"status": status, "message": message} | details)
-        messages.print(f"{status}: {message}", style="red", markup=False)
+        messages.print(_printable(f"{status}: {message}"), style="red")
         raise typer.Exit(code)
 
     return wrapped
@@ -96,6 +107,11 @@ def _cell(value: object) -> str:
     if value is None:
         return ""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _printable(text: str) -> str:
+    """Return a text without the control characters that steer a terminal; lines stay lines."""
+    return "".join(sign if sign.isprintable() or sign == "\n" else "?" for sign in text)
 
 
 def _finite(value: Any) -> Any:

@@ -1,7 +1,7 @@
 """`skewbridge run`: one analysis with its demands, histories and figures."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
@@ -32,8 +32,12 @@ ScaleOption = Annotated[float, typer.Option("--scale", help="Factor on both comp
 IncidenceOption = Annotated[
     float, typer.Option("--incidence-deg", help="From bridge x to component 1.")
 ]
-SchemeOption = Annotated[str, typer.Option("--scheme", help="default or paper.")]
-AccuracyOption = Annotated[str, typer.Option("--accuracy", help="reference, default or fast.")]
+SchemeOption = Annotated[
+    Literal["default", "paper"], typer.Option("--scheme", help="How to integrate.")
+]
+AccuracyOption = Annotated[
+    Literal["reference", "default", "fast"], typer.Option("--accuracy", help="Set of numerics.")
+]
 DtOption = Annotated[
     float | None, typer.Option("--dt-s", help="Regular time step instead of the accuracy's.")
 ]
@@ -89,7 +93,7 @@ def run(
     emit(row, as_json=as_json)
     suspect = [f"suspect: {row['suspect']}"] if row["suspect"] else []
     for text in (*result.messages, *suspect):
-        messages.print(text, markup=False)
+        messages.print(text)
     if result.status not in ("ok", "collapse"):
         raise typer.Exit(EXIT_FAILED)
 

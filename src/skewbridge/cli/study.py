@@ -56,6 +56,10 @@ def plan(
     as_json: JsonOption = False,
 ) -> None:
     """Show the variants and analyses of a study, their cost, and what is done already."""
+    from skewbridge.study.config import load_config
+    from skewbridge.study.inputs import check_inputs
+
+    check_inputs(load_config(config, base=DEFAULT_CONFIG))
     if pilot is not None:
         _propose_levels(config, pilot, as_json=as_json)
         return
@@ -112,7 +116,7 @@ def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
 
     forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
     for note in forecast.notes:
-        messages.print(note, markup=False)
+        messages.print(note)
     return forecast.summary, forecast.analyses_by_variant
 
 

@@ -5,25 +5,47 @@ from dataclasses import dataclass, fields
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
-import yaml
 
 from skewbridge.analysis.accuracy import under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
-from skewbridge.reading import checked
+from skewbridge.reading import checked, parse_yaml, shortened
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, Axis
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
+ABUTMENT_NAMES: Final = tuple(name.replace("_", "-") for name in ABUTMENTS)
+
+
+def bridges_of_the_user() -> list[str]:
+    """Return what a shell may offer as the name of a bridge."""
+    from skewbridge.bridge.catalogue import bridge_names
+    from skewbridge.bridge.catalogue.loading import OWN_FOLDER
+
+    return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
+
+
 BridgeOption = Annotated[
-    str, typer.Option("--bridge", help="Name of a bridge, e.g. osb1, or path of its file.")
+    str,
+    typer.Option(
+        "--bridge",
+        help="Name of a bridge, e.g. osb1, or path of its file.",
+        metavar="NAME|FILE",
+        autocompletion=bridges_of_the_user,
+    ),
 ]
 AbutmentOption = Annotated[
-    str, typer.Option("--abutment", help=f"One of {', '.join(ABUTMENTS).replace('_', '-')}.")
+    str,
+    typer.Option(
+        "--abutment",
+        help="Abutment model, from the simplest to contact with friction.",
+        metavar=f"[{'|'.join(ABUTMENT_NAMES)}]",
+        autocompletion=lambda: list(ABUTMENT_NAMES),
+    ),
 ]
 SetOption = Annotated[
     list[str] | None,
@@ -123,11 +145,8 @@ def _chosen(pairs: Sequence[str] | None) -> dict[str, Any]:
     for pair in pairs or ():
         key, equals, text = pair.partition("=")
         if not equals:
-            raise InputError(f"--set takes KEY=VALUE, got {pair!r}")
-        try:
-            chosen[key.strip()] = yaml.safe_load(text)
-        except yaml.YAMLError:
-            raise InputError(f"--set {key}: not a value, got {text!r}") from None
+            raise InputError(f"--set takes KEY=VALUE, got {shortened(pair)}")
+        chosen[key.strip()] = parse_yaml(text, f"--set {shortened(pair)}")
     return chosen
 
 

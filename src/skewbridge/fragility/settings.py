@@ -5,7 +5,7 @@ from typing import Final
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.reading import Number, Whole
+from skewbridge.reading import FileName, Number, Whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
@@ -15,7 +15,7 @@ class FitSettings:
     im: str = Field(
         default="im_saavg_rotd50_g", description="intensity measure: an im_ column of demands"
     )
-    limit_states: str = Field(
+    limit_states: FileName = Field(
         default="config/limit_states.yaml", description="file with the limit states"
     )
     confidence: Number = Field(
@@ -32,9 +32,14 @@ class FitSettings:
     margin: Number = Field(
         default=0.05, gt=0.0, lt=1.0, description="change of a demand that counts as negligible"
     )
-    bootstrap: Whole = Field(default=999, ge=99, description="replicates of the record bootstrap")
+    bootstrap: Whole = Field(
+        default=999, ge=99, le=100_000, description="replicates of the record bootstrap"
+    )
     seed: Whole = Field(
-        default=20261120, ge=0, description="seed of the bootstrap and of the Sobol sequence"
+        default=20261120,
+        ge=0,
+        le=2**63 - 1,
+        description="seed of the bootstrap and of the Sobol sequence",
     )
     accept_bounds: bool = Field(
         default=False,

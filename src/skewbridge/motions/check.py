@@ -6,18 +6,19 @@ from typing import Final, Literal
 
 from skewbridge.errors import InputError
 from skewbridge.motions.examine import peak_g
+from skewbridge.motions.folders import files_below, is_folder, motion_files
 from skewbridge.motions.formats.trace import DtMissingError, Given, Trace
 from skewbridge.motions.index import (
     INDEX_NAME,
     IndexEntry,
     list_motions,
-    motion_files,
     read_index_table,
 )
 from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
 from skewbridge.motions.read import PairError, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.write import index_row, write_index
+from skewbridge.reading.files import shown_path
 
 type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 _PASSING: Final = frozenset({"ok", "warn"})
@@ -62,15 +63,15 @@ def check_paths(
     checks: list[FileCheck] = []
     loose: list[Path] = []
     for path in paths:
-        if path.is_dir():
+        if is_folder(path):
             if (path / INDEX_NAME).is_file():
                 checks.extend(_check_index(path, strict=strict))
             else:
                 checks.extend(_check_files(_files_of(path), given, strict=strict, of_study=True))
-        elif path.exists():
+        elif path.is_file():
             loose.append(path)
         else:
-            raise InputError(f"{path} does not exist", file=str(path))
+            raise InputError(f"{shown_path(path)} does not exist", file=str(path))
     return checks + _check_files(loose, given, strict=strict)
 
 
@@ -121,12 +122,12 @@ def _unit_of(entry: IndexEntry) -> str:
 def _files_of(folder: Path) -> list[Path]:
     files = motion_files(folder)
     if not files:
-        raise InputError(f"no motions in {folder}", folder=str(folder))
+        raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
     # A velocity or displacement that lies beside its acceleration is no mistake.
     stems = {path.stem.lower() for path in files}
     stray = [
         path
-        for path in sorted(folder.iterdir())
+        for path in files_below(folder)
         if path.suffix.lower() in {".vt2", ".dt2"} and path.stem.lower() not in stems
     ]
     return sorted([*files, *stray])

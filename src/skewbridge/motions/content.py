@@ -5,8 +5,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from skewbridge.provenance.digests import digest_of
+from skewbridge.errors import InputError
+from skewbridge.provenance.digests import digest_of, source_digest
 from skewbridge.provenance.files import write_text
+from skewbridge.reading import read_json
 
 if TYPE_CHECKING:
     from skewbridge.motions.index import IndexEntry
@@ -18,28 +20,31 @@ def content_digest(
     *,
     t1_s: float,
     level_range_g: tuple[float, float],
-    cache: Path,
+    cache: Path | None,
 ) -> str:
     """Return the digest of the index entries and files that a suite (see `prepare_suite`) has.
 
-    The files are read only if a name, a size or a time in the folder has changed since the digest
-    was kept in the file `cache`.
+    The motions are read, and refused where they are wrong, only if a name, a size or a time in the
+    folder, or a reader, has changed since the digest was kept in the file `cache`, if there is one.
 
     Raises:
-        InputError: As `entries_to_read`, or a file that cannot be read.
+        InputError: As `entries_to_read`, or motions that cannot be read; names each of them.
     """
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     states = [(str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in files]
-    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, *states)
-    kept = _kept(cache)
+    readers = source_digest("skewbridge.motions.suite")
+    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, *states)
+    kept = {} if cache is None else _kept(cache)
     if kept.get("state") == state:
         return kept["digest"]
     # Here, because every job of a study reads the Snakefile: loading the readers takes seconds.
-    from skewbridge.motions.suite import entries_to_read
+    from skewbridge.motions.suite import entries_to_read, read_entries
 
     entries, wanted = entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    read_entries([entry for entry in entries if entry.components])  # made motions have no files
     digest = digest_of(wanted, *(_said(entry, folder) for entry in entries))
-    write_text(cache, json.dumps({"state": state, "digest": digest}))
+    if cache is not None:
+        write_text(cache, json.dumps({"state": state, "digest": digest}))
     return digest
 
 
@@ -56,6 +61,7 @@ def _said(entry: "IndexEntry", folder: Path) -> tuple[object, ...]:
 
 def _kept(cache: Path) -> dict[str, str]:
     try:
-        return json.loads(cache.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        kept = read_json(cache)
+    except InputError:
         return {}
+    return kept if isinstance(kept, dict) and {"state", "digest"} <= kept.keys() else {}

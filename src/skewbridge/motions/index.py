@@ -9,26 +9,25 @@ from typing import Final
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.motions.folders import inside_folder, is_folder, motion_files
 from skewbridge.motions.formats.trace import Given, Trace
 from skewbridge.motions.pairing import group_by_name, pair_by_header, refuse_unpaired
 from skewbridge.motions.read import read_trace
 from skewbridge.motions.record import NUMBER_FIELDS
+from skewbridge.reading import shortened
+from skewbridge.reading.files import shown_path
+from skewbridge.reading.tables import read_csv
 
+MAX_MOTIONS: Final = 20_000
 INDEX_NAME: Final = "index.csv"
-# Anything else in a folder of motions (notes, tables) is left alone.
-SUFFIXES: Final = (
-    ".at2", ".v2", ".ew", ".ns", ".ew1", ".ns1", ".ew2", ".ns2", ".knet", ".acc", ".g3", ".th",
-    ".thf", ".dat", ".txt", ".csv",
-)  # fmt: skip
-_ANY_TEXT: Final = (".txt", ".csv", ".dat")
-_NUMBERS: Final = re.compile(rb"\s*[-+.\d][-+.,;\seEdD\d]*")
-_NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
 COLUMNS: Final = (
     "motion_id", "file_1", "file_2", "channel_1", "channel_2", "event", "magnitude", "distance_km",
     "vs30_mps", "station", "azimuth_1_deg", "azimuth_2_deg", "unit", "dt_s", "npts", "sha256",
     "scale", "scale_t1_s", "scale_low_g", "scale_high_g", "licence", "source", "made_from_number",
 )  # fmt: skip
 _NUMERIC: Final = (*NUMBER_FIELDS, "scale", "scale_t1_s", "scale_low_g", "scale_high_g")
+#: It names logs and stands in tables and figures.
+_NAME: Final = re.compile(r"\w[\w .+(),&@-]{0,99}")
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
 #: Where an index has a number instead of files: the motion is made, by the rule of the suite.
 MADE_FROM: Final = "made_from_number"
@@ -88,8 +87,8 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     Raises:
         InputError: No folder, no motions, an unpaired file, a broken index.
     """
-    if not folder.is_dir():
-        raise InputError(f"motions folder {folder} does not exist", folder=str(folder))
+    if not is_folder(folder):
+        raise InputError(f"motions folder {shown_path(folder)} does not exist", folder=str(folder))
     index = folder / INDEX_NAME
     if index.is_file():
         return read_index(index)
@@ -98,7 +97,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         for name, (first, second) in _pairs(motion_files(folder)).items()
     ]
     if not entries:
-        raise InputError(f"no motions in {folder}", folder=str(folder))
+        raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
     return entries
 
 
@@ -132,33 +131,6 @@ def _pairs(paths: list[Path]) -> dict[str, tuple[Path, Path]]:
     return dict(sorted(pairs.items()))
 
 
-def motion_files(folder: Path) -> list[Path]:
-    """Return the files of a folder that look like motions, sorted by name.
-
-    Velocities and displacements of a PEER download (`.VT2`, `.DT2`), its search results and text
-    files that start with text are not motions.
-    """
-    return [
-        path
-        for path in sorted(folder.iterdir())
-        if path.is_file()
-        and path.suffix.lower() in SUFFIXES
-        and path.name.lower() not in _NOT_MOTIONS
-        and not path.name.startswith(("_", "."))
-        and (path.suffix.lower() not in _ANY_TEXT or _starts_with_numbers(path))
-    ]
-
-
-def _starts_with_numbers(path: Path) -> bool:
-    """Say whether a line of nothing but numbers is among the first ten."""
-    try:
-        with path.open("rb") as stream:
-            lines = stream.read(4096).splitlines()[:10]
-    except OSError:
-        return True  # the reader will say what is wrong
-    return any(_NUMBERS.fullmatch(line) for line in lines)
-
-
 def read_index(index: Path) -> list[IndexEntry]:
     """Return the entries of an `index.csv`, in its order.
 
@@ -169,7 +141,8 @@ def read_index(index: Path) -> list[IndexEntry]:
     table = read_index_table(index)
     repeated = table["motion_id"][table["motion_id"].duplicated()]
     if not repeated.empty:
-        raise InputError(f"{index}: motion {repeated.iloc[0]!r} is listed twice", file=str(index))
+        told = f"{index}: motion {shortened(repeated.iloc[0])} is listed twice"
+        raise InputError(told, file=str(index))
     rows: list[dict[str, str]] = table.to_dict("records")  # pyright: ignore[reportAssignmentType]
     return [_entry(row, index, number) for number, row in enumerate(rows, start=2)]
 
@@ -180,13 +153,12 @@ def read_index_table(index: Path) -> pd.DataFrame:
     Raises:
         InputError: No table, a missing column, no rows.
     """
-    try:
-        table = pd.read_csv(index, dtype=str, keep_default_na=False, encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        raise InputError(f"{index}: {error}", file=str(index)) from error
+    table = read_csv(index, dtype=str, keep_default_na=False)
     missing = [name for name in _REQUIRED if name not in table.columns]
     if missing:
         raise InputError(f"{index}: column(s) {', '.join(missing)} missing", file=str(index))
+    if len(table) > MAX_MOTIONS:
+        raise InputError(f"{index}: {len(table)} motions, at most {MAX_MOTIONS}", file=str(index))
     if table.empty:
         raise InputError(f"{index}: no motions listed", file=str(index))
     return table
@@ -202,7 +174,9 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         except ValueError:
             value = math.inf
         if math.isinf(value):
-            raise InputError(f"{where}: {name} must be a number, got {text!r}", file=str(index))
+            raise InputError(
+                f"{where}: {name} must be a number, got {shortened(text)}", file=str(index)
+            )
         return value
 
     def whole(name: str) -> int | None:
@@ -224,8 +198,12 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         return None if made is not None else inside_folder(index.parent, row[name], where)
 
     motion_id = row["motion_id"].strip()
-    if not motion_id:
-        raise InputError(f"{where}: motion_id is empty", file=str(index))
+    if not _NAME.fullmatch(motion_id):
+        raise InputError(
+            f"{where}: motion_id must be 1 to 100 letters, digits, blanks or any of _.+-(),&@ and "
+            f"begin with a letter, digit or _, got {shortened(motion_id)}",
+            file=str(index),
+        )
     numbers = {name: number(name) for name in _NUMERIC}
     for name in ("scale", "dt_s"):
         if numbers[name] <= 0.0:
@@ -252,24 +230,3 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         source="; ".join(text for text in (row.get("licence", ""), row.get("source", "")) if text),
         **numbers,
     )
-
-
-def inside_folder(folder: Path, name: str, where: str) -> Path:
-    """Return the path of a file named by an index, which must stay inside the index's folder.
-
-    Raises:
-        InputError: An absolute path, one that climbs out, a link that leads out, no such file.
-    """
-    name = name.strip()
-    if not name or "\0" in name:
-        raise InputError(f"{where}: no file name")
-    relative = Path(name.replace("\\", "/"))
-    drive = len(name) > 1 and name[1] == ":"
-    if relative.is_absolute() or drive or ".." in relative.parts:
-        raise InputError(f"{where}: {name!r} is not inside the folder of the index")
-    path = folder / relative
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{where}: {name!r} leads out of the folder of the index")
-    if not path.is_file():
-        raise InputError(f"{where}: {name!r} is listed but missing", file=name)
-    return path

@@ -52,12 +52,22 @@ def motion_name(first: Path, second: Path) -> str:
 
 
 def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
-    """Return the horizontal component files of each motion name, both sorted."""
-    groups: defaultdict[str, list[Path]] = defaultdict(list)
+    """Return the horizontal component files of each motion name, both sorted.
+
+    Where the files of a name make a pair in each of several folders, they are as many motions, with
+    the name of the folder before it.
+    """
+    groups: defaultdict[str, defaultdict[Path, list[Path]]] = defaultdict(lambda: defaultdict(list))
     for path in sorted(paths):
         if not is_vertical(path):
-            groups[split_name(path)[0]].append(path)
-    return dict(sorted(groups.items()))
+            groups[split_name(path)[0]][path.parent].append(path)
+    named: dict[str, list[Path]] = {}
+    for name, folders in groups.items():
+        if len(folders) > 1 and all(len(files) == 2 for files in folders.values()):
+            named |= {f"{folder.name}_{name}": files for folder, files in folders.items()}
+        else:
+            named[name] = [path for files in folders.values() for path in files]
+    return dict(sorted(named.items()))
 
 
 def refuse_unpaired(name: str, files: list[Path]) -> NoReturn:

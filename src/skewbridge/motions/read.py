@@ -14,7 +14,9 @@ from skewbridge.motions.formats.trace import Given, Trace
 from skewbridge.motions.pairing import motion_name
 from skewbridge.motions.paper_records import refuse_false_waho
 from skewbridge.motions.record import GroundMotion
+from skewbridge.reading import read_bytes
 
+MAX_TITLE: Final = 100  # characters of an event or a station
 MAX_FILE_BYTES: Final = 64_000_000
 
 
@@ -53,7 +55,7 @@ def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) 
         InputError: The file can't be read as an acceleration; the message names it.
         DtMissingError: The file holds values only and no time step is given.
     """
-    content = _bytes_of(path)
+    content = read_bytes(path, MAX_FILE_BYTES)
     lines = _text_of(content, path).splitlines()
     module = next(module for module in FORMATS if module.recognises(lines, path))
     trace = module.read(lines, path, given or Given())
@@ -63,7 +65,13 @@ def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) 
     warnings = (*trace.warnings, *doubts(trace))
     if strict and warnings:
         raise InputError(f"{path.name}: {'; '.join(warnings)}", file=str(path))
-    return replace(trace, sha256=hashlib.sha256(content).hexdigest(), warnings=warnings)
+    return replace(
+        trace,
+        sha256=hashlib.sha256(content).hexdigest(),
+        warnings=warnings,
+        event=_plain(trace.event),
+        station=_plain(trace.station),
+    )
 
 
 def read_motion(
@@ -125,16 +133,12 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
 
 def files_digest(*paths: Path) -> str:
     """Return the SHA-256 of the bytes of some files, one after the other (as of `cat A B`)."""
-    return hashlib.sha256(b"".join(map(_bytes_of, paths))).hexdigest()
+    return hashlib.sha256(b"".join(read_bytes(path, MAX_FILE_BYTES) for path in paths)).hexdigest()
 
 
-def _bytes_of(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise InputError(f"{path.name}: larger than {MAX_FILE_BYTES} bytes", file=str(path))
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}", file=str(path)) from error
+def _plain(text: str) -> str:
+    """Return a text of a header as tables and figures may show it."""
+    return "".join(sign if sign.isprintable() else " " for sign in text).strip()[:MAX_TITLE]
 
 
 def _text_of(content: bytes, path: Path) -> str:

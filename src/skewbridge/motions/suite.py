@@ -3,13 +3,14 @@
 import json
 import logging
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, raise_all
 from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.index import IndexEntry, list_motions
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
@@ -65,6 +66,23 @@ def _from_files_or_rule(entry: IndexEntry) -> GroundMotion:
     return join_traces(one, two, motion_id=entry.motion_id)
 
 
+def read_entries(entries: Sequence[IndexEntry]) -> list[GroundMotion]:
+    """Read listed motions.
+
+    Raises:
+        InputError: As `read_entry`; names every motion that is wrong.
+    """
+    motions: list[GroundMotion] = []
+    faults: list[InputError] = []
+    for entry in entries:
+        try:
+            motions.append(read_entry(entry))
+        except InputError as error:
+            faults.append(error)
+    raise_all(faults)
+    return motions
+
+
 def prepare_suite(
     folder: Path,
     *,
@@ -92,7 +110,7 @@ def prepare_suite(
     entries, wanted = entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     factors = [_stored_factor(entry, level_range_g, t1_s) for entry in entries]
     treat = (conditioning or Conditioning()).apply
-    motions = [treat(read_entry(entry)) for entry in entries]
+    motions = [treat(motion) for motion in read_entries(entries)]
     measures = [motion_measures(motion, t1_s) for motion in motions]
     computed = block_factors([row["im_saavg_rotd50_g"] for row in measures], level_range_g)
     rows = [

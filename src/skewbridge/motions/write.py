@@ -13,9 +13,11 @@ from skewbridge.motions.index import COLUMNS
 from skewbridge.motions.read import files_digest
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, Vector
 from skewbridge.provenance.files import writable_folder
+from skewbridge.reading.tables import no_formula
 from skewbridge.units import G_MPS2
 
 _PER_LINE: Final = 5
+_FREE_TEXT: Final = frozenset({"event", "station", "source", "licence"})
 
 
 def at2_text(motion: GroundMotion, component: int) -> str:
@@ -69,7 +71,7 @@ def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
             writer = csv.DictWriter(stream, columns, lineterminator="\n")
             writer.writeheader()
             for row in rows:
-                writer.writerow({name: _cell(row.get(name, "")) for name in columns})
+                writer.writerow({name: _cell(name, row.get(name, "")) for name in columns})
     except OSError as error:
         raise InputError(f"{index} can't be written: {error}", file=str(index)) from error
 
@@ -82,7 +84,7 @@ def _rows(accel_g: Vector) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _cell(value: object) -> object:
+def _cell(name: str, value: object) -> object:
     if isinstance(value, float):
         return "" if np.isnan(value) else f"{value:.8g}"
-    return value
+    return no_formula(value) if name in _FREE_TEXT else value

@@ -14,9 +14,14 @@ import pyarrow.parquet as pq
 from skewbridge.errors import InputError
 from skewbridge.provenance.closure import PACKAGE
 from skewbridge.provenance.files import written_aside
+from skewbridge.reading import read_bytes
+from skewbridge.reading.files import shown_path
 
 #: Raised by one when a column changes its meaning; tables in another form are refused.
 TABLE_FORMAT: Final = 2
+MAX_TABLE_BYTES: Final = 2_000_000_000
+MAX_CELLS: Final = 200_000_000
+MAX_COLUMNS: Final = 10_000
 _FORMAT_KEY: Final = b"skewbridge_table_format"
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
 
@@ -36,7 +41,12 @@ def write_table(table: pa.Table, path: Path) -> None:
     """Write a table, whole or not at all, with the version of its form."""
     metadata = {**(table.schema.metadata or {}), _FORMAT_KEY: str(TABLE_FORMAT).encode()}
     with written_aside(path) as part:
-        pq.write_table(table.replace_schema_metadata(metadata), part, compression="zstd")
+        pq.write_table(
+            table.replace_schema_metadata(metadata),
+            part,
+            compression="zstd",
+            write_page_checksum=True,
+        )
 
 
 def write_frame(frame: pd.DataFrame, path: Path, metadata: Mapping[str, str]) -> None:
@@ -53,19 +63,40 @@ def read_table(path: Path) -> pa.Table:
         InputError: No such file, no parquet, or a table that another version of this program
             wrote in another form; says what to do.
     """
-    try:
-        table = pq.read_table(path)
-    except (OSError, pa.ArrowException) as error:
-        raise InputError(f"cannot read the table {path}: {error}", file=str(path)) from error
+    table = _intact_table(path)
     metadata = table.schema.metadata or {}
     unmarked = b"1" if b"skewbridge_version" in metadata else str(TABLE_FORMAT).encode()
-    found = metadata.get(_FORMAT_KEY, unmarked).decode()
+    found = metadata.get(_FORMAT_KEY, unmarked).decode(errors="replace")
     if found != str(TABLE_FORMAT):
         raise InputError(
             f"{path} was written by another version of skewbridge (table format {found}, this "
             f"one reads {TABLE_FORMAT}): run the study again to make it anew",
             file=str(path),
         )
+    return table
+
+
+def _intact_table(path: Path) -> pa.Table:
+    """Return a table as it was written: checksums of pages hold, texts are UTF-8.
+
+    Raises:
+        InputError: No file, no parquet, an altered or cut one, or more cells than any study has.
+    """
+    content = pa.BufferReader(read_bytes(path, MAX_TABLE_BYTES))
+    try:
+        file = pq.ParquetFile(content, page_checksum_verification=True)
+        cells = file.metadata.num_rows * file.metadata.num_columns
+        if not 0 <= cells <= MAX_CELLS or file.metadata.num_columns > MAX_COLUMNS:
+            told = f"{shown_path(path)}: {cells} cells, at most {MAX_CELLS} are read"
+            raise InputError(told, file=str(path))
+        table = file.read()
+        table.validate(full=True)
+    except InputError:
+        raise
+    except (OSError, ValueError, MemoryError, pa.ArrowException) as error:
+        told = "".join(sign if sign.isprintable() else " " for sign in str(error))[:200]
+        shown = shown_path(path)
+        raise InputError(f"{shown} is no intact parquet table: {told}", file=str(path)) from None
     return table
 
 
@@ -84,7 +115,12 @@ def read_frame(path: Path) -> pd.DataFrame:
     Raises:
         InputError: As `read_table`.
     """
-    return read_table(path).to_pandas()
+    table = read_table(path)
+    try:
+        return table.to_pandas()
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):
+        pass  # what pandas keeps about itself in the file is damaged
+    return table.replace_schema_metadata(None).to_pandas()
 
 
 def _git_commit() -> str:

@@ -1,6 +1,7 @@
 """A run's contact events in plan, as one self-contained page: closures, slip and forces."""
 
 from collections.abc import Sequence
+from html import escape
 from typing import Final
 
 import numpy as np
@@ -191,7 +192,7 @@ def _arrange(figure: go.Figure, scene: _Scene, title: str) -> None:
     stop = {"frame": {"duration": 0}, "mode": "immediate"}
     per_mn = scene.metres_per_kn * 1e6 / KN
     figure.update_layout(
-        title=f"{title}<br><sup>displacements x {scene.disp_scale:g}; 1 MN is drawn "
+        title=f"{escape(title)}<br><sup>displacements x {scene.disp_scale:g}; 1 MN is drawn "
         f"{per_mn:.2g} m long; contacts: grey open, blue sticking, orange slipping</sup>",
         template="simple_white",
         height=760,

@@ -52,7 +52,7 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Fi
     axes[-1].set_xlabel("time (s)")
     figure.align_ylabels(axes)
     _draw_record_spectra(spectra, dt_s, components)
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)
     sns.despine(figure)
     return figure
 
@@ -118,7 +118,7 @@ def suite_spectra(
         _draw_model(axis, panels[0, 1], periods, log_psa, model)
     _grid(axis, "0.92")  # last: drawing sets the tick labels anew
     axis.legend(frameon=False, loc="lower left")
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)
     sns.despine(figure)
     return figure
 

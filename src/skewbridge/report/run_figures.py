@@ -155,7 +155,7 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     orbit.set_xlabel("Longitudinal (mm)")
     orbit.set_ylabel("Transverse (mm)")
     orbit.set_title("Orbit of the deck", fontsize=9)
-    figure.suptitle(title, fontsize=10)
+    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure
 
 
@@ -180,7 +180,7 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     raster.invert_yaxis()
     raster.grid(visible=False)
     figure.colorbar(mesh, ax=raster, label="Normal force (MN)", pad=0.01)
-    raster.set_title(title, fontsize=10)
+    raster.set_title(title, fontsize=10, parse_math=False)
     for colour, word in zip(_COLOURS, ("backwall", "key"), strict=False):
         chosen = [name for name in names if word in name]
         total = sum(

@@ -52,7 +52,7 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
     for panel in panels[max(0, len(angles) - columns) : len(angles)]:
         panel.set_xlabel("displacement along the push (mm)")
     figure.supylabel("force along the push (MN)")
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=9
@@ -87,5 +87,5 @@ def column_figure(
     capacity.axhline(demand, color="#D55E00", linestyle="--", label="plastic shear Mp / L")
     capacity.set(xlabel="ductility", ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
     capacity.legend(frameon=False, fontsize=9)
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)
     return figure

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -12,7 +12,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.suspect import SuspectLimits
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.settings import MotionsConfig
-from skewbridge.reading import Number, Whole, checked, merged, read_mapping
+from skewbridge.reading import FileName, Number, Whole, checked, merged, read_mapping
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
@@ -29,12 +29,14 @@ class SensitivityConfig:
     rows: Whole = Field(
         default=4,
         ge=0,
+        le=10_000,
         description="so many rows of the study again at the reference accuracy and with halved and "
         "doubled penalties, spread over its variants, under its strongest motions; 0 for none",
     )
     window_s: Number | None = Field(
         default=6.0,
         ge=3.0,
+        le=1.0e4,
         description="strongest part of the motion (most Arias intensity) that these rows are "
         "analysed for, on both sides of every comparison; null for the whole motion",
     )
@@ -46,7 +48,8 @@ class BatchesConfig:
 
     cpu_hours: Number | None = Field(
         default=None,
-        gt=0.0,
+        ge=1.0e-3,
+        le=1.0e5,
         description="processor hours of one job by forecast, for a cluster; null for one job with "
         "all cores, best on one machine",
     )
@@ -57,10 +60,14 @@ class ModellingChoicesConfig:
     """What `make choices` analyses: options of `model` and `analysis` changed one at a time."""
 
     motions: Whole = Field(
-        default=4, ge=1, description="so many motions of every variant, spread over their PGV"
+        default=4,
+        ge=1,
+        le=10_000,
+        description="so many motions of every variant, spread over their PGV",
     )
-    variants: tuple[str, ...] = Field(
+    variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(
         default=(),
+        max_length=1000,
         description="names of the variants to change; none for two of each bridge of the grid: the "
         "largest friction and the smallest gap at the middle and the largest skew",
     )
@@ -71,8 +78,8 @@ class StudyConfig(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    results: str = Field(
-        default=DEFAULT_ROOT, min_length=1, description="folder of everything that the study writes"
+    results: FileName = Field(
+        default=DEFAULT_ROOT, description="folder of everything that the study writes"
     )
     accuracy: Accuracy = Field(
         default="default",

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -59,6 +60,8 @@ def _with_axes(schema: dict[str, Any]) -> None:
     schema["additionalProperties"] = False
 
 
+MAX_VARIANTS: Final = 20_000
+
 Values = Annotated[tuple[Number, ...], Field(min_length=1)]
 _OPTION_VALUES: Final = TypeAdapter(dict[str, Values])
 Abutment = Annotated[
@@ -108,6 +111,10 @@ class GridConfig(BaseModel):
             for number, value in enumerate(values)
             if (complaint := known[name].complaint(value))
         )
+        lists = [self.bridge, self.abutment, *self.values().values()]
+        count = prod(map(len, lists))
+        if count > MAX_VARIANTS:
+            raise ValueError(f"the grid has {count} variants, at most {MAX_VARIANTS} are taken")
         return self
 
 

@@ -15,7 +15,7 @@ from skewbridge.variant.options import GapMeasured
 
 _NAMES: Final = {traits.code: name for name, traits in ABUTMENTS.items()}
 #: Pattern of the name of a bridge, which begins the name of its variants.
-BRIDGE_PATTERN: Final = r"[a-z][a-z0-9_]*"
+BRIDGE_PATTERN: Final = r"[a-z][a-z0-9_]{0,59}"
 _CORE: Final = "".join(
     rf"_{axis.code}{'m?' if axis.low < 0 else ''}\d{{{axis.digits}}}" for axis in AXES
 )

@@ -9,9 +9,26 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-type Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-type NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-type Ratio = Annotated[float, Field(gt=0.0, le=1.0)]
+# Limits beyond anything that is built: a slip of units is told at once, and the solver never meets
+# a number whose powers overflow.
+type Metres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
+type Distance = Annotated[float, Field(ge=0.0, le=1.0e3)]
+type Span = Annotated[float, Field(ge=1.0, le=500.0)]
+type SquareMetres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
+type Inertia = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
+type Millimetres = Annotated[float, Field(ge=0.1, le=1.0e4)]
+type SquareMillimetres = Annotated[float, Field(ge=1.0, le=1.0e5)]
+type Gigapascals = Annotated[float, Field(ge=0.1, le=1.0e3)]
+type Megapascals = Annotated[float, Field(ge=1.0, le=2.0e3)]
+type Kilonewtons = Annotated[float, Field(ge=1.0e-3, le=1.0e7)]
+type Weight = Annotated[float, Field(ge=0.0, le=1.0e6)]
+type LineLoad = Annotated[float, Field(ge=0.1, le=1.0e5)]
+type UnitWeight = Annotated[float, Field(ge=1.0, le=100.0)]
+type Tonnes = Annotated[float, Field(ge=1.0e-3, le=1.0e4)]
+type Stiffness = Annotated[float, Field(ge=1.0e-3, le=1.0e9)]
+type Seconds = Annotated[float, Field(ge=1.0e-2, le=60.0)]
+type Factor = Annotated[float, Field(ge=1.0e-3, le=1.0e2)]
+type Ratio = Annotated[float, Field(ge=1.0e-4, le=1.0)]
 
 
 class _Part(BaseModel, frozen=True, extra="forbid"):
@@ -24,18 +41,18 @@ class DeckData(_Part, frozen=True):
     ``inertia_vertical_m4`` bends in the vertical plane, ``inertia_transverse_m4`` in plan.
     """
 
-    width_m: Positive
-    depth_m: Positive
-    area_m2: Positive
-    inertia_vertical_m4: Positive
-    inertia_transverse_m4: Positive
-    torsion_constant_m4: Positive
-    centroid_above_soffit_m: Positive
-    elastic_modulus_gpa: Positive
-    line_load_kn_per_m: Positive
-    diaphragm_weight_kn: NotNegative
-    diaphragm_thickness_m: Positive
-    soffit_height_m: Positive
+    width_m: Metres
+    depth_m: Metres
+    area_m2: SquareMetres
+    inertia_vertical_m4: Inertia
+    inertia_transverse_m4: Inertia
+    torsion_constant_m4: Inertia
+    centroid_above_soffit_m: Metres
+    elastic_modulus_gpa: Gigapascals
+    line_load_kn_per_m: LineLoad
+    diaphragm_weight_kn: Weight
+    diaphragm_thickness_m: Metres
+    soffit_height_m: Metres
 
     @model_validator(mode="after")
     def _centroid_inside(self) -> Self:
@@ -47,23 +64,23 @@ class DeckData(_Part, frozen=True):
 class FoundationData(_Part, frozen=True):
     """Springs under every column base; rotations about the global axes."""
 
-    kx_mn_per_m: Positive
-    ky_mn_per_m: Positive
-    kz_mn_per_m: Positive
-    krx_mnm_per_rad: Positive
-    kry_mnm_per_rad: Positive
-    krz_mnm_per_rad: Positive
+    kx_mn_per_m: Stiffness
+    ky_mn_per_m: Stiffness
+    kz_mn_per_m: Stiffness
+    krx_mnm_per_rad: Stiffness
+    kry_mnm_per_rad: Stiffness
+    krz_mnm_per_rad: Stiffness
 
 
 class BentData(_Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap."""
 
     columns: Annotated[int, Field(ge=1, le=8)]
-    column_spacing_m: NotNegative
-    clear_height_m: Positive
-    cap_width_m: Positive
-    cap_depth_m: Positive
-    cap_weight_kn: NotNegative
+    column_spacing_m: Distance
+    clear_height_m: Metres
+    cap_width_m: Metres
+    cap_depth_m: Metres
+    cap_weight_kn: Weight
 
 
 class ColumnData(_Part, frozen=True):
@@ -73,23 +90,23 @@ class ColumnData(_Part, frozen=True):
     follows from their height and base (`skewbridge.bridge.hinge`).
     """
 
-    diameter_m: Positive
-    cover_to_hoop_m: Positive
+    diameter_m: Metres
+    cover_to_hoop_m: Metres
     bar_count: Annotated[int, Field(ge=6, le=200)]
-    bar_area_mm2: Positive
-    bar_diameter_mm: Positive
-    hoop_area_mm2: Positive
-    hoop_diameter_mm: Positive
-    hoop_spacing_mm: Positive
-    concrete_strength_mpa: Positive
-    expected_concrete_strength_mpa: Positive
-    elastic_modulus_gpa: Positive
+    bar_area_mm2: SquareMillimetres
+    bar_diameter_mm: Millimetres
+    hoop_area_mm2: SquareMillimetres
+    hoop_diameter_mm: Millimetres
+    hoop_spacing_mm: Millimetres
+    concrete_strength_mpa: Megapascals
+    expected_concrete_strength_mpa: Megapascals
+    elastic_modulus_gpa: Gigapascals
     steel: Literal["a706", "grade40", "kaviani"]
-    hoop_yield_mpa: Positive
-    hinge_length_m: Positive | None = None
+    hoop_yield_mpa: Megapascals
+    hinge_length_m: Metres | None = None
     cracked_stiffness_ratio: Ratio
     torsion_ratio: Ratio
-    unit_weight_kn_per_m3: Positive
+    unit_weight_kn_per_m3: UnitWeight
 
     @property
     def gross_area_m2(self) -> float:
@@ -129,23 +146,23 @@ class BackfillData(_Part, frozen=True):
     """
 
     rule: Literal["ucsd", "k50"]
-    stiffness_mn_per_m: Positive
-    ultimate_kn: Positive
+    stiffness_mn_per_m: Stiffness
+    ultimate_kn: Kilonewtons
     failure_ratio: Ratio
-    reference_height_m: Positive
-    ultimate_closure_ratio: Positive
+    reference_height_m: Metres
+    ultimate_closure_ratio: Factor
 
 
 class PadData(_Part, frozen=True):
     """Elastomeric pads of one abutment, equally spaced across the deck."""
 
     count: Annotated[int, Field(ge=2, le=30)]
-    spacing_m: Positive
-    shear_stiffness_kn_per_m: Positive
-    yield_force_kn: Positive
-    hardening_ratio: Ratio
-    vertical_stiffness_mn_per_m: Positive
-    height_m: Positive
+    spacing_m: Metres
+    shear_stiffness_kn_per_m: Stiffness
+    yield_force_kn: Kilonewtons
+    hardening_ratio: Annotated[float, Field(ge=1.0e-4, le=0.9)]
+    vertical_stiffness_mn_per_m: Stiffness
+    height_m: Metres
 
     def with_strength(self, factor: float) -> Self:
         """Return pads that yield at a multiple of their force."""
@@ -155,8 +172,8 @@ class PadData(_Part, frozen=True):
 class KeyData(_Part, frozen=True):
     """Backbone of one exterior shear key, three points; the last force stays as residual."""
 
-    displacement_mm: tuple[Positive, Positive, Positive]
-    force_kn: tuple[Positive, Positive, Positive]
+    displacement_mm: tuple[Millimetres, Millimetres, Millimetres]
+    force_kn: tuple[Kilonewtons, Kilonewtons, Kilonewtons]
 
     @model_validator(mode="after")
     def _increasing(self) -> Self:
@@ -169,20 +186,20 @@ class KeyData(_Part, frozen=True):
 class AbutmentData(_Part, frozen=True):
     """Both abutments of a bridge."""
 
-    wall_width_m: Positive
-    wall_height_m: Positive
-    wall_thickness_m: Positive
-    seat_width_m: Positive
-    key_mass_t: Positive
+    wall_width_m: Metres
+    wall_height_m: Metres
+    wall_thickness_m: Metres
+    seat_width_m: Metres
+    key_mass_t: Tonnes
     backfill: BackfillData
     pads: PadData
     sacrificial_key: KeyData
     monolithic_key: KeyData
-    wing_length_ratio: Positive
-    wing_participation: Positive
-    wing_effectiveness: Positive
-    embankment_slope_ratio: Positive
-    embankment_height_m: Positive
+    wing_length_ratio: Factor
+    wing_participation: Factor
+    wing_effectiveness: Factor
+    embankment_slope_ratio: Factor
+    embankment_height_m: Metres
 
     @model_validator(mode="after")
     def _backfill_softens(self) -> Self:
@@ -203,8 +220,8 @@ class DampingData(_Part, frozen=True):
     """Rayleigh damping of deck and columns: one ratio at two periods."""
 
     ratio: Annotated[float, Field(gt=0.0, lt=0.5)]
-    long_period_s: Positive
-    short_period_s: Positive
+    long_period_s: Seconds
+    short_period_s: Seconds
 
 
 class BridgeData(_Part, frozen=True):
@@ -222,10 +239,10 @@ class BridgeData(_Part, frozen=True):
     """
 
     name: str
-    title: str
+    title: Annotated[str, Field(min_length=1, max_length=200)]
     details: Literal["surrogate", "published"]
-    t1_s: Positive
-    spans_m: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=12)]
+    t1_s: Seconds
+    spans_m: Annotated[tuple[Span, ...], Field(min_length=1, max_length=12)]
     base: Literal["pinned", "fixed"]
     deck: DeckData
     bents: tuple[BentData, ...]

@@ -17,11 +17,15 @@ from typing import Any, Final
 
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.errors import InputError
-from skewbridge.reading import checked, read_mapping
+from skewbridge.reading import checked, read_mapping, shortened
+from skewbridge.reading.files import shown_path
 
 FOLDER: Final = Path(__file__).parent
 #: Bridges of the user, beside the configuration.
 OWN_FOLDER: Final = Path("config/bridges")
+#: Name of a bridge, and so of its file in these folders.
+NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
+MAX_PARENTS: Final = 10
 SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
 
 
@@ -51,7 +55,7 @@ def bridge_file(name: str) -> Path:
     if found is None:
         own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
         known = ", ".join((*bridge_names(), *own))
-        raise InputError(f"bridge must be one of {known}, got {name!r}")
+        raise InputError(f"bridge must be one of {known}, got {shortened(name)}")
     return found
 
 
@@ -61,7 +65,11 @@ def load_bridge_file(path: Path) -> BridgeData:
     Raises:
         InputError: The file is missing, not YAML, or breaks a limit; names file, key and limit.
     """
-    return _loaded(path.resolve())
+    try:
+        found = path.resolve()
+    except (OSError, ValueError):
+        raise InputError(f"{shown_path(path)} is no name of a file") from None
+    return _loaded(found)
 
 
 @cache
@@ -80,12 +88,20 @@ def _with_parents(path: Path, children: tuple[Path, ...]) -> dict[str, Any]:
     seen = (*children, path)
     base = _named(f"{parent}", path.parent, without=seen)
     if base is None:
-        raise InputError(f"{path.name}: extends: no other bridge {parent!r}", file=path.name)
+        told = f"{path.name}: extends: no other bridge {shortened(parent)}"
+        raise InputError(told, file=path.name)
+    if len(children) >= MAX_PARENTS:
+        raise InputError(f"{path.name}: extends: more than {MAX_PARENTS} bridges in a row")
     return _overlay(_with_parents(base, seen), tree)
 
 
 def _named(name: str, beside: Path, without: tuple[Path, ...] = ()) -> Path | None:
-    """Return the first file of a bridge: beside another, the user's own, then the catalogue's."""
+    """Return the first file of a bridge: beside another, the user's own, then the catalogue's.
+
+    A name that could lead out of these folders is none.
+    """
+    if not re.fullmatch(NAME_PATTERN, name):
+        return None
     paths = (
         (folder / f"{name}.yaml").resolve()
         for folder in dict.fromkeys((beside, OWN_FOLDER, FOLDER))
@@ -110,7 +126,8 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
             source = node.get("src", "")
             if set(node) - {"v", "src"} or not re.fullmatch(SOURCE_PATTERN, str(source)):
                 raise InputError(
-                    f"{path.name}: {where}: src must be '<a|b|c|d|calc>: text', got {source!r}",
+                    f"{path.name}: {where}: src must be '<a|b|c|d|calc>: text', "
+                    f"got {shortened(source)}",
                     file=path.name,
                 )
             sources[where] = str(source)

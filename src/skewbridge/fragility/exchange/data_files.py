@@ -1,6 +1,5 @@
-"""Columns of numbers from JSON, CSV and parquet files."""
+"""Columns of numbers from JSON, CSV and parquet files; CSV files for spreadsheets."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,11 @@ from typing import Any
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.exchange.conditions import rows_where
 from skewbridge.provenance.tables import read_frame
+from skewbridge.reading import read_json
+from skewbridge.reading.files import shown_path
+from skewbridge.reading.tables import no_formula, read_csv
 
 
 def read_table(path: Path) -> pd.DataFrame:
@@ -17,12 +20,7 @@ def read_table(path: Path) -> pd.DataFrame:
     Raises:
         InputError: The file cannot be read, or is a table of another version of this program.
     """
-    if path.suffix == ".parquet":
-        return read_frame(path)
-    try:
-        return pd.read_csv(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {path}: {error}") from error
+    return read_frame(path) if path.suffix == ".parquet" else read_csv(path)
 
 
 def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[str, Any]:
@@ -33,28 +31,29 @@ def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[st
     """
     data: Any
     if path.suffix == ".json":
-        try:
-            data = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise InputError(f"cannot read {path}: {error}") from error
+        data = read_json(path)
     elif path.suffix in {".csv", ".parquet"}:
         data = read_table(path)
     else:
-        raise InputError(f"{path.name}: expected .json, .csv or .parquet")
-    if isinstance(data, list):
+        raise InputError(f"{shown_path(path)}: expected .json, .csv or .parquet", file=str(path))
+    if isinstance(data, list) and all(isinstance(row, dict) for row in data):
         data = pd.DataFrame(data)
     if not isinstance(data, dict | pd.DataFrame):
-        raise InputError(f"{path.name} must hold an object of columns")
+        raise InputError(f"{shown_path(path)} must hold an object of columns", file=str(path))
     if where is None:
         return data
     if not isinstance(data, pd.DataFrame):
         raise InputError("--where needs a table (CSV or parquet)")
-    if "@" in where or "__" in where:
-        raise InputError(f"--where may only compare columns with values, got {where!r}")
-    try:
-        chosen = data.query(where, engine="python")
-    except Exception as error:  # pandas raises whatever its parser meets
-        raise InputError(f"--where {where!r}: {error}") from error
-    if chosen.empty:
-        raise InputError(f"--where {where!r} selects no row of {len(data)}")
-    return chosen
+    return rows_where(data, where)
+
+
+def write_csv(frame: pd.DataFrame, path: Path) -> None:
+    """Write a CSV file in which no text is a formula to a spreadsheet: such texts get a ``'``.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    texts = frame.select_dtypes(exclude=["number", "bool"]).columns
+    safe = {name: frame[name].map(no_formula) for name in texts}
+    named = {name: no_formula(str(name)) for name in frame.columns}
+    frame.assign(**safe).rename(columns=named).to_csv(path, index=False)

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.exchange.data_files import read_table
+from skewbridge.fragility.exchange.data_files import read_table, write_csv
 from skewbridge.fragility.exchange.risk import annual_frequency
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.tables.key_columns import need_columns, variant_columns
@@ -72,7 +72,7 @@ def export_curves(
             plain = chosen[[c for c in (*variant_columns(chosen), *_CURVE_COLUMNS) if c in chosen]]
             if hazard is not None:
                 plain = plain.assign(**_frequencies(usable, hazard))
-            plain.to_csv(out, index=False)
+            write_csv(plain, out)
             written = len(chosen)
         elif form == "pelicun":
             written = _write_pelicun(usable, out)
@@ -151,13 +151,18 @@ def _write_nrml(table: pd.DataFrame, out: Path, method: str) -> int:
     }
     files = {out: list(states)}
     if len({tuple(value) for value in states.values()}) > 1:
-        files = {out.with_name(f"{out.stem}_{name}{out.suffix}"): [name] for name in states}
+        files = {_beside(out, name): [name] for name in states}
     written = 0
     for path, components in files.items():
         part = table[table["component"].isin(components)]
         wanted = states[components[0]] if components else []
         written += _write_nrml_file(part, wanted, path, method)
     return written
+
+
+def _beside(out: Path, component: str) -> Path:
+    """Return the file of one component, in the folder of the file asked for."""
+    return out.with_name(f"{out.stem}_{re.sub(r'[^A-Za-z0-9_-]+', '_', component)}{out.suffix}")
 
 
 def _write_nrml_file(table: pd.DataFrame, states: list[str], path: Path, method: str) -> int:
@@ -226,5 +231,5 @@ def _write_pelicun(table: pd.DataFrame, out: Path) -> int:
                 f"LS{number}-DamageStateWeights": "",
             }
         rows.append(row)
-    pd.DataFrame(rows).to_csv(out, index=False)
+    write_csv(pd.DataFrame(rows), out)
     return len(table)

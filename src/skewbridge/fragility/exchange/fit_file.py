@@ -13,7 +13,7 @@ from skewbridge.fragility.exchange.data_files import read_data
 from skewbridge.fragility.likelihood.fit import FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.parts import RunCounts
-from skewbridge.fragility.likelihood.validate import as_column
+from skewbridge.fragility.likelihood.validate import as_column, as_list, same_length
 from skewbridge.fragility.methods import cloud, cloud_models, ida, stripes, tobit
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.beyond_model import is_beyond_model
@@ -22,11 +22,13 @@ from skewbridge.fragility.tables.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.tables.outcomes import Runs, outcomes_of
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
+from skewbridge.reading import shortened
 from skewbridge.statuses import OK
 
 METHODS: Final = ("stripes", "ida", "cloud")
 MODELS: Final = ("ols", "tobit", "modified", "heteroscedastic")
 MAX_ASSUMED_BETA: Final = 5.0
+MOST_NAMED: Final = 20  # columns in a message
 # Other spellings of the columns, as they stand in published data sets.
 _ALIASES: Final = {
     "right_censored": "censored",
@@ -49,7 +51,7 @@ class FitOptions:
         threshold: Median capacity, if the file does not give it.
         im: Column of intensities, for a table of runs.
         edp: Column of demands, for a table of runs.
-        where: Condition that selects rows of a table (pandas query).
+        where: Condition that selects rows of a table (`rows_where`).
         capacity_dispersion: Dispersion of the capacity (cloud ols and tobit).
         censor_above: Demands at or above it are censored (tobit).
         discard_below: Demands below it are dropped (tobit); selects on the response.
@@ -116,7 +118,9 @@ def fit_file(path: Path, options: FitOptions) -> FragilityFit:
 def _fit_data(data: pd.DataFrame | Mapping[str, Any], options: FitOptions) -> FragilityFit:
     if options.edp is not None or options.im is not None:
         if not isinstance(data, pd.DataFrame):
-            data = pd.DataFrame({k: v for k, v in data.items() if isinstance(v, list)})
+            lists = {str(name): value for name, value in data.items() if isinstance(value, list)}
+            same_length(**{name: np.empty(len(value)) for name, value in lists.items()})
+            data = pd.DataFrame(lists)
         return _fit_runs(data, options)
     columns = {_ALIASES.get(str(key), str(key)): value for key, value in dict(data).items()}
     return _fit_columns(columns, options)
@@ -125,8 +129,9 @@ def _fit_data(data: pd.DataFrame | Mapping[str, Any], options: FitOptions) -> Fr
 def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFit:
     def need(name: str) -> Any:
         if name not in columns:
+            found = ", ".join(map(shortened, list(columns)[:MOST_NAMED])) or "none"
             raise InputError(
-                f"{options.method} data need a column {name!r}; found {', '.join(columns)}",
+                f"{options.method} data need a column {name!r}; found {found}",
                 column=name,
             )
         return columns[name]
@@ -136,14 +141,20 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> FragilityFi
         return stripes.fit_stripes(*counts, link=options.link, settings=options.settings)
     if options.method == "ida":
         if "lower" in columns or "upper" in columns:
-            lower, upper = need("lower"), [_endless(value) for value in need("upper")]
+            lower, upper = (
+                need("lower"),
+                [_endless(value) for value in as_list(need("upper"), "upper")],
+            )
             return ida.fit_brackets(lower, upper, options.settings)
         return ida.fit_capacities(need("capacity"), columns.get("censored"), options.settings)
     im = np.exp(as_column(columns["ln_im"], "ln_im")) if "ln_im" in columns else need("im")
     edp = np.exp(as_column(columns["ln_edp"], "ln_edp")) if "ln_edp" in columns else need("edp")
     threshold = options.threshold
     if threshold is None:
-        threshold = float(as_column(np.atleast_1d(need("threshold"))[:1].tolist(), "threshold")[0])
+        given = np.atleast_1d(need("threshold"))[:1].tolist()
+        if not given:
+            raise InputError("the column threshold is empty: one number is needed")
+        threshold = float(as_column(given, "threshold")[0])
     if "censored" in columns:
         return _fit_tobit(im, edp, threshold, columns["censored"], options)
     collapse = columns.get("collapse")

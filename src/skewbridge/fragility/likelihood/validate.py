@@ -1,6 +1,6 @@
 """Checks of columns of numbers: an error names the row and the column."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.reading import shortened
 
 
 def as_column(values: ArrayLike, name: str) -> FloatArray:
@@ -18,14 +19,26 @@ def as_column(values: ArrayLike, name: str) -> FloatArray:
     """
     if isinstance(values, np.ndarray) and values.dtype.kind in "fiub":
         return values.astype(np.float64)
-    items: Sequence[Any] = list(cast("Sequence[Any]", values))
+    items = as_list(values, name)
     out = np.empty(len(items))
     for row, item in enumerate(items):
         try:
             out[row] = np.nan if item is None else float(item)
-        except (TypeError, ValueError) as error:
-            raise row_error(name, row, f"must be a number, got {item!r}") from error
+        except (TypeError, ValueError, OverflowError) as error:
+            told = f"must be a number, got {shortened(item)}"
+            raise row_error(name, row, told) from error
     return out
+
+
+def as_list(values: object, name: str) -> Sequence[Any]:
+    """Return the values of a column one by one.
+
+    Raises:
+        InputError: It is a single value or a mapping.
+    """
+    if isinstance(values, str | dict) or not isinstance(values, Iterable):
+        raise InputError(f"{name} must be a list of numbers, got {shortened(values)}", column=name)
+    return list(cast("Iterable[Any]", values))
 
 
 def require(good: NDArray[np.bool_], name: str, rule: str, values: FloatArray) -> None:

@@ -16,9 +16,10 @@ from pydantic import (
 from scipy import special
 
 from skewbridge.demands.columns import column_of
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, raise_all
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.reading import checked, read_yaml
+from skewbridge.reading import checked, read_yaml, shortened
+from skewbridge.reading.files import shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 COLLAPSE_EXCEEDS: Final = "exceeds"
@@ -81,8 +82,8 @@ class LimitState:
         return ("small_capacity_dispersion",) if 0.0 < self.dispersion < SMALL_DISPERSION else ()
 
 
-def _unit_that_is_known(unit: str) -> str:
-    if unit not in _UNITS:
+def _unit_that_is_known(unit: Any) -> Any:
+    if not isinstance(unit, str) or unit not in _UNITS:
         raise ValueError(f"must be one of {', '.join(_UNITS)}")
     return unit
 
@@ -91,6 +92,8 @@ def _median_alone(value: Any) -> Any:
     return value if isinstance(value, dict | StateEntry) else {"median": value}
 
 
+# It stands in names of files and functions of other tools.
+type Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,59}$")]
 type Dispersion = Annotated[float, Field(ge=0.0, le=MAX_DISPERSION)]
 
 
@@ -99,7 +102,7 @@ class StateEntry(BaseModel):
 
     model_config = _STRICT
 
-    median: float = Field(gt=0.0, description="median capacity in the unit of the entry")
+    median: float = Field(gt=0.0, le=1.0e12, description="median capacity in the unit of the entry")
     dispersion: Dispersion | None = Field(default=None, description="in place of the entry's")
 
 
@@ -108,8 +111,8 @@ class LimitStateEntry(BaseModel):
 
     model_config = _STRICT
 
-    component: str = Field(min_length=1, description="what is damaged")
-    demand: str = Field(min_length=1, description="column of the demands table")
+    component: Name = Field(description="what is damaged")
+    demand: str = Field(min_length=1, max_length=100, description="column of the demands table")
     unit: Annotated[str, BeforeValidator(_unit_that_is_known)] = Field(
         description=f"unit of the medians: {', '.join(_UNITS)}",
         json_schema_extra={"enum": list(_UNITS)},
@@ -123,9 +126,9 @@ class LimitStateEntry(BaseModel):
         description="exceeds: a collapsed run exceeds, whatever its peak so far; "
         "peak: the peak up to the collapse decides",
     )
-    citation: str = Field(min_length=1, description="where the numbers come from")
+    citation: str = Field(min_length=1, max_length=1000, description="where the numbers come from")
     states: dict[
-        str,
+        Name,
         Annotated[
             StateEntry, BeforeValidator(_median_alone, json_schema_input_type=float | StateEntry)
         ],
@@ -176,27 +179,37 @@ def load_limit_states(path: Path) -> list[LimitState]:
     Raises:
         InputError: The file is missing, or an entry is wrong; names the entry and the key.
     """
-    return limit_states_of(read_yaml(path))
+    return limit_states_of(read_yaml(path), f"{shown_path(path)}: ")
 
 
-def limit_states_of(data: object) -> list[LimitState]:
+def limit_states_of(data: object, place: str = "") -> list[LimitState]:
     """Return the limit states of parsed configuration data, sorted as written.
 
+    Args:
+        data: A list with an entry for each component.
+        place: Where they stand, before each message.
+
     Raises:
-        InputError: An entry is wrong; names the entry (by number, from 0) and the key.
+        InputError: Entries are wrong; names each entry (by number, from 0) and the key.
     """
     if not isinstance(data, list) or not data:
-        raise InputError("limit states must be a list with at least one entry")
+        raise InputError(f"{place}limit states must be a list with at least one entry")
     out: list[LimitState] = []
+    faults: list[InputError] = []
     for row, entry in enumerate(data):
-        where = f"limit state entry {row}"
-        out += checked(LimitStateEntry, entry, where).limit_states(where)
+        where = f"{place}limit state entry {row}"
+        try:
+            out += checked(LimitStateEntry, entry, where).limit_states(where)
+        except InputError as error:
+            faults.append(error)
     seen: set[tuple[str, str]] = set()
     for state in out:
         key = (state.component, state.name)
         if key in seen:
-            raise InputError(f"limit state {state.component}/{state.name} is defined twice")
+            told = f"{place}limit state {state.component}/{state.name} is defined twice"
+            faults.append(InputError(told))
         seen.add(key)
+    raise_all(faults)
     return out
 
 
@@ -215,7 +228,9 @@ def demand_unit(column: str) -> str:
         return unit
     if unit in _RATIO_WORDS:
         return "ratio"
-    raise InputError(f"demand column {column!r} carries no unit in its name", column=column)
+    raise InputError(
+        f"demand column {shortened(column)} carries no unit in its name", column=column
+    )
 
 
 def exceedance_probability(

@@ -9,10 +9,23 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from skewbridge.errors import InputError
-from skewbridge.reading import checked, read_mapping
+from skewbridge.reading import FileName, checked, read_mapping
+from skewbridge.reading.tables import read_csv
 
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+# Limits that no physical case comes near, so that no power of a number overflows.
+Length = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
+Gap = Annotated[float, Field(ge=0.0, le=1.0e6)]
+Mass = Annotated[float, Field(ge=1.0e-6, le=1.0e12)]
+Period = Annotated[float, Field(ge=1.0e-5, le=1.0e5)]
+Stiffness = Annotated[float, Field(ge=1.0e-6, le=1.0e18)]
+Force = Annotated[float, Field(ge=0.0, le=1.0e15)]
+Friction = Annotated[float, Field(ge=0.0, le=1.0e3)]
+Acceleration = Annotated[float, Field(ge=1.0e-9, le=1.0e6)]
+Step = Annotated[float, Field(ge=1.0e-9, le=1.0e3)]
+Duration = Annotated[float, Field(ge=1.0e-9, le=1.0e5)]
+
+MAX_STEPS = 5_000_000
+MAX_PATH = 1.0e6  # s and m
 
 PATH_COLUMNS = ("t_s", "ux_m", "uy_m", "uz_m")
 
@@ -25,49 +38,49 @@ class _Case(BaseModel):
 class ContactCase(_Case):
     """A unit process driven along a displacement path."""
 
-    normal_stiffness_n_per_m: Positive
-    tangent_stiffness_n_per_m: Positive
-    friction: NotNegative
-    cohesion_n: NotNegative = 0.0
-    gap_m: NotNegative = 0.0
+    normal_stiffness_n_per_m: Stiffness
+    tangent_stiffness_n_per_m: Stiffness
+    friction: Friction
+    cohesion_n: Force = 0.0
+    gap_m: Gap = 0.0
     scheme: Literal["vector", "componentwise", "elastic"] = "vector"
     coupling: Literal["extrapolated", "lagged"] = "extrapolated"
     substeps: Annotated[int, Field(ge=1, le=100_000)] = 10
-    path: str
+    path: FileName
 
 
 class PulseCase(_Case):
     """A cosine pulse of one period along the deck."""
 
     kind: Literal["cosine"]
-    amplitude_g: Positive
-    period_s: Positive
+    amplitude_g: Acceleration
+    period_s: Period
 
 
 class DeckCase(_Case):
     """A rigid skew deck between two abutments; section 6 of the design and docs/theory."""
 
-    length_m: Positive
-    width_m: Positive
+    length_m: Length
+    width_m: Length
     skew_deg: Annotated[float, Field(ge=-80.0, le=80.0)]
-    mass_kg: Positive
-    period_x_s: Positive
-    period_y_s: Positive
-    period_theta_s: Positive
+    mass_kg: Mass
+    period_x_s: Period
+    period_y_s: Period
+    period_theta_s: Period
     damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
-    gap_normal_m: NotNegative
-    friction: NotNegative = 0.0
-    cohesion_n: NotNegative = 0.0
-    normal_stiffness_n_per_m: Positive
-    tangent_stiffness_n_per_m: Positive | None = None
+    gap_normal_m: Gap
+    friction: Friction = 0.0
+    cohesion_n: Force = 0.0
+    normal_stiffness_n_per_m: Stiffness
+    tangent_stiffness_n_per_m: Stiffness | None = None
     restitution: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
     solver: Literal["opensees", "penalty", "lcp"] = "opensees"
     coupling: Literal["extrapolated", "lagged"] = "extrapolated"
     integrator: Literal["newmark", "houbolt", "hht"] = "newmark"
-    dt_s: Positive
-    duration_s: Positive
+    dt_s: Step
+    duration_s: Duration
     pulse: PulseCase | None = None
-    motion: tuple[str, str] | None = Field(default=None, strict=False)
+    motion: tuple[FileName, FileName] | None = Field(default=None, strict=False)
 
     @model_validator(mode="after")
     def _one_excitation(self) -> Self:
@@ -76,6 +89,11 @@ class DeckCase(_Case):
         if self.dt_s > self.duration_s:
             raise ValueError(
                 f"dt_s must be at most duration_s = {self.duration_s}, got {self.dt_s}"
+            )
+        if self.duration_s / self.dt_s > MAX_STEPS:
+            raise ValueError(
+                f"duration_s / dt_s must be at most {MAX_STEPS} steps, got "
+                f"{self.duration_s / self.dt_s:.3g}"
             )
         return self
 
@@ -97,7 +115,7 @@ def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
 def beside(case_file: Path, name: str) -> Path:
     """Return the file that a case names: beside the case, or from the working folder."""
     candidate = case_file.parent / name
-    return candidate if candidate.exists() or not Path(name).exists() else Path(name)
+    return candidate if candidate.is_file() or not Path(name).is_file() else Path(name)
 
 
 def read_path(file: Path) -> NDArray[np.float64]:
@@ -107,12 +125,7 @@ def read_path(file: Path) -> NDArray[np.float64]:
         InputError: The file is missing, a column is missing, a value is not a number, or the time
             does not increase.
     """
-    try:
-        table = pd.read_csv(file, skipinitialspace=True)
-    except OSError as error:
-        raise InputError(f"cannot read path {file}: {error.strerror}") from error
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        raise InputError(f"path {file} is not a table: {error}") from error
+    table = read_csv(file, skipinitialspace=True)
     missing = [column for column in PATH_COLUMNS if column not in table.columns]
     if missing:
         raise InputError(
@@ -122,11 +135,12 @@ def read_path(file: Path) -> NDArray[np.float64]:
     values = numbers.to_numpy(dtype=np.float64)
     if len(values) < 2:
         raise InputError(f"path {file} needs at least two rows, got {len(values)}")
-    bad = np.argwhere(~np.isfinite(values))
+    bad = np.argwhere(~(np.abs(values) <= MAX_PATH))
     if len(bad):
         row, column = (int(index) for index in bad[0])
         raise InputError(
-            f"path {file}, line {row + 2}: {PATH_COLUMNS[column]} is not a finite number",
+            f"path {file}, line {row + 2}: {PATH_COLUMNS[column]} is not a number within "
+            f"{MAX_PATH:g}",
             line=row + 2,
         )
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)

@@ -1,51 +1,27 @@
-"""The one way from a YAML file to checked values: what is wrong becomes a sentence per finding."""
+"""From plain values to checked ones: what is wrong becomes a sentence per finding."""
 
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-import yaml
 from pydantic import Field, TypeAdapter, ValidationError
 from pydantic_core import ArgsKwargs
 
 from skewbridge.errors import InputError
+from skewbridge.reading.files import shortened, shown_path
 
 #: Numbers that text is not taken for: "2e7", which YAML 1.1 reads as text, must not pass.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
+#: Path of a file or folder.
+FileName = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f]+$")]
+
+MOST_LINES: Final = 20  # findings of one message
 
 _UNKNOWN: Final = {"extra_forbidden", "unexpected_keyword_argument"}
 _MISSING: Final = {"missing", "missing_keyword_only_argument", "missing_argument"}
 _NO_KEYS: Final = {"dataclass_type", "model_type", "model_attributes_type", "dict_type"}
-
-
-def read_yaml(path: Path) -> Any:
-    """Return the plain content of a YAML file, None if it is empty.
-
-    Raises:
-        InputError: The file cannot be read or is no YAML.
-    """
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}", file=str(path)) from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not valid YAML: {error}", file=str(path)) from None
-
-
-def read_mapping(path: Path) -> dict[str, Any]:
-    """Return the keys and values of a YAML file, none if it is empty.
-
-    Raises:
-        InputError: The file cannot be read, is no YAML, or has no keys at the top.
-    """
-    raw = read_yaml(path)
-    if raw is None:
-        return {}
-    if not isinstance(raw, dict):
-        raise InputError(f"{path}: keys and values are needed at the top", file=str(path))
-    return raw
 
 
 def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
@@ -62,10 +38,13 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     try:
         return TypeAdapter(kind).validate_python(raw)
     except ValidationError as error:
-        lines = [explain(finding) for finding in _without_echoes(error.errors())]
-        text = f"{where}: {lines[0]}"
+        lines = [_explain(finding) for finding in _without_echoes(error.errors())]
+        shown = shown_path(where) if isinstance(where, Path) else where
+        text = f"{shown}: {lines[0]}"
         if len(lines) > 1:
-            text = "\n  ".join([f"{where} has {len(lines)} errors:", *lines])
+            more = [f"... and {len(lines) - MOST_LINES} more"] if len(lines) > MOST_LINES else []
+            listed = [f"{shown} has {len(lines)} errors:", *lines[:MOST_LINES], *more]
+            text = "\n  ".join(listed)
         details = {"file": str(where)} if isinstance(where, Path) else {}
         raise InputError(text, **details) from None
 
@@ -80,15 +59,23 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-def explain(finding: Any) -> str:
+def _explain(finding: Any) -> str:
     """Return one finding of pydantic in words: key, limit, value given."""
-    where = ".".join(str(part) for part in finding["loc"])
+    where = ".".join(_part(part) for part in finding["loc"])
     said, kind, given = _in_words(finding), finding["type"], finding["input"]
     if kind not in _UNKNOWN | _MISSING and not isinstance(given, Mapping | ArgsKwargs):
-        said += f", got {given!r}".removesuffix(".0")
+        said += f", got {shortened(given)}".removesuffix(".0")
     if isinstance(given, str) and kind in {"float_type", "float_parsing", "int_type"}:
         said += " (it is text; a number with an exponent is written like 2.0e+7)"
     return f"{where}: {said}" if where else said
+
+
+def _part(part: object) -> str:
+    return str(part) if str(part).isidentifier() and len(str(part)) < 60 else _plain(part)
+
+
+def _plain(part: object) -> str:
+    return str(part) if isinstance(part, int) else shortened(part)
 
 
 def _in_words(finding: Any) -> str:
@@ -99,7 +86,9 @@ def _in_words(finding: Any) -> str:
     if finding["type"] in _NO_KEYS:
         return "keys and values are needed"
     message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
-    return re.sub(r"^(Input|Tuple|List) should", "must", message).replace(" after validation", "")
+    return re.sub(r"^(Input|Tuple|List|String) should", "must", message).replace(
+        " after validation", ""
+    )
 
 
 def _without_echoes(findings: Sequence[Any]) -> list[Any]:

@@ -1,0 +1,366 @@
+"""Input that is wrong, hostile or absurd: exit 2 and one message, nothing run or written."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from motions_files import make_pairs
+from skewbridge.bridge.catalogue import load_bridge, load_bridge_file
+from skewbridge.cli import build_app
+from skewbridge.cli.output import emit_table
+from skewbridge.errors import InputError
+from skewbridge.fragility.exchange.conditions import rows_where
+from skewbridge.fragility.exchange.data_files import read_data, write_csv
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.motions.index import list_motions, read_index
+from skewbridge.motions.read import read_trace
+from skewbridge.motions.write import write_index
+from skewbridge.provenance.tables import read_frame, read_table, write_frame
+from skewbridge.reading import read_json, read_yaml
+from skewbridge.reading.tables import read_csv
+from skewbridge.study.config import parse_config
+from skewbridge.study.inputs import check_inputs
+
+ROOT = Path(__file__).parents[2]
+BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{new}: &{new} [{', '.join(['*' + old] * 9)}]\n"
+    for old, new in zip("abcdefgh", "bcdefghi", strict=True)
+)
+
+
+def run(*arguments: object) -> tuple[int, str]:
+    """Exit code and message of a command; no error but the exit may reach the runner."""
+    result = CliRunner().invoke(build_app(), [str(each) for each in arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stderr
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"a: 1\nb: \xff\n", "line 2: byte 0xff is no UTF-8"),
+        (b"a: 1\nb: 2\na: 3\n", "line 1: the key 'a' stands twice, in the lines 1 and 3"),
+        (b"[" * 100_000, "nested more than 30 levels"),
+        (BOMB.encode(), "more than 20000 values"),
+        (b"a: &a [*a]\n", "names nothing before it"),
+        (b"a: " + b"9" * 5000, "at most 30 digits"),
+        (b"a: 0x" + b"f" * 5000, "at most 30 digits"),
+        (b"1: a\n", "a key must be text"),
+        (b"? [a]\n: b\n", "a key must be text"),
+        (b"a: !!python/name:os.system x\n", "tags such as"),
+        (b"a: !!timestamp 2020-13-45\n", "tags such as"),
+        (b"x" * 300_000, "at most 200000 are read"),
+        (b"a: [1\n", "not valid YAML"),
+    ],
+)
+def test_a_document_beyond_the_limits_is_refused(
+    tmp_path: Path, content: bytes, words: str
+) -> None:
+    path = tmp_path / "file.yaml"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        read_yaml(path)
+    assert "file.yaml" in str(caught.value)
+    assert words in str(caught.value)
+
+
+def test_aliases_and_dates_within_the_limits_are_plain_values(tmp_path: Path) -> None:
+    path = tmp_path / "file.yaml"
+    path.write_text("a: &a {x: 1}\nb: {<<: *a, y: 2}\nc: *a\nd: 2020-01-31\n", encoding="utf-8")
+    assert read_yaml(path) == {
+        "a": {"x": 1},
+        "b": {"x": 1, "y": 2},
+        "c": {"x": 1},
+        "d": "2020-01-31",
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"a": ' * 100_000, "nested too deeply"),
+        ('{"a": 1, "a": 2}', "'a' stands twice"),
+        ('{"a": ' + "9" * 5000 + "}", "at most 30 digits"),
+        ("{", "line 1, column 2"),
+    ],
+)
+def test_json_beyond_the_limits_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "file.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        read_json(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a,b\n1,2\n3\n", "line 3 has 1 cells, the header 2"),
+        ("a,b\n1,2,3\n", "line 2 has 3 cells"),
+        ("a,a\n1,2\n", "'a' stands twice"),
+        ("", "it is empty"),
+        ('a,b\n"1,2\n', "not a table"),
+    ],
+)
+def test_a_ragged_table_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        read_csv(path)
+
+
+@pytest.mark.parametrize("name", ["x" * 100_000, "a/" * 3000, "nul\0", "no/such/file", ""])
+def test_an_absurd_name_of_a_file_is_refused(name: str) -> None:
+    for read in (read_yaml, read_table, read_trace, load_bridge_file, read_data, list_motions):
+        with pytest.raises(InputError) as caught:
+            read(Path(f"{name}.yaml"))
+        assert len(str(caught.value)) < 300
+
+
+def test_a_damaged_table_is_never_taken_for_another(tmp_path: Path) -> None:
+    """Pages carry checksums: a flipped byte changes no number in silence."""
+    path = tmp_path / "t.parquet"
+    table = pd.DataFrame({"a": np.linspace(0.0, 1.0, 50), "b": [f"text {i}" for i in range(50)]})
+    write_frame(table, path, {"made_by": "tests"})
+    content = path.read_bytes()
+    for place in range(0, len(content), 7):
+        path.write_bytes(content[:place] + bytes([content[place] ^ 0x10]) + content[place + 1 :])
+        try:
+            found = read_frame(path)
+        except InputError:
+            continue
+        shared = [name for name in ("a", "b") if name in found]
+        pd.testing.assert_frame_equal(found[shared], table[shared], check_dtype=False)
+    for length in range(0, len(content), 97):
+        path.write_bytes(content[:length])
+        with pytest.raises(InputError, match=r"t\.parquet"):
+            read_frame(path)
+
+
+RUNS = pd.DataFrame(
+    {
+        "im": [0.1, 0.2, 0.3],
+        "skew_deg": [0, 30, 60],
+        "name": ["a", "b", "c"],
+        "ok": [True, False, True],
+    }
+)
+
+
+@pytest.mark.parametrize(
+    ("condition", "rows"),
+    [
+        ("skew_deg == 30", [1]),
+        ("0 < skew_deg <= 60 and name != 'c'", [1]),
+        ("skew_deg in [0, 60] or im > 0.15", [0, 1, 2]),
+        ("not (name in ('a',))", [1, 2]),
+        ("name not in ['b'] and ok", [0, 2]),
+        ("im >= -1 and skew_deg != 0.0", [1, 2]),
+    ],
+)
+def test_a_condition_selects_rows(condition: str, rows: list[int]) -> None:
+    assert rows_where(RUNS, condition).index.tolist() == rows
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "im.to_csv('written.csv')", "im.values > 0", "@im > 0", "__import__('os')",
+        "abs(im) > 0", "im + 1 > 0", "im ** 9 ** 9 > 1", "im[0] > 0",
+        "im > (lambda: 1)", "f'{im}' == 'a'", "im = 3", "name > 3",
+        "skew_deg == 'x'", "1 < 2", "nothing == 1", "skew_deg == 15",
+        "", "(" * 300, "\0", "not " * 249 + "ok",
+        "im > " + "9" * 400, "im > " + "1" * 2000, "im in name", "True",
+    ],
+)  # fmt: skip
+def test_a_condition_does_nothing_else(
+    condition: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if condition.startswith("not not"):
+        assert len(rows_where(RUNS, condition)) == 1
+        return
+    with pytest.raises(InputError, match="--where"):
+        rows_where(RUNS, condition)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ({"im": [1, 2], "edp": [1, 2], "threshold": []}, "threshold is empty"),
+        ({"im": 5, "edp": [1, 2], "threshold": 1}, "im must be a list"),
+        ({"im": [1, 2], "edp": {"a": 1}, "threshold": 1}, "edp must be a list"),
+        ({"im": [1, [2]], "edp": [1, 2], "threshold": 1}, "must be a number"),
+    ],
+)
+def test_fit_refuses_columns_that_are_none(
+    tmp_path: Path, data: dict[str, object], words: str
+) -> None:
+    path = tmp_path / "data.json"
+    path.write_text(json.dumps(data), encoding="utf-8")
+    code, message = run("fit", path, "--method", "cloud")
+    assert code == 2
+    assert words in message
+
+
+def test_fit_refuses_unequal_columns_of_runs(tmp_path: Path) -> None:
+    path = tmp_path / "data.json"
+    path.write_text(json.dumps({"im": [1, 2, 3], "edp": [1, 2]}), encoding="utf-8")
+    options = ("--im", "im", "--edp", "edp", "--threshold", 1)
+    code, message = run("fit", path, "--method", "cloud", *options)
+    assert code == 2
+    assert "columns differ in length" in message
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "..", "a/b", "x" * 100_000, "[/red]", "\0"])
+def test_a_bridge_is_only_sought_in_its_folders(name: str, tmp_path: Path) -> None:
+    (tmp_path / "outside.yaml").write_text("extends: osb1\n", encoding="utf-8")
+    inside = tmp_path / "inside"
+    inside.mkdir()
+    with pytest.raises(InputError, match="bridge must be one of"):
+        load_bridge(name)
+    child = inside / "mine.yaml"
+    child.write_text("extends: ../outside\n", encoding="utf-8")
+    with pytest.raises(InputError, match="no other bridge"):
+        load_bridge_file(child)
+
+
+@pytest.mark.parametrize("value", [1e300, 1e-300, 501.0])
+def test_a_bridge_has_no_number_that_ends_the_solver(tmp_path: Path, value: float) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        f"extends: osb1\nspans_m: {{v: [{value!r}, 45.0], src: 'd: x'}}\n".replace("e+", ".0e+"),
+        encoding="utf-8",
+    )
+    code, message = run("modal", "--bridge", path)
+    assert code == 2
+    assert "mine.yaml: spans_m.0: must be" in message
+
+
+def test_markup_and_control_characters_are_shown_as_text(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    emit_table([{"[/red]": "[/red] \x1b[31m"}], "[bold]")
+    shown = capsys.readouterr().out
+    assert "[/red]" in shown
+    assert "[bold]" in shown
+    assert "\x1b[31m" not in shown
+
+
+def test_the_index_of_motions_names_no_file_or_log_outside(tmp_path: Path) -> None:
+    make_pairs(tmp_path, 1)
+    files = sorted(path.name for path in tmp_path.glob("*.AT2"))
+    for motion, first in (("../up", files[0]), ("one", "../x.AT2"), ("one", "x" * 9000)):
+        (tmp_path / "index.csv").write_text(
+            f"motion_id,file_1,file_2\n{motion},{first},{files[1]}\n", encoding="utf-8"
+        )
+        with pytest.raises(InputError, match="line 2"):
+            read_index(tmp_path / "index.csv")
+
+
+def test_motions_in_sub_folders_are_found(tmp_path: Path) -> None:
+    for name in ("kobe", "chichi"):
+        (tmp_path / name).mkdir()
+        make_pairs(tmp_path / name, 1)
+    found = list_motions(tmp_path)
+    assert len({entry.motion_id for entry in found}) == 2
+    assert {entry.file_1.parent for entry in found} == {tmp_path / "kobe", tmp_path / "chichi"}
+
+
+def test_no_cell_of_an_export_is_a_formula(tmp_path: Path) -> None:
+    path = tmp_path / "out.csv"
+    write_csv(pd.DataFrame({"name": ["=1+1", "@x", "plain"], "value": [-1.0, 2.0, 3.0]}), path)
+    assert path.read_text(encoding="utf-8").splitlines()[1:] == [
+        "'=1+1,-1.0",
+        "'@x,2.0",
+        "plain,3.0",
+    ]
+    index = tmp_path / "index.csv"
+    write_index(index, [{"motion_id": "m", "event": "=cmd()", "magnitude": 7.0}])
+    assert "'=cmd()" in index.read_text(encoding="utf-8")
+
+
+def test_everything_that_a_study_reads_is_told_at_once(tmp_path: Path) -> None:
+    """A wrong unit, a missing citation and dispersion, measures, bridges and folders."""
+    states = [
+        {"component": "a", "demand": "column_drift_ratio", "unit": "kn", "dispersion": 0.3,
+         "citation": "x", "states": {"slight": 1.0}},
+        {"component": "b", "demand": "column_drift_ratio", "unit": "percent", "dispersion": 0.3,
+         "states": {"slight": 1.0}},
+        {"component": "c", "demand": "column_drift_ratio", "unit": "percent", "citation": "x",
+         "states": {"slight": 1.0}},
+    ]  # fmt: skip
+    path = tmp_path / "states.yaml"
+    path.write_text(yaml.safe_dump(states), encoding="utf-8")
+    raw = {
+        "grid": {"bridge": ["osb9"]},
+        "motions": {"folder": str(tmp_path / "nowhere"), "design": "ida", "ida_demand": "foo_m"},
+        "fragility": {"im": "im_pga", "limit_states": str(path)},
+    }
+    with pytest.raises(InputError) as caught:
+        check_inputs(parse_config(raw))
+    message = str(caught.value)
+    for words in (
+        "'osb9'", "nowhere does not exist", "fragility.im must be one of", "motions.ida_demand",
+        "entry 0: unit", "entry 1: citation: is missing", "entry 2: states.slight.dispersion",
+    ):  # fmt: skip
+        assert words in message
+    assert message.startswith("7 faults:")
+
+
+def test_a_demand_that_no_analysis_has_and_a_motion_that_cannot_be_read(tmp_path: Path) -> None:
+    state = {"component": "a", "demand": "nothing_m", "unit": "m", "dispersion": 0.3,
+             "citation": "x", "states": {"slight": 1.0}}  # fmt: skip
+    path = tmp_path / "states.yaml"
+    path.write_text(yaml.safe_dump([state]), encoding="utf-8")
+    motions = tmp_path / "motions"
+    motions.mkdir()
+    make_pairs(motions, 2)
+    broken = sorted(motions.glob("*.AT2"))
+    for each in (broken[0], broken[3]):
+        each.write_text(each.read_text()[:-40] + " x.y\n")
+    raw = {
+        "motions": {"folder": str(motions), "count": 2},
+        "fragility": {"limit_states": str(path)},
+    }
+    with pytest.raises(InputError) as caught:
+        check_inputs(parse_config(raw))
+    for words in ("no column 'nothing_m'", broken[0].name, broken[3].name, "3 faults"):
+        assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["limit_states", "limit_states_template"])
+def test_the_shipped_limit_states_load(name: str) -> None:
+    assert load_limit_states(ROOT / f"config/{name}.yaml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("fit", "x.json", "--method", "foo"), "'foo' is not one of 'stripes', 'ida', 'cloud'"),
+        (("export", "x", "--format", "foo", "--out", "y"), "is not one of 'nrml'"),
+        (("modal", "--skew-deg", "x"), "--skew-deg"),
+    ],
+)
+def test_a_choice_is_told_with_what_it_may_be(arguments: tuple[str, ...], words: str) -> None:
+    code, message = run(*arguments)
+    assert code == 2
+    assert words in message
+    assert "Value error" not in message
+
+
+def test_the_version_is_shown() -> None:
+    result = CliRunner().invoke(build_app(), ["--version"])
+    assert result.exit_code == 0
+    assert result.stdout.startswith("skewbridge 0.")
+
+
+def test_our_tables_carry_checksums(tmp_path: Path) -> None:
+    write_frame(pd.DataFrame({"a": [1.0]}), tmp_path / "t.parquet", {})
+    assert pq.read_table(tmp_path / "t.parquet", page_checksum_verification=True).num_rows == 1

@@ -1,0 +1,328 @@
+"""Mutated input files: made from good ones with a fixed seed, read in a child under limits.
+
+`python tests/mutants.py COUNT SEED FAMILY...` reads so many mutants of each family and prints one
+JSON object: how many were taken and refused, the dearest, and every one that ended in anything but
+one message. A mutant that reaches a limit ends the process; its file is left in the folder.
+"""
+
+import copy
+import json
+import random
+import resource
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import yaml
+
+from motions_files import at2_text
+from skewbridge.bridge.catalogue import load_bridge_file
+from skewbridge.errors import InputError
+from skewbridge.fragility.exchange.data_files import read_data
+from skewbridge.fragility.exchange.fit_file import FitOptions, fit_file
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.motions.index import list_motions
+from skewbridge.motions.read import read_trace
+from skewbridge.motions.suite import read_entry
+from skewbridge.provenance.tables import write_frame
+from skewbridge.study.config import load_config
+from skewbridge.variant.grid import expand_grid
+from skewbridge.verification.references.case_files import (
+    ContactCase,
+    DeckCase,
+    read_case,
+    read_path,
+)
+
+ROOT = Path(__file__).parents[1]
+CPU_LIMIT_S = 5
+MEMORY_LIMIT = 500_000_000
+LONGEST_MESSAGE = 8000
+
+# Stand in the place of a value of a document, as they are written.
+SNIPPETS = (
+    "1e300", "1.0e+300", "-1.0e+300", "1.0e-300", "0", "-1", "-0.0", ".nan", ".inf", "1e5000",
+    "9" * 40, "9" * 5000, "0x" + "f" * 3000, "1:" * 900 + "1", "true", "null", "~", "''", "[]",
+    "{}", "[/red]", "'[/red]'", "../../etc/passwd", "'\\0'", '"\\0"', '"\\x1b[31m"', "'=1+1'",
+    "<script>alert(1)</script>", "$\\frac$", "x" * 5000, "'" + "/x" * 60_000 + "'", "[" * 2000,
+    "[" * 40 + "]" * 40, "{a: " * 40 + "1" + "}" * 40, "&a [*a]", "*nothing",
+    "!!python/name:os.system",
+    "!!binary x", "!!timestamp 2020-13-45", "2020-13-45", "!!int x", "? [a]", "<<: 1", "2e7", "é",
+    "[1, 2, 3]", "{v: 1.0e+9, src: 'd: x'}", "{v: -5, src: 'd: x'}", "{v: 0.001, src: 'd: x'}",
+    "{v: [1, 2], src: 'd: x'}", "1.0e+3", "1.0e-3", "1.0e+6", "1.0e-6", "1000000", "17",
+)  # fmt: skip
+BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{new}: &{new} [{', '.join(['*' + old] * 9)}]\n"
+    for old, new in zip("abcdefgh", "bcdefghi", strict=True)
+)
+MERGES = "a: &a {x: 1}\n" + "".join(
+    f"{new}: &{new} {{<<: [{', '.join(['*' + old] * 9)}]}}\n"
+    for old, new in zip("abcdefgh", "bcdefghi", strict=True)
+)
+WHOLE = (
+    b"", b"\n", b"\xff\xfe\x00", b"\x00" * 100, b"\xef\xbb\xbf", b"---\n---\n", b"- " * 5000 + b"x",
+    b"[" * 100_000, b'{"a":' * 100_000, b"{" * 5000, BOMB.encode(), MERGES.encode(),
+    b"a: 1\na: 2\n",
+    b"x" * 300_000, b"\x1b[31m", b"%YAML 9.9\n---\na: 1\n", b"extends: osb1\nextends: osb1\n",
+    b"? " * 3000, b"- - " * 3000, b"'", b"#" * 10_000, b"a,b\n1,2\n" * 3,
+)  # fmt: skip
+BYTES = (b"\xff", b"\x00", b"\x1b[31m", b"\xc3", b"9" * 5000, b"[/red]", b"nan", b"inf", b"1e400",
+         b",", b"\n", b"\t", b";", b'"', b"'", b":", b"-", b"*", b"&", b"{", b"[", b"\xe2\x80\xa8",
+         b"../../x", b"=1+1", b"1e-320", b"D+99", b"0", b" ")  # fmt: skip
+
+
+def of_bytes(content: bytes, chance: random.Random) -> bytes:
+    """Return a file with one to four of its places changed."""
+    out = bytearray(content)
+    for _ in range(chance.randint(1, 4)):
+        place = chance.randrange(len(out) + 1)
+        size = min(chance.choice((1, 1, 2, 8, 60, 500)), len(out) - place)
+        kind = chance.randrange(6)
+        if kind == 0 and place < len(out):
+            out[place] ^= 1 << chance.randrange(8)
+        elif kind == 1:
+            out[place:place] = chance.choice(BYTES)
+        elif kind == 2:
+            del out[place : place + size]
+        elif kind == 3:
+            out[place:place] = out[place : place + size] * chance.choice((1, 2, 30))
+        elif kind == 4:
+            del out[place:]
+        else:
+            out[place : place + size] = chance.choice(BYTES)
+    return bytes(out)
+
+
+def of_structure(content: bytes, chance: random.Random, *, is_json: bool = False) -> bytes:
+    """Return a document with one to three of its values changed, dropped or doubled."""
+    tree = yaml.safe_load(content)
+    for number in range(chance.randint(1, 3)):
+        holders = [node for node in nodes_of(tree) if node]
+        if not holders:
+            break
+        node = chance.choice(holders)
+        key = chance.choice(list(node) if isinstance(node, dict) else range(len(node)))
+        kind = chance.randrange(8)
+        if kind == 0:
+            del node[key]
+        elif kind == 1 and isinstance(node, dict):
+            node[chance.choice(("", "v", "x" * 300, "[/red]", "1", "colour"))] = node[key]
+        elif kind == 2:
+            node[key] = copy.deepcopy(chance.choice(holders))
+        elif kind == 3 and isinstance(node[key], int | float):
+            node[key] *= chance.choice((-1, 0, 1e-6, 0.1, 3, 10, 1e3, 1e6, 1e300))
+        else:
+            node[key] = f"@@{number}@@"
+    text = json.dumps(tree) if is_json else yaml.safe_dump(tree, sort_keys=False)
+    for number in range(3):
+        snippet = chance.choice(SNIPPETS)
+        for mark in (f'"@@{number}@@"', f"'@@{number}@@'", f"@@{number}@@"):
+            text = text.replace(mark, snippet)
+    return text.encode()
+
+
+def nodes_of(tree: object) -> list[dict | list]:
+    if not isinstance(tree, dict | list):
+        return []
+    inner = tree.values() if isinstance(tree, dict) else tree
+    return [tree, *(node for item in inner for node in nodes_of(item))]
+
+
+def mutant_of(content: bytes, suffix: str, chance: random.Random) -> bytes:
+    """Return one mutant of a good file."""
+    draw = chance.random()
+    if draw < 0.05:
+        return chance.choice(WHOLE)
+    if draw < 0.65 and suffix in (".yaml", ".json"):
+        return of_structure(content, chance, is_json=suffix == ".json")
+    return of_bytes(content, chance)
+
+
+# The good files, and what reads them.
+
+
+def wave(count: int = 60) -> np.ndarray:
+    return 0.2 * np.sin(np.arange(count) / 5.0) * np.exp(-np.arange(count) / 40.0)
+
+
+def knet_text() -> str:
+    head = [
+        "Origin Time       2011/03/11 14:46:00", "Lat.              38.1",
+        "Long.             142.8",
+        "Depth. (km)       24", "Mag.              9.0", "Station Code      MYG004",
+        "Station Lat.      38.7", "Station Long.     141.0", "Station Height(m) 40",
+        "Record Time       2011/03/11 14:46:15", "Sampling Freq(Hz) 100Hz", "Duration Time(s)  1",
+        "Dir.              N-S", "Scale Factor      7845(gal)/8223790", "Max. Acc. (gal)   196.0",
+        "Last Correction   2011/03/11 14:46:00", "Memo.",
+    ]  # fmt: skip
+    return "\n".join([*head, *(f"{int(value * 1e6):9d}" for value in wave())]) + "\n"
+
+
+def v2_text() -> str:
+    values = [f"{980.665 * value:10.3f}" for value in wave(64)]
+    rows = ["".join(values[i : i + 8]) for i in range(0, 64, 8)]
+    head = "64 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)"
+    return "\n".join(["CORRECTED ACCELEROGRAM", *["header"] * 44, head, *rows]) + "\n"
+
+
+def columns_text() -> str:
+    rows = (f"{0.01 * number:.2f},{value:.6f}" for number, value in enumerate(wave()))
+    return "\n".join(["time_s,accel_g", *rows]) + "\n"
+
+
+INDEX = (
+    "motion_id,file_1,file_2,event,magnitude,unit,dt_s,scale\n"
+    "one,one_h1.AT2,one_h2.AT2,Event,7.1,g,0.01,1.5\ntwo,one_h1.AT2,one_h2.AT2,,,,,\n"
+)
+CONTACT = {
+    "normal_stiffness_n_per_m": 1.0e5, "tangent_stiffness_n_per_m": 1.0e5, "friction": 0.3,
+    "cohesion_n": 1500.0, "gap_m": 0.0, "scheme": "vector", "coupling": "extrapolated",
+    "substeps": 10, "path": "path.csv",
+}  # fmt: skip
+DECK = {
+    "length_m": 30.0, "width_m": 15.0, "skew_deg": 30.0, "mass_kg": 1000.0, "period_x_s": 0.5,
+    "period_y_s": 0.5, "period_theta_s": 0.3, "damping_ratio": 0.05, "gap_normal_m": 0.003,
+    "friction": 0.0, "normal_stiffness_n_per_m": 1.0e7, "solver": "opensees", "dt_s": 1.0e-3,
+    "duration_s": 0.1, "pulse": {"kind": "cosine", "amplitude_g": 0.5, "period_s": 0.5},
+}  # fmt: skip
+PATH = "t_s,ux_m,uy_m,uz_m\n0.0,0.0,0.0,-0.01\n0.1,0.02,0.01,-0.01\n0.2,0.0,0.02,0.01\n"
+CSV = "im,edp,threshold\n0.1,0.01,0.03\n0.2,0.02,0.03\n0.4,0.05,0.03\n"
+CLOUD = {"im": [0.1, 0.2, 0.4, 0.8], "edp": [0.01, 0.02, 0.03, 0.09], "threshold": 0.03}
+STRIPES = {"im": [0.2, 0.4, 0.6, 0.8], "n": [20] * 4, "k": [0, 4, 12, 18]}
+CONDITIONS = (
+    "skew_deg == 0 and friction == 0.5", "not (skew_deg in [0] or gap_mm > 51)",
+    "0 <= skew_deg < 40 and motion_id != 'm1'", "im.to_csv('written')", "skew_deg.__class__",
+    "(lambda: 1)()", "[x for x in im]", "skew_deg @ 3", "im ** 2 > 1", "True", "f'{im}' == 'a'",
+)  # fmt: skip
+
+
+def text_of(name: str) -> bytes:
+    return (ROOT / name).read_bytes()
+
+
+def as_yaml(value: object) -> bytes:
+    return yaml.safe_dump(value, sort_keys=False).encode()
+
+
+def read_index(path: Path) -> None:
+    for number in (1, 2):
+        (path.parent / f"one_h{number}.AT2").write_text(at2_text(wave()), encoding="utf-8")
+    path.replace(path.parent / "index.csv")
+    for entry in list_motions(path.parent):
+        read_entry(entry)
+
+
+def read_bridge(path: Path) -> None:
+    load_bridge_file(path)
+
+
+def read_study(path: Path) -> None:
+    expand_grid(load_config(path, base=ROOT / "config/config.yaml").grid)
+
+
+def fit(method: str, **options: object) -> Callable[[Path], object]:
+    return lambda path: fit_file(path, FitOptions(method=method, **options)).as_json()
+
+
+def read_condition(path: Path) -> None:
+    table = path.with_name("runs.csv")
+    if not table.exists():
+        table.write_text("im,skew_deg,gap_mm,friction,motion_id\n0.1,0,51,0.5,m1\n0.2,30,25,0,m2\n")
+    read_data(table, path.read_bytes().decode("latin-1"))
+
+
+def parquet_bytes(folder: Path) -> bytes:
+    path = folder / "good.parquet"
+    table = pd.DataFrame({**CLOUD, "motion_id": ["a", "b", "c", "d"], "status": ["ok"] * 4})
+    write_frame(table, path, {"made_by": "tests"})
+    return path.read_bytes()
+
+
+RUNS = {"im": "im", "edp": "edp", "threshold": 0.03}
+FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
+    "at2": (".AT2", [at2_text(wave()).encode()], read_trace),
+    "v2": (".V2", [v2_text().encode()], read_trace),
+    "knet": (".NS", [knet_text().encode()], read_trace),
+    "columns": (".csv", [columns_text().encode()], read_trace),
+    "index": (".txt", [INDEX.encode()], read_index),
+    "config": (".yaml", [text_of(f"config/{n}.yaml") for n in ("config", "ida")], read_study),
+    "limit_states": (".yaml", [text_of("config/limit_states.yaml")], load_limit_states),
+    "bridge": (
+        ".yaml",
+        [text_of("config/bridges/template.yaml"),
+         b"extends: osb1\ndeck:\n  depth_m: {v: 2, src: 'd: x'}\n"],
+        read_bridge,
+    ),
+    "fit_cloud": (".json", [json.dumps(CLOUD).encode()], fit("cloud")),
+    "fit_stripes": (".json", [json.dumps(STRIPES).encode()], fit("stripes")),
+    "fit_csv": (".csv", [CSV.encode()], fit("cloud")),
+    "fit_parquet": (".parquet", [], fit("cloud", **RUNS)),
+    "condition": (".txt", [text.encode() for text in CONDITIONS], read_condition),
+    "contact": (".yaml", [as_yaml(CONTACT)], lambda path: read_case(path, ContactCase)),
+    "deck": (".yaml", [as_yaml(DECK)], lambda path: read_case(path, DeckCase)),
+    "path": (".csv", [PATH.encode()], read_path),
+}  # fmt: skip
+# Messages about data name the column and the row; the file is the one on the command line.
+NAMELESS = {"fit_cloud", "fit_stripes", "fit_csv", "fit_parquet", "condition", "index"}
+
+
+def run_family(name: str, count: int, seed: int, folder: Path) -> dict[str, object]:
+    """Read mutants of one family; return what became of them."""
+    suffix, seeds, read = FAMILIES[name]
+    seeds = seeds or [parquet_bytes(folder)]
+    chance = random.Random(f"{seed} {name}")
+    taken, refused, dearest_s, faults = 0, 0, 0.0, []
+    for content in seeds if name != "condition" else seeds[:3]:
+        good = folder / f"good{suffix}"
+        good.write_bytes(content)
+        read(good)
+    for number in range(count):
+        path = folder / f"{name}{number}{suffix}"
+        path.write_bytes(mutant_of(chance.choice(seeds), suffix, chance))
+        began_s = time.process_time()
+        resource.setrlimit(resource.RLIMIT_CPU, (int(began_s) + CPU_LIMIT_S + 1, -1))
+        try:
+            read(path)
+        except InputError as error:
+            refused += 1
+            faults += [[path.name, text] for text in complaints(str(error), path, name)]
+        except Exception:
+            faults.append([path.name, traceback.format_exc()[-1500:]])
+        else:
+            taken += 1
+        dearest_s = max(dearest_s, time.process_time() - began_s)
+        if not faults or faults[-1][0] != path.name:
+            path.unlink(missing_ok=True)
+    return {"taken": taken, "refused": refused, "dearest_s": dearest_s, "faults": faults}
+
+
+def complaints(message: str, path: Path, family: str) -> list[str]:
+    """Return what is wrong with a message."""
+    found = []
+    if len(message) > LONGEST_MESSAGE or not message:
+        found.append(f"a message of {len(message)} characters: {message[:300]}")
+    if not all(sign.isprintable() or sign == "\n" for sign in message):
+        found.append(f"control characters in {message[:300]!r}")
+    if family not in NAMELESS and path.name not in message:
+        found.append(f"does not name the file: {message[:300]}")
+    return found
+
+
+def main(count: int, seed: int, folder: Path, names: list[str]) -> None:
+    loaded = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (loaded + MEMORY_LIMIT, -1))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000_000, -1))
+    found = {}
+    for name in names:
+        own = folder / name
+        own.mkdir()
+        found[name] = run_family(name, count, seed, own)
+    sys.stdout.write(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]), sys.argv[4:])
