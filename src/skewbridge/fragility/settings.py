@@ -39,7 +39,7 @@ class FitSettings:
         description="relative change of a demand or of a median that counts as negligible",
     )
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(
-        default_factory=dict,
+        default={},
         description="margins of single demands, by column: relative, or in mrad or mm where the "
         "demand is judged by its difference (deck rotation, abutment deformations)",
     )

@@ -76,7 +76,8 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         axes.set_xlim(-0.5, len(columns) - 0.5)
         axes.set_ylim(len(rows) - 0.5, -0.5)
         margins = table.drop_duplicates("demand").to_dict("records")
-        usual = margin_text(table[table["judged_by"] == RATIO])
+        ratios = [item for item in margins if item["judged_by"] == RATIO]
+        usual = _margin_of(ratios[0]) if ratios else "the margin"
         axes.set_yticks(range(len(rows)), [_row_label(item, usual) for item in margins])
         axes.set_xticks(range(len(columns)), labels)
         axes.tick_params(length=0)
@@ -139,11 +140,6 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         name = _label(axis if hue == "to_value" else hue)
         axes.legend(handles=handles, title=name, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
-
-
-def margin_text(table: pd.DataFrame) -> str:
-    """Return the margin of most effects of a table, with its unit."""
-    return _margin_of(table.iloc[0]) if len(table) else "the margin"
 
 
 def verdict_patches(margin: str) -> list[Patch]:

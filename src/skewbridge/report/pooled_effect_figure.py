@@ -15,7 +15,6 @@ from skewbridge.fragility.tables.verdicts import DIFFERENCE
 from skewbridge.report.fragility_effect_figures import (
     VERDICT_COLOURS,
     change_text,
-    margin_text,
     verdict_patches,
 )
 from skewbridge.report.fragility_style import STYLE, note
@@ -43,7 +42,7 @@ def pooled_effects(effects: pd.DataFrame) -> Figure:
     down = -(-len(changes) // across)
     with mpl.rc_context(STYLE):
         figure = Figure(
-            figsize=(2.6 + 2.3 * across, down * (0.9 + 0.27 * len(demands)) + 0.7),
+            figsize=(2.6 + 2.6 * across, down * (0.9 + 0.27 * len(demands)) + 0.7),
             layout="constrained",
         )
         panels = figure.subplots(down, across, sharey=True, squeeze=False).ravel()
@@ -51,15 +50,18 @@ def pooled_effects(effects: pd.DataFrame) -> Figure:
             _panel(axes, change, part.set_index("demand").reindex(demands))
         for axes in panels[len(changes) :]:
             axes.set_visible(False)
-        for axes in panels[::across]:
+        for axes in panels[: len(changes)]:
             axes.set_yticks(range(len(demands)), [label_of(name) for name in demands])
             axes.set_ylim(len(demands) - 0.5, -0.5)
         level = 100 * float(table["level"].iloc[0])
-        figure.supxlabel(f"Effect over its margin, {level:g} % interval", fontsize=9)
-        usual = margin_text(table[table["judged_by"] != DIFFERENCE])
-        figure.legend(
-            handles=verdict_patches(usual), loc="outside lower center", ncols=3, fontsize=8
+        figure.suptitle(
+            f"Effect over its margin with {level:g} % interval, same motions, all variants",
+            x=0.01,
+            ha="left",
+            fontsize=10,
         )
+        handles = verdict_patches("the margin")
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 
@@ -78,15 +80,13 @@ def _panel(axes: Axes, change: Any, part: pd.DataFrame) -> None:
         shown = float(np.clip(value, -_REACH, _REACH))
         colour = VERDICT_COLOURS[str(item["verdict"])]
         axes.plot(shown, y, "o", color=colour, mec="#555555", mew=0.6, ms=5.5, clip_on=False)
-        right = value <= 0.0
         axes.text(
-            0.98 if right else 0.02,
+            1.02,
             y,
             change_text(item),
             transform=axes.get_yaxis_transform(),
-            ha="right" if right else "left",
             va="center",
-            fontsize=6.5,
+            fontsize=7,
         )
     axes.set_xscale("symlog", linthresh=1.0, linscale=1.0)
     axes.set_xlim(-_REACH, _REACH)

@@ -169,7 +169,8 @@ MODEL_FIGURES: Final = (
         name="ratios_{axis}",
         title="Paired effect of {axis_words} with {level} intervals",
         text="Student's intervals over motions. The shaded band is {margin} either "
-        "way. A pair in which one run collapsed counts as a bound.",
+        "way. A pair in which one run collapsed counts as a bound. Rotations and abutment "
+        "deformations are judged by their differences, not by these ratios.",
         draw=paired_ratios,
         cases=effect_cases,
     ),

@@ -15,7 +15,7 @@ from skewbridge.fragility.likelihood.links import FloatArray, mills_ratio
 #: A motion needs company: fewer with an exact value, and the mean has no interval.
 MIN_EXACT: Final = 3
 _MAX_ITERATIONS: Final = 2000
-_TOLERANCE: Final = 1e-10  # of the scatter
+_TOLERANCE: Final = 1e-8  # of the scatter
 
 
 def censored_mean(values: FloatArray, bound: NDArray[np.int_], weights: FloatArray) -> FloatArray:
