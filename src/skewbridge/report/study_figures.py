@@ -107,11 +107,6 @@ def effect_cases(tables: StudyTables) -> list[dict[str, str]]:
     return [{"axis": axis.name, "axis_words": axis.title, **said} for axis in reversed(paired)]
 
 
-def pooled_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return the one case of the pooled effects, where any two variants are paired."""
-    return [{}] if (tables.effects["scope"] == "pooled").any() else []
-
-
 def curve_cases(tables: StudyTables) -> list[dict[str, str]]:
     """Return a case per component of a headline demand and method that has a curve."""
     drawn = tables.curves[tables.curves["status"] == "ok"]
@@ -155,7 +150,7 @@ MODEL_FIGURES: Final = (
         "in units of the margin of each demand (per cent; mm and mrad where the ratio of small "
         "numbers says little). The numbers are the changes themselves.",
         draw=pooled_effects,
-        cases=pooled_cases,
+        cases=lambda tables: effect_cases(tables)[:1],
     ),
     StudyFigure(
         name="verdict_{axis}",
