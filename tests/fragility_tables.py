@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.variant import Variant
 
 IM = "im_saavg_rotd50_g"
@@ -28,8 +29,27 @@ DEMAND_MODELS = {
 }
 
 
+def several_models(motions: int = 16) -> pd.DataFrame:
+    """Return a study of two bridges with all five abutment models, each with the axes it has."""
+    parts = [
+        synthetic_demands(
+            motions=motions,
+            bridge=bridge,
+            abutment=name,
+            gaps=(0, 25, 51) if "gap_mm" in traits.axes else (0,),
+            frictions=(0, 50) if traits.has_friction else (0,),
+            seed=seed,
+        )
+        for seed, bridge in enumerate(("osb1", "osb2s"))
+        for name, traits in ABUTMENTS.items()
+    ]
+    return pd.concat(parts, ignore_index=True)
+
+
 def synthetic_demands(
     *,
+    bridge: str = "osb1",
+    abutment: str = "contact_friction",
     motions: int = 16,
     skews=(0, 30, 45),
     gaps=(25, 51),
@@ -49,8 +69,8 @@ def synthetic_demands(
         for gap in gaps:
             for friction in frictions:
                 variant = Variant(
-                    bridge="osb1",
-                    abutment="contact_friction",
+                    bridge=bridge,
+                    abutment=abutment,
                     skew_deg=skew,
                     gap_mm=gap,
                     friction_pct=friction,
@@ -59,8 +79,8 @@ def synthetic_demands(
                     for scale in scales:
                         row = {
                             "variant": variant.slug,
-                            "bridge": "osb1",
-                            "abutment": "contact_friction",
+                            "bridge": bridge,
+                            "abutment": abutment,
                             "skew_deg": skew,
                             "gap_mm": gap,
                             "friction": friction / 100,

@@ -16,7 +16,7 @@ from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import OrderedKernel
 from skewbridge.fragility.methods.stripes import fit_stripes
 from skewbridge.fragility.methods.tobit import censored_cloud, fit_tobit, refit_tobit
-from skewbridge.fragility.tables.effects import verdict_of
+from skewbridge.fragility.tables.verdicts import verdict_of
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
 
@@ -236,4 +236,5 @@ def test_band_holds_the_curve_and_stays_within_probability(theta, beta, seed):
 def test_a_wider_interval_never_decides_more(middle, reach):
     narrow = verdict_of(middle - reach, middle + reach)
     wide = verdict_of(middle - 2 * reach, middle + 2 * reach)
-    assert wide in (narrow, "undecided")
+    weaker = {"undecided", "detectable"} if narrow in {"lower", "higher"} else {"undecided"}
+    assert wide == narrow or wide in weaker

@@ -108,16 +108,17 @@ def test_tables_without_the_column_and_with_nothing_in_it_are_fitted_alike():
     assert (wanted["n_beyond_model"] == 0).all()
 
 
-def test_a_pair_with_a_failed_column_on_either_side_has_no_ratio_and_is_counted():
+def test_a_pair_with_a_failed_column_on_either_side_is_a_bound_and_counted():
     table = synthetic_demands(skews=(0,), gaps=(51,))
     half = len(table) // 2
     cut = failed(table, [0, 1, half + 1, half + 2], factor=0.01)
     effects = paired_effects(cut, ["deck_disp_m"])
     found = effects[(effects["axis"] == "friction") & (effects["scope"] == "variant")].iloc[0]
-    assert (found["n_beyond_model"], found["n_left_out"], found["n_motions"]) == (3, 3, 13)
-    assert found["n_discordant"] == 2
+    assert (found["n_beyond_model"], found["n_bounds"], found["n_left_out"]) == (3, 2, 1)
+    assert (found["n_motions"], found["dof"], found["n_discordant"]) == (15, 12, 0)
+    # peaks of a hundredth bound nothing
     assert found["ratio"] == pytest.approx(1.0, abs=0.02)
-    assert found["verdict"] == "undecided"
+    assert found["verdict"] == "negligible"
 
 
 def test_ratios_of_medians_leave_out_the_pairs_with_a_failed_column():

@@ -263,8 +263,8 @@ def test_parameterised_curve_refuses_a_slope_that_turns_negative():
     assert apart.status == "separation"
     with pytest.raises(InputError, match="unknown variable 'gap'"):
         axis_probit.fit_axis_probit(ln_im, {"skew": skew}, y, interactions=("gap:ln_im",))
-    with pytest.raises(InputError, match="gap_mm must be > 0"):
-        axis_probit.scaled_axes({"skew_deg": skew, "gap_mm": np.zeros(400)})
+    closed = axis_probit.scaled_axes({"skew_deg": skew, "gap_mm": np.array([0.0, 50.8])})
+    assert closed["gap_mm"].tolist() == [0.0, 1.0]
 
 
 def test_mean_period_of_a_decaying_sine():

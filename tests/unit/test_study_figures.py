@@ -189,7 +189,7 @@ def test_curves_and_clouds_are_those_of_the_headline_demands(study):
 
 def test_figures_are_drawn_in_whatever_process(study, tmp_path, monkeypatch):
     """The files and captions of a few are the same from one process and from two."""
-    monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", MODEL_FIGURES[1:2])
+    monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", MODEL_FIGURES[2:3])
     monkeypatch.setattr("skewbridge.report.study_figures.STUDY_FIGURES", STUDY_FIGURES[-1:])
     tables = {name: getattr(study, name) for name in ("demands", "curves", "effects")}
     tables["friction_pair"] = pd.DataFrame()

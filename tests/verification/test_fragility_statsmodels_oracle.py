@@ -11,6 +11,7 @@ import statsmodels.api as sm
 import statsmodels.formula.api as smf
 from scipy import stats
 from statsmodels.miscmodels.ordinal_model import OrderedModel
+from statsmodels.stats.anova import AnovaRM
 from statsmodels.stats.diagnostic import het_breuschpagan
 
 from fragility_tables import synthetic_demands
@@ -20,7 +21,8 @@ from skewbridge.fragility.methods.ida import fit_brackets
 from skewbridge.fragility.methods.ordered import fit_ordered
 from skewbridge.fragility.methods.stripes import fit_stripes
 from skewbridge.fragility.methods.system import JointDemand, series_system
-from skewbridge.fragility.tables.surrogate import anova
+from skewbridge.fragility.tables.effects import paired_effects
+from skewbridge.fragility.tables.factors import factor_summary
 
 LINKS = {
     "probit": sm.families.links.Probit(),
@@ -109,22 +111,36 @@ def test_cluster_robust_errors_agree_with_statsmodels():
     assert fit.se_cluster == pytest.approx(robust.bse * np.sqrt(30 / 29), rel=1e-6)
 
 
-def test_anova_agrees_with_type_two_of_statsmodels():
+def test_factors_agree_with_repeated_measures_of_statsmodels():
     table = synthetic_demands(motions=8)
     table["ln_d"] = np.log(table["deck_rotation_rad"])
-    model = smf.ols(
-        "ln_d ~ C(motion_id) + C(skew_deg)*C(gap_mm) + C(skew_deg)*C(friction)"
-        " + C(gap_mm)*C(friction)",
-        table,
+    factors = ["skew_deg", "gap_mm", "friction"]
+    theirs = AnovaRM(table, "ln_d", "motion_id", within=factors).fit().anova_table
+    ours = factor_summary(table, ["deck_rotation_rad"]).set_index("factor")
+    for factor in factors:
+        assert ours.loc[factor, "f"] == pytest.approx(theirs.loc[factor, "F Value"])
+    # with two values there is nothing to correct
+    for factor in factors[1:]:
+        assert ours.loc[factor, "p_value"] == pytest.approx(theirs.loc[factor, "Pr > F"])
+        assert ours.loc[factor, "dof_error"] == theirs.loc[factor, "Den DF"] == 7
+
+
+def test_the_pooled_effect_is_that_of_a_mixed_model():
+    table = synthetic_demands(motions=12)
+    # a motion that is felt in all cells, so that its variance is not at its bound of zero
+    felt = 0.01 * table["motion_id"].str[1:].astype(float) * (table["friction"] == 0.5)
+    table["deck_disp_m"] *= np.exp(felt)
+    keys = ["motion_id", "skew_deg", "gap_mm"]
+    pairs = table.pivot_table("deck_disp_m", keys, "friction").reset_index()
+    pairs["change"] = np.log(pairs[0.5] / pairs[0.0])
+    mixed = smf.mixedlm(
+        "change ~ C(skew_deg, Sum)*C(gap_mm, Sum)", pairs, groups=pairs["motion_id"]
     ).fit()
-    theirs = sm.stats.anova_lm(model, typ=2)
-    ours = anova(table, "deck_rotation_rad").set_index("term")
-    for term in ("skew_deg", "gap_mm", "friction"):
-        assert ours.loc[term, "sum_sq"] == pytest.approx(theirs.loc[f"C({term})", "sum_sq"])
-        assert ours.loc[term, "f"] == pytest.approx(theirs.loc[f"C({term})", "F"])
-    assert ours.loc["residual", "dof"] == theirs.loc["Residual", "df"]
-    product = theirs.loc["C(skew_deg):C(friction)", "sum_sq"]
-    assert ours.loc["skew_deg:friction", "sum_sq"] == pytest.approx(product, rel=1e-6)
+    effects = paired_effects(table, ["deck_disp_m"])
+    ours = effects[(effects["axis"] == "friction") & (effects["scope"] == "pooled")].iloc[0]
+    assert np.log(ours["ratio"]) == pytest.approx(mixed.params["Intercept"], rel=1e-6)
+    reach = np.log(ours["ci_high"] / ours["ratio"]) / stats.t.ppf(0.95, 11)
+    assert reach == pytest.approx(mixed.bse["Intercept"], rel=1e-4)
 
 
 def test_system_of_five_agrees_with_simulation():

@@ -22,6 +22,7 @@ rule paired_effects:
     output:
         effects=FOLDER.fragility("effects"),
         factors=FOLDER.fragility("factors"),
+        needed_motions=FOLDER.fragility("needed_motions"),
     log:
         FOLDER.log("paired_effects"),
     params:

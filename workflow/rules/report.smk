@@ -56,6 +56,7 @@ rule report:
         curves=rules.fit_fragility.output.curves,
         effects=rules.paired_effects.output.effects,
         factors=rules.paired_effects.output.factors,
+        needed_motions=rules.paired_effects.output.needed_motions,
         medians=rules.fit_fragility.output.medians,
         system=rules.fit_fragility.output.system,
         checks=rules.check_results.output.checks,

@@ -55,7 +55,10 @@ def plan(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the variants and analyses of a study, their cost, and what is done already."""
+    """Show the variants and analyses of a study, their cost, and what is done already.
+
+    Of a finished study also with how many motions each headline answer is decided.
+    """
     from skewbridge.study.config import load_config
     from skewbridge.study.inputs import check_inputs
 
@@ -64,9 +67,12 @@ def plan(
         _propose_levels(config, pilot, as_json=as_json)
         return
     forecast, variants = _forecast(config)
+    needed = _needed_motions(config)
     if not as_json:
         emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
-    emit(forecast, _study_rows(forecast), as_json=as_json)
+    emit(forecast | {"needed_motions": needed}, _study_rows(forecast), as_json=as_json)
+    if needed and not as_json:
+        emit_table([_needed_row(row) for row in needed], "Motions that decide the pooled effects")
 
 
 @clear_errors
@@ -108,6 +114,38 @@ def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
     rows |= {f"status {name}": count for name, count in ledger["status"].items()}
     rows |= {f"recovery rung {rung}": count for rung, count in ledger["rung"].items()}
     return [{"study": name, "value": value} for name, value in rows.items()]
+
+
+def _needed_motions(config: Path) -> list[dict[str, Any]]:
+    """Return what the finished study of a configuration says; nothing where there is none."""
+    from skewbridge.provenance.tables import read_frame
+    from skewbridge.study.config import load_config
+    from skewbridge.study.folder import StudyFolder
+
+    folder = StudyFolder(Path(load_config(config, base=DEFAULT_CONFIG).results))
+    path = folder.fragility("needed_motions")
+    if not path.is_file():
+        return []
+    return [
+        {str(name): value for name, value in row.items()}
+        for row in read_frame(path).to_dict("records")
+    ]
+
+
+def _needed_row(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row of the table on a screen."""
+    return {
+        "bridge": f"{row['bridge']} {row['abutment']}".replace("_", "-"),
+        "demand": row["demand"],
+        "change": f"{row['axis']} {row['from_value']:g} to {row['to_value']:g}",
+        "verdict": row["verdict"],
+        "motions": row["n_motions"],
+        "forecast": row["forecast"],
+        **{
+            name.replace("_", " "): None if row[name] != row[name] else row[name]
+            for name in ("needed_motions", "more_analyses", "more_core_hours")
+        },
+    }
 
 
 def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:

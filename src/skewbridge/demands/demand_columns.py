@@ -10,6 +10,21 @@ type Role = Literal["effect", "headline", "sensitivity"]
 
 
 @dataclass(frozen=True, slots=True)
+class Difference:
+    """How the change of a demand is judged where its ratio says little, for it is often near zero.
+
+    Attributes:
+        unit: Unit of the difference.
+        per_unit: Its units in one unit of the column.
+        margin: Difference that counts as negligible, in that unit.
+    """
+
+    unit: str
+    per_unit: float
+    margin: float
+
+
+@dataclass(frozen=True, slots=True)
 class Column:
     """One column of the table.
 
@@ -21,6 +36,7 @@ class Column:
         symbol: Mathematical symbol.
         description: What the number is, with its sign.
         roles: What a study does with it.
+        difference: How its change is judged if not by the ratio.
     """
 
     name: str
@@ -30,6 +46,7 @@ class Column:
     symbol: str = ""
     description: str = ""
     roles: tuple[Role, ...] = ()
+    difference: Difference | None = None
 
     @property
     def label_with_unit(self) -> str:
@@ -37,6 +54,11 @@ class Column:
         text = self.label or self.name.replace("_", " ")
         return text if self.unit == "-" else f"{text} ({self.unit})"
 
+
+# ASSUME 5 mm at an abutment, a fifth of a narrow joint, is below what a designer would act on;
+# a rotation of 0.1 mrad moves the end of a deck of 90 m by as much
+_TURN: Final = Difference("mrad", 1e3, 0.1)
+_PUSH: Final = Difference("mm", 1e3, 5.0)
 
 # fmt: off
 INTENSITY_COLUMNS: Final = (
@@ -93,16 +115,18 @@ DEMAND_COLUMNS: Final = (
            roles=("effect", "headline", "sensitivity")),
     Column("deck_rotation_rad", unit="rad", label="Deck rotation", symbol=r"\theta",
            description="peak rotation of the deck about the vertical",
-           roles=("effect", "sensitivity")),
+           roles=("effect", "sensitivity"), difference=_TURN),
     Column("deck_accel_mps2", unit="m/s2", label="Deck acceleration", symbol="a",
            description="peak resultant total acceleration of the deck"),
     Column("abutment_passive_m", unit="m", label="Abutment, passive", symbol="u_p",
            description="peak push of the backwall into the fill, no gap",
-           roles=("effect", "sensitivity")),
+           roles=("effect", "sensitivity"), difference=_PUSH),
     Column("abutment_active_m", unit="m", label="Abutment, active", symbol="u_a",
-           description="peak movement of the backwall away from the fill", roles=("effect",)),
+           description="peak movement of the backwall away from the fill", roles=("effect",),
+           difference=_PUSH),
     Column("abutment_transverse_m", unit="m", label="Abutment, transverse", symbol="u_t",
-           description="peak transverse movement of the abutment", roles=("effect",)),
+           description="peak transverse movement of the abutment", roles=("effect",),
+           difference=_PUSH),
     Column("bearing_disp_m", unit="m", label="Bearing deformation", symbol="u_b",
            description="peak resultant shear deformation of a bearing", roles=("effect",)),
     Column("unseating_m", unit="m", label="Unseating", symbol="u_s",

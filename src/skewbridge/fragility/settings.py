@@ -1,11 +1,14 @@
 """How fragility is fitted: section ``fragility`` of the configuration."""
 
-from typing import Final
+from typing import Annotated, Final, Self
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.reading import FileName, Number, Whole
+
+_COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
@@ -30,7 +33,15 @@ class FitSettings:
     )
     # ASSUME 5 % of demand is below what a designer would act on
     margin: Number = Field(
-        default=0.05, gt=0.0, lt=1.0, description="change of a demand that counts as negligible"
+        default=0.05,
+        gt=0.0,
+        lt=1.0,
+        description="relative change of a demand or of a median that counts as negligible",
+    )
+    margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(
+        default={},
+        description="margins of single demands, by column: relative, or in mrad or mm where the "
+        "demand is judged by its difference (deck rotation, abutment deformations)",
     )
     bootstrap: Whole = Field(
         default=999, ge=99, le=100_000, description="replicates of the record bootstrap"
@@ -57,6 +68,21 @@ class FitSettings:
         le=2.0,
         description="dispersion of the one-sided bounds where no run, or every run, exceeds",
     )
+
+    @model_validator(mode="after")
+    def _margins_of_demands(self) -> Self:
+        for name, margin in self.margins.items():
+            if name not in _COLUMNS:
+                raise ValueError(f"margins: {name!r} is not a demand column")
+            if _COLUMNS[name].difference is None and margin >= 1.0:
+                raise ValueError(f"margins: {name} must be < 1, got {margin:g}")
+        return self
+
+    def relative_margin(self, demand: str) -> float:
+        """Return the relative change of a demand that counts as negligible."""
+        column = _COLUMNS.get(demand)
+        by_difference = column is not None and column.difference is not None
+        return self.margin if by_difference else self.margins.get(demand, self.margin)
 
 
 DEFAULTS: Final = FitSettings()

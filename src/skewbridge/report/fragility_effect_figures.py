@@ -15,12 +15,26 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.tables.effects import MATTERS, NEGLIGIBLE, UNDECIDED
+from skewbridge.fragility.tables.verdicts import (
+    DETECTABLE,
+    DIFFERENCE,
+    HIGHER,
+    LOWER,
+    NEGLIGIBLE,
+    RATIO,
+    UNDECIDED,
+)
 from skewbridge.report.axis_layout import short_value, shown_axes
 from skewbridge.report.fragility_style import STYLE, note
 from skewbridge.variant.axes import Axis, axes_of
 
-_VERDICT_COLOURS: Final = {NEGLIGIBLE: "#cfe3f5", UNDECIDED: "#f2f2f2", MATTERS: "#f2a65a"}
+VERDICT_COLOURS: Final = {
+    LOWER: "#7fbf9b",
+    HIGHER: "#f2a65a",
+    NEGLIGIBLE: "#cfe3f5",
+    DETECTABLE: "#fbe6a2",
+    UNDECIDED: "#f2f2f2",
+}
 _RATIO_RANGE: Final = (0.5, 2.0)
 _RATIO_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FINE_TICKS: Final = tuple(round(0.05 * i, 2) for i in range(14, 28))
@@ -30,14 +44,16 @@ _WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
 _COLUMN_LETTERS: Final = 11  # the same in the small size
 _SMALL_SIZE: Final = 7.5
 _VERDICT_TEXT: Final = {
-    NEGLIGIBLE: "negligible (within ±{:g} %)",
-    MATTERS: "matters (beyond ±{:g} %)",
+    LOWER: "lower (below the margin)",
+    HIGHER: "higher (above the margin)",
+    NEGLIGIBLE: "negligible (within {margin})",
+    DETECTABLE: "direction known, size not",
     UNDECIDED: "undecided",
 }
 
 
 def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
-    """Draw for every demand and variant whether the axis matters, with the paired ratio.
+    """Draw for every demand and variant the verdict on the effect of the axis, with the effect.
 
     Args:
         effects: Table of `skewbridge.fragility.tables.effects.paired_effects`.
@@ -59,7 +75,10 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
                 _verdict_cell(axes, x, y, found.loc[(*key, demand)])
         axes.set_xlim(-0.5, len(columns) - 0.5)
         axes.set_ylim(len(rows) - 0.5, -0.5)
-        axes.set_yticks(range(len(rows)), [label_of(name) for name in rows])
+        margins = table.drop_duplicates("demand").to_dict("records")
+        ratios = [item for item in margins if item["judged_by"] == RATIO]
+        usual = _margin_of(ratios[0]) if ratios else "the margin"
+        axes.set_yticks(range(len(rows)), [_row_label(item, usual) for item in margins])
         axes.set_xticks(range(len(columns)), labels)
         axes.tick_params(length=0)
         if any(len(line) > _WIDE_LABEL for label in labels for line in label.split("\n")):
@@ -70,11 +89,7 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         title = f"Change of demand, {_label(axis).lower()} {change}, same motions"
         title = fill(title, 24 + 10 * len(columns))
         figure.suptitle(title, x=0.01, ha="left", fontsize=10)
-        percent = 100 * float(effects["margin"].iloc[0])
-        handles = [
-            Patch(facecolor=_VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text.format(percent))
-            for name, text in _VERDICT_TEXT.items()
-        ]
+        handles = verdict_patches(usual)
         figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
@@ -127,6 +142,41 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
     return figure
 
 
+def verdict_patches(margin: str) -> list[Patch]:
+    """Return the entries of a legend for the verdicts; ``margin`` is that of most demands."""
+    return [
+        Patch(
+            facecolor=VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text.format(margin=margin)
+        )
+        for name, text in _VERDICT_TEXT.items()
+    ]
+
+
+def change_text(item: Mapping[Hashable, Any] | pd.Series) -> str:
+    """Return the change of a demand as it is judged: in per cent, or in its unit."""
+    if item["judged_by"] == DIFFERENCE:
+        value, unit = float(item["difference"]), f" {item['unit']}"
+    else:
+        value, unit = 100.0 * (float(item["ratio"]) - 1.0), " %"
+    if not np.isfinite(value):
+        return "–"
+    digits = 0 if abs(value) > 9.5 else 1 if abs(value) > 0.95 or unit == " %" else 2
+    # adding zero turns a rounded -0.0 into 0.0
+    return f"{round(value, digits) + 0:+.{digits}f}{unit}"
+
+
+def _margin_of(item: Mapping[Hashable, Any] | pd.Series) -> str:
+    if item["judged_by"] == DIFFERENCE:
+        return f"±{item['difference_margin']:g} {item['unit']}"
+    return f"±{100 * item['margin']:g} %"
+
+
+def _row_label(item: Mapping[Hashable, Any], usual: str) -> str:
+    margin = _margin_of(item)
+    label = label_of(str(item["demand"]))
+    return label if margin == usual else f"{label}, {margin}"
+
+
 def _pairs_along(effects: pd.DataFrame, axis: str) -> pd.DataFrame:
     return effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
 
@@ -165,17 +215,13 @@ def _listed(values: pd.Series) -> str:
 
 
 def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
-    colour = _VERDICT_COLOURS[str(item["verdict"])]
+    colour = VERDICT_COLOURS[str(item["verdict"])]
     corner = x - 0.48, y - 0.46
     axes.add_patch(Rectangle(corner, 0.96, 0.92, facecolor=colour, edgecolor="white"))
-    percent = 100.0 * (float(item["ratio"]) - 1.0)
-    text = "–"
-    if np.isfinite(percent):
-        digits = 0 if abs(percent) > 9.5 else 1
-        # adding zero turns a rounded -0.0 into 0.0
-        text = f"{round(percent, digits) + 0:+.{digits}f} %"
-    bold = "bold" if item["verdict"] == MATTERS else "normal"
-    axes.text(x, y, text, ha="center", va="center", fontsize=_SMALL_SIZE, fontweight=bold)
+    bold = "bold" if item["verdict"] in (LOWER, HIGHER) else "normal"
+    axes.text(
+        x, y, change_text(item), ha="center", va="center", fontsize=_SMALL_SIZE, fontweight=bold
+    )
 
 
 def _ratio_range(table: pd.DataFrame) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS
 from skewbridge.fragility.tables.limit_states import LimitStateEntry
+from skewbridge.fragility.tables.needed_motions import NEEDED_COLUMNS
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
 
@@ -23,6 +24,7 @@ TABLES: Final = {
     "fragility/curves": CURVE_COLUMNS,
     "fragility/effects": EFFECT_COLUMNS,
     "fragility/factors": SUMMARY_COLUMNS,
+    "fragility/needed_motions": NEEDED_COLUMNS,
     "modelling_choices": CHOICE_COLUMNS,
 }
 

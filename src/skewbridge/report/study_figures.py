@@ -23,6 +23,7 @@ from skewbridge.report.choice_figures import tornado, tornado_text
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.motion_figures import applied_spectra
+from skewbridge.report.pooled_effect_figure import pooled_effects
 from skewbridge.report.run_figures import displacement_figure, frequency_figure, hysteresis_figure
 from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
 from skewbridge.variant.abutments import ABUTMENTS
@@ -143,18 +144,28 @@ def pair_cases(tables: StudyTables) -> list[dict[str, str]]:
 #: Drawn for each bridge with each abutment model.
 MODEL_FIGURES: Final = (
     StudyFigure(
+        name="pooled_effects",
+        title="What do skew, gap and friction change, all variants together?",
+        text="Average over all pairs of variants that differ in one axis only, motion by motion, "
+        "in units of the margin of each demand (per cent; mm and mrad where the ratio of small "
+        "numbers says little). The numbers are the changes themselves.",
+        draw=pooled_effects,
+        cases=lambda tables: effect_cases(tables)[:1],
+    ),
+    StudyFigure(
         name="verdict_{axis}",
         title="When does {axis_words} matter?",
-        text="Geometric mean over motions of the demand ratio, each motion with itself; "
-        "negligible: the {level} interval lies within {margin} of one.",
+        text="Change of demand, each motion with itself. Negligible, lower, higher: the {level} "
+        "interval lies within, below or above the margin ({margin}, or as said beside the demand).",
         draw=verdict_map,
         cases=effect_cases,
     ),
     StudyFigure(
         name="ratios_{axis}",
         title="Paired effect of {axis_words} with {level} intervals",
-        text="Intervals by bootstrap over motions. The shaded band is {margin} either "
-        "way. Pairs in which a run collapsed are left out and counted in the table.",
+        text="Student's intervals over motions. The shaded band is {margin} either "
+        "way. A pair in which one run collapsed counts as a bound. Rotations and abutment "
+        "deformations are judged by their differences, not by these ratios.",
         draw=paired_ratios,
         cases=effect_cases,
     ),

@@ -22,7 +22,6 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray, half_width, link_terms, predictor
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.likelihood.validate import require_all
 from skewbridge.variant.axes import axes_of
 
 LN_IM: Final = "ln_im"
@@ -63,18 +62,16 @@ class AxisProbitFit:
 def scaled_axes(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """Return axis values as variables of a model, by axis.
 
-    The joint gap by its logarithm, ln(gap/50.8 mm), friction as it is, every other axis as the
-    share of its largest value (skew/60 degrees).
-
-    Raises:
-        InputError: A joint gap is not positive.
+    The joint gap by its logarithm, ln(gap/50.8 mm), or as gap/50.8 mm where one is zero; friction
+    as it is, every other axis as the share of its largest value (skew/60 degrees).
     """
     out: dict[str, FloatArray] = {}
     for axis in axes_of(values):
         value = values[axis.name]
-        if axis.name == "gap_mm":  # ASSUME the effect of a gap goes with its logarithm
-            require_all(value > 0.0, "gap_mm", "must be > 0 for its logarithm", value)
-            out[axis.name] = np.log(value / REFERENCE_GAP_MM)
+        if axis.name == "gap_mm":
+            # ASSUME the effect of a gap goes with its logarithm, unless a joint is closed
+            share = value / REFERENCE_GAP_MM
+            out[axis.name] = np.log(share) if np.all(value > 0.0) else share
         elif axis.unit == "-" or not 0.0 < axis.high < np.inf:
             out[axis.name] = value
         else:

@@ -1,40 +1,29 @@
-"""Paired effects of the axes of a study: ratios of demand under the same motions.
+"""Paired effects of the axes of a study: change of demand under the same motions.
 
 The record-to-record scatter cancels in the ratio of one motion's demands, so a few per cent are
 seen with 16 motions where an unpaired comparison would need hundreds.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
-from math import nan
+from math import nan, sqrt
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
-from scipy import special
 
-from skewbridge.demands.columns import demands_for
-from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.demands.columns import column_of, demands_for
+from skewbridge.fragility.methods.motion_means import TTest
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL, is_beyond_model, is_complete
+from skewbridge.fragility.tables.cell_changes import CellMeans, Changes
 from skewbridge.fragility.tables.key_columns import (
-    BRIDGE_COLUMNS,
     KEY_COLUMNS,
-    LOADING_COLUMNS,
     axis_names,
+    motion_codes,
     need_columns,
 )
-from skewbridge.statuses import COLLAPSE
+from skewbridge.fragility.tables.paired_runs import pair_groups
+from skewbridge.fragility.tables.verdicts import DIFFERENCE, RATIO, VERDICTS, judged
 from skewbridge.variant.axes import AXES, Axis, axes_of
-
-NEGLIGIBLE: Final = "negligible"
-MATTERS: Final = "matters"
-UNDECIDED: Final = "undecided"
-MAX_DISCORDANT: Final = 0.05
-_MIN_MOTIONS: Final = 3
-MIN_BOOTSTRAP: Final = 8  # motions; below, Student's t instead of the bootstrap
 
 
 def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
@@ -51,41 +40,46 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
             axis.name: f"{axis.title} of both variants; NaN where it is the axis or pooled over"
             for axis in axes
         },
-        "scope": "variant (one pair of variants) | pooled (all pairs, motion by motion)",
+        "scope": "pooled (average of all pairs of variants) | variant (one pair of variants)",
         "ratio": "geometric mean over the motions of the paired ratio",
-        "from_mean": "geometric mean of the demand at from_value: how large it is at all",
-        "ci_low": "lower end of its interval (bootstrap-t over motions; Student's t below 8)",
+        "ci_low": "lower end of its interval (Student's t over motions)",
         "ci_high": "upper end",
         "level": "confidence level",
         "margin": "relative change that counts as negligible",
+        "shrunk_ratio": "the ratio drawn towards the pooled one as far as the pairs of variants "
+        "differ by chance (empirical Bayes)",
+        "difference": "mean difference, of demands that are judged by it",
+        "difference_low": "lower end of its interval",
+        "difference_high": "upper end",
+        "difference_margin": "difference that counts as negligible",
+        "shrunk_difference": "the difference drawn towards the pooled one",
+        "unit": "unit of the difference",
+        "judged_by": "ratio | difference: what the verdict is of",
+        "verdict": "; ".join(f"{name}: {meaning}" for name, meaning in VERDICTS.items()),
+        "direction": "-1 or 1 where the interval excludes no change, else 0",
+        "verdict_family": "the verdict that holds together with those of all rows of the same "
+        "bridge, abutment, axis, scope and quantity (Holm)",
+        "n_cells": "pairs of variants averaged, of a pooled row",
+        "p_cells": "F test of the effect being the same in all of these pairs, on the scale that "
+        "is judged",
+        "from_mean": "geometric mean of the demand at from_value: how large it is at all",
+        "scatter": "standard deviation over motions, on the scale that is judged (ln ratio, or "
+        "difference)",
+        "dof": "degrees of freedom of the interval: motions with an exact change, less 1",
         "n_motions": "motions with a usable pair",
-        "n_left_out": "pairs left out: a run collapsed, failed or went beyond the model, or a "
-        "demand is zero",
-        "n_discordant": "of these, pairs in which one side alone collapsed, failed, went beyond "
-        "the model or is zero",
-        "n_beyond_model": "of these, pairs in which a column failed beyond the model",
+        "n_pairs": "pairs of runs",
+        "n_bounds": "pairs that count as a bound: one side collapsed, failed or went beyond the "
+        "model",
+        "n_left_out": "pairs left out of what is judged: both sides ended early, or a demand is "
+        "zero and has no ratio",
+        "n_discordant": "of these, pairs in which one side alone has nothing to compare",
+        "n_beyond_model": "pairs in which a column failed beyond the model",
         "n_collapse_from": "collapsed runs at from_value",
         "n_collapse_to": "collapsed runs at to_value",
-        "verdict": "negligible (interval inside the margin) | matters (outside it) | undecided",
     }
 
 
 EFFECT_COLUMNS: Final = effect_columns(AXES)
-
-
-def verdict_of(ci_low: float, ci_high: float, margin: float = DEFAULTS.margin) -> str:
-    """Judge an interval of a ratio against 1 - margin .. 1 + margin.
-
-    ``negligible``: inside; ``matters``: wholly outside; ``undecided``: neither, or no interval.
-
-    References:
-        Schuirmann (1987), J. Pharmacokin. Biopharm. 15(6):657-680: two one-sided tests.
-    """
-    if np.isnan(ci_low) or np.isnan(ci_high):
-        return UNDECIDED
-    if ci_low >= 1.0 - margin and ci_high <= 1.0 + margin:
-        return NEGLIGIBLE
-    return MATTERS if ci_low > 1.0 + margin or ci_high < 1.0 - margin else UNDECIDED
 
 
 def paired_effects(
@@ -93,18 +87,18 @@ def paired_effects(
     columns: Sequence[str] | None = None,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return the paired ratios of demand along every axis of a study.
+    """Return the paired changes of demand along every axis of a study, pooled ones first.
 
-    Two variants that differ in one axis only are paired run by run (same motion, scale and
-    incidence). The ratio is the geometric mean over motions (a motion counts once, however often
-    it ran); the smallest value of the axis is the reference. Pairs in which a run collapsed,
-    failed or went beyond the model, or a demand is zero, have no ratio: they are left out and
-    counted.
+    Two variants of one bridge and abutment model that differ in one axis only are paired run by run
+    (same motion, scale and incidence); the smallest value of the axis is the reference. The ratio
+    is the geometric mean over motions (a motion counts once, however often it ran). A pooled row is
+    the average over all such pairs of variants, each with the same weight. A pair in which one side
+    collapsed, failed or went beyond the model counts as a bound of the change (Tobit).
 
     By default the demand columns are those with the role ``effect`` that the table has.
 
     Returns:
-        Rows with the columns `effect_columns`, per pair of variants and pooled over them.
+        Rows with the columns `effect_columns`.
 
     Raises:
         InputError: A column is missing, or a run occurs twice.
@@ -112,160 +106,99 @@ def paired_effects(
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     need_columns(demands, (*KEY_COLUMNS, *names))
     rows = [
-        pair | {"demand": name, "quantity": "demand"} | _effect(part, name, settings)
-        for pair, part in pair_groups(demands, names, scopes=("variant", "pooled"))
+        row
+        for pair, part in pair_groups(demands, names, scope="pooled")
         for name in names
+        for row in _effects(pair, part, name, settings)
     ]
-    return effect_table(demands, rows)
+    table = effect_table(demands, rows)
+    return table.sort_values("scope", kind="stable", ignore_index=True)  # "pooled" < "variant"
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return rows of effects as a table with the columns of the axes of the study."""
-    return pd.DataFrame(rows, columns=list(effect_columns(axes_of(map(str, demands.columns)))))
+    """Return judged rows of effects, with the columns of the axes of the study.
 
-
-def pair_groups(
-    demands: pd.DataFrame, columns: Sequence[str], *, scopes: Sequence[str] = ("variant",)
-) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-    """Yield the pairs of runs along each axis, together per pair of variants or pooled over them.
-
-    Scopes are ``variant`` and ``pooled``; ``columns`` are those whose values are paired.
-
-    Yields:
-        Axis, scope, bridge, abutment, from_value, to_value and the other axes; and the pairs of
-        `run_pairs`.
+    A row without ``judged_by`` is judged by its ratio; without ``dof``, its motions less one.
     """
-    names = axis_names(demands)
-    for axis in names:
-        pairs = run_pairs(demands, axis, columns)
-        ends = [*BRIDGE_COLUMNS, "from_value", "to_value"]
-        others = [name for name in names if name != axis]
-        for scope in scopes:
-            keys = [*ends, *others] if scope == "variant" else ends
-            for key, part in pairs.groupby(keys, sort=True, dropna=False):
-                yield {"axis": axis, "scope": scope} | dict(zip(keys, key, strict=True)), part
+    columns = list(effect_columns(axes_of(map(str, demands.columns))))
+    table = pd.DataFrame(rows, columns=columns)
+    for name, usual in (("judged_by", RATIO), ("unit", "")):
+        table[name] = table[name].astype(object).fillna(usual).astype(str)
+    table["dof"] = table["dof"].fillna(table["n_motions"] - 1)
+    for name in ("n_cells", "n_bounds"):
+        table[name] = table[name].astype("Int64")
+    return judged(table)[columns]
 
 
-def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
-    """Pair the runs of variants that differ in ``axis`` only.
+def _effects(
+    pair: Mapping[str, Any], part: pd.DataFrame, name: str, settings: FitSettings
+) -> Iterator[dict[str, Any]]:
+    """Yield the pooled row of one demand and those of the pairs of variants."""
+    others = axis_names(part)
+    rows = part.groupby(others, sort=True, dropna=False).indices if others else {(): slice(None)}
+    column = column_of(name)
+    difference = None if column is None else column.difference
+    judged_by = RATIO if difference is None else DIFFERENCE
+    told = {
+        **pair,
+        "demand": name,
+        "quantity": "demand",
+        "level": settings.effect_confidence,
+        "margin": settings.relative_margin(name),
+        "judged_by": judged_by,
+    }
+    if difference is not None:
+        told |= {
+            "unit": difference.unit,
+            "difference_margin": settings.margins.get(name, difference.margin),
+        }
+    motions = motion_codes(part)
+    count = int(motions.max()) + 1
+    parts = [part.iloc[own] for own in rows.values()]
+    changes: dict[str, list[Changes]] = {}
+    scales: dict[str, CellMeans] = {}
+    for scale in dict.fromkeys((RATIO, judged_by)):
+        unit = difference if scale == DIFFERENCE else None
+        changes[scale] = [Changes.of(own, name, unit) for own in parts]
+        codes = [motions[own] for own in rows.values()]
+        scales[scale] = CellMeans.of(changes[scale], codes, count)
+    joint = scales[judged_by].joint
+    yield {
+        **told,
+        **_estimates({scale: found.joint.average() for scale, found in scales.items()}, told),
+        "n_cells": joint.means.size,
+        "p_cells": joint.difference().p_value,
+        **Changes.of(part, name, difference).counts(part),
+    }
+    for cell, (key, own) in enumerate(zip(rows, parts, strict=True)):
+        shrunk = {scale: found.shrunk[cell] for scale, found in scales.items()}
+        yield {
+            **told,
+            "scope": "variant",
+            **dict(zip(others, key if isinstance(key, tuple) else (key,), strict=True)),
+            **_estimates({scale: found.tests[cell] for scale, found in scales.items()}, told),
+            "shrunk_ratio": float(np.exp(shrunk[RATIO])),
+            "shrunk_difference": shrunk.get(DIFFERENCE, nan),
+            **changes[judged_by][cell].counts(own),
+        }
 
-    Returns:
-        One row per pair: bridge, abutment, the other axes, motion_id, from_value, to_value,
-        status, beyond_model and complete (truth values) and the demands with ``_from`` and
-        ``_to``.
 
-    Raises:
-        InputError: A run occurs twice.
-    """
-    group = [*BRIDGE_COLUMNS, *(name for name in axis_names(demands) if name != axis)]
-    key = [*group, *LOADING_COLUMNS]
-    table = demands[[*key, axis, "status", *columns]].assign(
-        **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
-    )
-    once = ~table.duplicated([*key, axis]).to_numpy()
-    if not once.all():
-        row = int(np.argmin(once))
-        raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
-    lowest = table.groupby(group, dropna=False)[axis].transform("min")
-    reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
-    others_rows = table[table[axis] > lowest].rename(columns={axis: "to_value"})
-    return others_rows.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
-
-
-def _effect(part: pd.DataFrame, name: str, settings: FitSettings) -> dict[str, Any]:
-    top, bottom, usable = usable_pairs(part, name)
-    usable &= np.isfinite(top) & np.isfinite(bottom)
-    discordant = ended_apart(part) | ((top > 0.0) != (bottom > 0.0))
-    logs = pd.Series(np.log(top[usable] / bottom[usable]))
-    motions = part["motion_id"].to_numpy()[usable]
-    # sorted by motion, so that the result does not depend on the order of the rows
-    per_motion = logs.groupby(motions).mean().sort_index().to_numpy()
-    mean, low, high = studentised_interval(per_motion, settings)
-    return {
-        "ratio": float(np.exp(mean)),
-        "from_mean": float(np.exp(np.mean(np.log(bottom[usable])))) if np.any(usable) else nan,
+def _estimates(tests: Mapping[str, TTest], told: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ratio and difference with their intervals, from the tests on both scales."""
+    ratio, judged_by = tests[RATIO], tests[told["judged_by"]]
+    low, high = ratio.interval(told["level"])
+    found = {
+        "ratio": float(np.exp(ratio.value)),
         "ci_low": float(np.exp(low)),
         "ci_high": float(np.exp(high)),
-        "level": settings.effect_confidence,
-        "margin": settings.margin,
-        "n_motions": int(per_motion.size),
-        "n_discordant": int(np.sum(discordant)),
-        **pair_counts(part, usable),
-        "verdict": paired_verdict(low, high, float(np.mean(discordant)), settings.margin),
+        "scatter": judged_by.error * sqrt(judged_by.dof + 1),
+        "dof": judged_by.dof,
     }
-
-
-def usable_pairs(part: pd.DataFrame, name: str) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Return a demand at to_value and at from_value, and the pairs in which both are usable."""
-    top, bottom = (part[f"{name}_{end}"].to_numpy(dtype=np.float64) for end in ("to", "from"))
-    finished = (part["complete_to"] & part["complete_from"]).to_numpy()
-    return top, bottom, finished & (top > 0.0) & (bottom > 0.0)
-
-
-def ended_apart(part: pd.DataFrame) -> NDArray[np.bool_]:
-    """Return the pairs of which one side alone collapsed, failed or went beyond the model."""
-    return np.logical_or.reduce(
-        [part[f"{name}_to"] != part[f"{name}_from"] for name in ("status", BEYOND_MODEL)]
-    )
-
-
-def pair_counts(part: pd.DataFrame, usable: NDArray[np.bool_]) -> dict[str, int]:
-    """Return how many pairs were left out, how many for a failed column, and the collapses."""
-    beyond = part[f"{BEYOND_MODEL}_to"] | part[f"{BEYOND_MODEL}_from"]
-    return {
-        "n_beyond_model": int(beyond.sum()),
-        "n_left_out": int(np.sum(~usable)),
-        "n_collapse_from": int((part["status_from"] == COLLAPSE).sum()),
-        "n_collapse_to": int((part["status_to"] == COLLAPSE).sum()),
-    }
-
-
-def paired_verdict(ln_low: float, ln_high: float, discordant: float, margin: float) -> str:
-    """Judge an interval of ln ratio; never ``negligible`` where many pairs have no ratio.
-
-    ``discordant`` is the share of the pairs in which one side alone has no demand to compare,
-    ``margin`` the relative change that counts as negligible.
-    """
-    found = verdict_of(float(np.exp(ln_low)), float(np.exp(ln_high)), margin)
-    # ASSUME ratios of the other pairs say nothing about those in which one side has none
-    return UNDECIDED if found == NEGLIGIBLE and discordant > MAX_DISCORDANT else found
-
-
-@lru_cache(maxsize=8)
-def _draws(n: int, replicates: int, seed: int) -> FloatArray:
-    """Return how often each of n motions enters each replicate (the same draws for every pair)."""
-    rng = np.random.default_rng(seed)
-    return rng.multinomial(n, np.full(n, 1.0 / n), size=replicates).astype(np.float64)
-
-
-def studentised_interval(values: FloatArray, settings: FitSettings) -> tuple[float, float, float]:
-    """Return mean and bootstrap-t interval of the mean of values, one per motion.
-
-    The motion is the unit that is drawn; below 8 motions Student's interval is given. The plain
-    percentile interval is too narrow with 16 motions; the studentised one is second-order
-    correct.
-
-    References:
-        Efron and Tibshirani (1993), An Introduction to the Bootstrap, section 12.5.
-    """
-    n = values.size
-    if n == 0:
-        return nan, nan, nan
-    mean = float(np.mean(values))
-    if n < _MIN_MOTIONS:
-        return mean, nan, nan
-    error = float(np.std(values, ddof=1)) / np.sqrt(n)
-    if error < 1e-14:  # the axis has no effect at all on this demand
-        return mean, mean, mean
-    tail = 0.5 * (1.0 - settings.effect_confidence)
-    if n < MIN_BOOTSTRAP:  # too few distinct draws
-        reach = float(special.stdtrit(n - 1, 1.0 - tail)) * error
-        return mean, mean - reach, mean + reach
-    counts = _draws(n, settings.bootstrap, settings.seed)
-    means = counts @ values / n
-    variances = np.maximum(counts @ values**2 / n - means**2, 0.0) * n / (n - 1)
-    errors = np.sqrt(variances / n)
-    good = errors > 1e-3 * error  # replicates of (nearly) one motion have no scale
-    t = (means[good] - mean) / errors[good]
-    t_low, t_high = np.quantile(t, [tail, 1.0 - tail])
-    return mean, mean - float(t_high) * error, mean - float(t_low) * error
+    if DIFFERENCE in tests:
+        low, high = tests[DIFFERENCE].interval(told["level"])
+        found |= {
+            "difference": tests[DIFFERENCE].value,
+            "difference_low": low,
+            "difference_high": high,
+        }
+    return found

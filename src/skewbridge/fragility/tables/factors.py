@@ -1,6 +1,7 @@
 """What each axis of a study does, in one table: variance explained, Sobol indices, prediction."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from itertools import combinations
 from typing import Any, Final
 
@@ -9,19 +10,25 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods.axis_probit import (
     AxisProbitFit,
     fit_axis_probit,
     likelihood_ratio,
     scaled_axes,
 )
+from skewbridge.fragility.methods.motion_means import MotionMeans
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complete
-from skewbridge.fragility.tables.key_columns import axis_names, motion_codes, varying_axes
+from skewbridge.fragility.tables.key_columns import (
+    axis_names,
+    models_of,
+    motion_codes,
+    varying_axes,
+)
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import check_demands, outcomes_of
 from skewbridge.fragility.tables.surrogate import (
-    anova,
     fit_surrogate,
     leave_one_variant_out,
     surrogate_sobol,
@@ -30,10 +37,16 @@ from skewbridge.variant.axes import AXES
 
 INTERACTION_LEVEL: Final = 0.05
 SUMMARY_COLUMNS: Final[dict[str, str]] = {
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
     "demand": "demand column",
     "factor": " | ".join(axis.name for axis in AXES),
-    "partial_eta2": "share of ln demand within motions that the factor explains, type II",
-    "p_value": "F test of the factor with the motion as block",
+    "n_motions": "motions with a run at every value of the factor",
+    "partial_eta2": "share of ln demand that the factor explains, beside factor x motion",
+    "f": "F statistic: mean square of the factor over that of factor x motion",
+    "dof": "degrees of freedom of the factor, corrected for unequal scatter (Huynh-Feldt)",
+    "dof_error": "of factor x motion, corrected",
+    "p_value": "F test of the factor, the motion as random block",
     "first_order": "Sobol index of the surrogate over the box of the study",
     "total_order": "total Sobol index",
     "scatter": "scatter of ln demand about the surrogate, within motions",
@@ -46,35 +59,59 @@ def factor_summary(
 ) -> pd.DataFrame:
     """Return variance explained, Sobol indices and prediction error per demand and factor.
 
-    Demands that are zero in some completed run are left out: they have no logarithm.
-
-    The table holds two variants or more; ``settings`` seeds the Sobol sequence.
+    Each bridge with each abutment model stands by itself; axes in which its variants do not
+    differ are no factors. Demands that are zero in some completed run are left out: they have no
+    logarithm. ``settings`` seeds the Sobol sequence.
     """
-    rows: list[dict[str, Any]] = []
-    factors = varying_axes(demands)
-    for column in columns:
-        done = demands.loc[is_complete(demands), column]
-        if not factors or done.empty or not bool((done > 0.0).all()):
-            continue
-        explained = anova(demands, column).set_index("term")
-        surrogate = fit_surrogate(demands, column)
-        indices = surrogate_sobol(surrogate, demands, settings.seed).set_index("factor")
-        unseen = leave_one_variant_out(demands, column)
-        worst = float(unseen["error"].abs().max())
-        rows += [
-            {
-                "demand": column,
-                "factor": name,
-                "partial_eta2": explained.loc[name, "partial_eta2"],
-                "p_value": explained.loc[name, "p_value"],
-                "first_order": indices.loc[name, "first_order"],
-                "total_order": indices.loc[name, "total_order"],
-                "scatter": surrogate.scatter,
-                "worst_prediction": worst,
-            }
-            for name in factors
-        ]
+    rows = [
+        model | {"demand": column} | row
+        for model, own in models_of(demands)
+        for column in columns
+        for row in _factors_of(own, column, settings)
+    ]
     return pd.DataFrame(rows, columns=list(SUMMARY_COLUMNS))
+
+
+def _factors_of(
+    demands: pd.DataFrame, column: str, settings: FitSettings
+) -> Iterator[dict[str, Any]]:
+    """Yield a row per factor of one demand of one bridge and abutment model."""
+    factors = varying_axes(demands)
+    done = demands.loc[is_complete(demands), column]
+    if not factors or done.empty or not bool((done > 0.0).all()):
+        return
+    table = demands.drop(columns=[name for name in axis_names(demands) if name not in factors])
+    surrogate = fit_surrogate(table, column)
+    indices = surrogate_sobol(surrogate, table, settings.seed).set_index("factor")
+    worst = float(leave_one_variant_out(table, column)["error"].abs().max())
+    for name in factors:
+        levels = level_means(table, column, name)
+        test = MotionMeans.of(levels).difference()
+        yield {
+            "factor": name,
+            "n_motions": len(levels),
+            "partial_eta2": test.f / (test.f + len(levels) - 1.0),
+            **asdict(test),
+            "first_order": indices.loc[name, "first_order"],
+            "total_order": indices.loc[name, "total_order"],
+            "scatter": surrogate.scatter,
+            "worst_prediction": worst,
+        }
+
+
+def level_means(demands: pd.DataFrame, column: str, factor: str) -> FloatArray:
+    """Return mean ln demand of each motion at each value of a factor, shape (motions, values).
+
+    The mean is over all combinations of the other axes in which the motion has a completed run
+    at every value of the factor, so that nothing but the factor differs between the columns;
+    a motion without such a combination is left out.
+    """
+    done = demands[is_complete(demands)]
+    others = [name for name in axis_names(done) if name != factor]
+    cell = ["motion_id", "scale", "incidence_deg", *others]
+    table = done[[*cell, factor]].assign(ln_demand=np.log(done[column]))
+    wide = table.pivot_table(index=cell, columns=factor, values="ln_demand").dropna()
+    return wide.groupby("motion_id").mean().to_numpy(dtype=np.float64)
 
 
 def parameterised_curve(

@@ -1,7 +1,7 @@
 """The columns that say which run a row is: identity of the variant, its axes, its loading."""
 
-from collections.abc import Iterable
-from typing import Final
+from collections.abc import Iterable, Iterator
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -24,6 +24,12 @@ def axis_names(table: pd.DataFrame) -> list[str]:
 def varying_axes(table: pd.DataFrame) -> list[str]:
     """Return the axis columns in which the rows of a table differ."""
     return [name for name in axis_names(table) if table[name].nunique() > 1]
+
+
+def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+    """Yield each bridge with each abutment model, and its rows: nothing is pooled over these."""
+    for key, own in table.groupby(list(BRIDGE_COLUMNS), sort=True):
+        yield dict(zip(BRIDGE_COLUMNS, key, strict=True)), own
 
 
 def variant_columns(table: pd.DataFrame) -> list[str]:

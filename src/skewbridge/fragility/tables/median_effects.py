@@ -9,17 +9,16 @@ import pandas as pd
 
 from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_lines
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.effects import (
-    effect_table,
+from skewbridge.fragility.tables.effects import effect_table
+from skewbridge.fragility.tables.key_columns import motion_codes
+from skewbridge.fragility.tables.limit_states import LimitState
+from skewbridge.fragility.tables.outcomes import check_demands
+from skewbridge.fragility.tables.paired_runs import (
     ended_apart,
     pair_counts,
     pair_groups,
     usable_pairs,
-    verdict_of,
 )
-from skewbridge.fragility.tables.key_columns import motion_codes
-from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import check_demands
 
 _MIN_MOTIONS: Final = 5
 
@@ -96,5 +95,4 @@ def _ratio(
         "n_motions": int(np.unique(motions).size),
         "n_discordant": int(np.sum(ended_apart(part))),
         **pair_counts(part, usable),
-        "verdict": verdict_of(low, high, settings.margin),
     }

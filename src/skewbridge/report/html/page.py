@@ -12,12 +12,11 @@ import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.beyond_model import KINDS, failure_kinds
-from skewbridge.fragility.tables.effects import MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.choice_figures import choice_findings, choices_left_out
+from skewbridge.report.html.effect_rows import headline_rows, verdict_shares
 from skewbridge.report.study_figures import read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import axes_of
@@ -26,10 +25,14 @@ ESTIMATES: Final = tuple(f"{of}{end}" for of in ("theta", "beta") for end in (""
 COUNTS: Final = ("n_runs", "n_exceed", "n_collapse", "n_beyond_model", "n_unknown")
 CURVE_NAMES: Final = ("variant", "component", "limit_state", "method", "status")
 CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, "theta_bound", "warnings"]
-EFFECT_COUNTS: Final = ("n_motions", "n_left_out", "n_beyond_model")
-EFFECT_RESULTS: Final = ("ratio", "ci_low", "ci_high", *EFFECT_COUNTS, "verdict")
+EFFECT_COUNTS: Final = ("n_motions", "n_bounds", "n_left_out", "n_beyond_model")
+RATIOS: Final = ("ratio", "ci_low", "ci_high")
+DIFFERENCES: Final = ("difference", "difference_low", "difference_high", "unit")
+JUDGED: Final = ("verdict", "direction", "verdict_family")
+POOLED_RESULTS: Final = (*RATIOS, *DIFFERENCES, *JUDGED, "p_cells", *EFFECT_COUNTS)
+EFFECT_RESULTS: Final = (*RATIOS, "shrunk_ratio", *DIFFERENCES, *JUDGED, *EFFECT_COUNTS)
+MEDIAN_RESULTS: Final = (*RATIOS, *JUDGED, *EFFECT_COUNTS)
 WHOLE: Final = ("factors", "system", "gate", "sensitivity")
-VERDICTS: Final = (NEGLIGIBLE, MATTERS, UNDECIDED)
 
 
 def write_report(
@@ -43,8 +46,8 @@ def write_report(
     """Write the report.
 
     Args:
-        tables: Paths by name: demands, curves, medians, system, effects, factors, gate,
-            sensitivity, checks, captions.
+        tables: Paths by name: demands, curves, medians, system, effects, needed_motions, factors,
+            gate, sensitivity, checks, captions.
         figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
@@ -53,7 +56,8 @@ def write_report(
     demands = read_frame(tables["demands"])
     curves = read_frame(tables["curves"])
     effects = read_frame(tables["effects"])
-    effects = effects[effects["scope"] == "variant"]
+    pooled, cells = (effects[effects["scope"] == scope] for scope in ("pooled", "variant"))
+    needed = read_frame(tables["needed_motions"])
     medians = read_frame(tables["medians"])
     missed = curves.loc[curves["status"] == "no_exceedance", "limit_state"]
     captions = read_captions(tables["captions"])
@@ -68,15 +72,17 @@ def write_report(
         statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
         beyond_model=_beyond_model(demands),
         summary=_summary(demands),
-        headline=_headline(effects),
-        margin=float(effects["margin"].iloc[0]) if len(effects) else 0.0,
-        verdicts=VERDICTS,
+        headline=headline_rows(pooled, needed),
+        level=float(effects["level"].iloc[0]) if len(effects) else 0.0,
+        shares=verdict_shares(cells),
         checks=checks,
         excludes_suspect=config["fragility"]["exclude_suspect"],
         captions=list(zip(captions, drawn, strict=True)),
         curves=curves[CURVE_COLUMNS].to_dict("records"),
-        effects=effects[_effect_columns(effects)].to_dict("records"),
-        medians=medians[_effect_columns(medians)].to_dict("records"),
+        pooled=pooled[_effect_columns(pooled, POOLED_RESULTS)].to_dict("records"),
+        effects=cells[_effect_columns(cells, EFFECT_RESULTS)].to_dict("records"),
+        medians=medians[_effect_columns(medians, MEDIAN_RESULTS)].to_dict("records"),
+        needed=needed.to_dict("records"),
         **{name: read_frame(tables[name]).to_dict("records") for name in WHOLE},
         choices=[] if choices is None else _choices(read_frame(choices)),
         no_exceedance=sorted(set(missed)),
@@ -104,25 +110,10 @@ def _summary(demands: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _effect_columns(table: pd.DataFrame) -> list[str]:
-    axes = [axis.name for axis in axes_of(table.columns)]
-    return ["bridge", "axis", "from_value", "to_value", *axes, "demand", *EFFECT_RESULTS]
-
-
-def _headline(effects: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the range of the effect of friction on every demand, and how often each verdict."""
-    friction = effects[effects["axis"] == "friction"]
-    return [
-        {
-            "bridge": bridge,
-            "demand": label_of(str(demand)),
-            "low": group["ratio"].min(),
-            "high": group["ratio"].max(),
-            "level": group["level"].iloc[0],
-            "verdicts": [int((group["verdict"] == verdict).sum()) for verdict in VERDICTS],
-        }
-        for (bridge, demand), group in friction.groupby(["bridge", "demand"], sort=False)
-    ]
+def _effect_columns(table: pd.DataFrame, results: Sequence[str]) -> list[str]:
+    pooled = bool((table["scope"] == "pooled").all())
+    axes = [] if pooled else [axis.name for axis in axes_of(table.columns)]
+    return ["bridge", "abutment", "axis", "from_value", "to_value", *axes, "demand", *results]
 
 
 def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:

@@ -1,0 +1,127 @@
+"""Runs of variants that differ in one axis only, paired under the same motion."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL, is_beyond_model, is_complete
+from skewbridge.fragility.tables.key_columns import (
+    BRIDGE_COLUMNS,
+    LOADING_COLUMNS,
+    axis_names,
+    models_of,
+    varying_axes,
+)
+from skewbridge.statuses import COLLAPSE
+
+type Scope = Literal["variant", "pooled"]
+
+
+def pair_groups(
+    demands: pd.DataFrame, columns: Sequence[str], *, scope: Scope = "variant"
+) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+    """Yield the pairs of runs along each axis, of each bridge and abutment model by itself.
+
+    An axis in which the variants of a model do not differ has no pairs: an abutment model that
+    lacks it does not enter.
+
+    Args:
+        demands: Table of demands.
+        columns: Those whose values are paired.
+        scope: Whether the pairs of each pair of variants stand together, or those of all.
+
+    Yields:
+        Axis, scope, bridge, abutment, from_value, to_value and, for a pair of variants, the other
+        axes; and the pairs of `run_pairs`.
+    """
+    for model, own in models_of(demands):
+        for axis in varying_axes(own):
+            pairs = run_pairs(own, axis, columns)
+            keys = ["from_value", "to_value"]
+            if scope == "variant":
+                keys += other_axes(own, axis)
+            for key, part in pairs.groupby(keys, sort=True, dropna=False):
+                told = {"axis": axis, "scope": scope} | dict(zip(keys, key, strict=True))
+                yield model | told, part
+
+
+def other_axes(table: pd.DataFrame, axis: str) -> list[str]:
+    """Return the axis columns of a table but one."""
+    return [name for name in axis_names(table) if name != axis]
+
+
+def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
+    """Pair the runs of variants that differ in ``axis`` only.
+
+    Returns:
+        One row per pair: bridge, abutment, the other axes, motion_id, from_value, to_value,
+        status, beyond_model and complete (truth values) and the demands with ``_from`` and
+        ``_to``.
+
+    Raises:
+        InputError: A run occurs twice.
+    """
+    group = [*BRIDGE_COLUMNS, *other_axes(demands, axis)]
+    key = [*group, *LOADING_COLUMNS]
+    table = demands[[*key, axis, "status", *columns]].assign(
+        **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
+    )
+    once = ~table.duplicated([*key, axis]).to_numpy()
+    if not once.all():
+        row = demands.index[int(np.argmin(once))]
+        raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
+    lowest = table.groupby(group, dropna=False)[axis].transform("min")
+    reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
+    others_rows = table[table[axis] > lowest].rename(columns={axis: "to_value"})
+    return others_rows.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
+
+
+def ends_of(part: pd.DataFrame, name: str) -> tuple[FloatArray, FloatArray]:
+    """Return a demand at to_value and at from_value."""
+    top, bottom = (part[f"{name}_{end}"].to_numpy(dtype=np.float64) for end in ("to", "from"))
+    return top, bottom
+
+
+def usable_pairs(part: pd.DataFrame, name: str) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Return a demand at to_value and at from_value, and the pairs in which both are usable."""
+    top, bottom = ends_of(part, name)
+    finished = (part["complete_to"] & part["complete_from"]).to_numpy()
+    return top, bottom, finished & (top > 0.0) & (bottom > 0.0)
+
+
+def ended_apart(part: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return the pairs of which one side alone collapsed, failed or went beyond the model."""
+    return np.logical_or.reduce(
+        [part[f"{name}_to"] != part[f"{name}_from"] for name in ("status", BEYOND_MODEL)]
+    )
+
+
+def known_side(part: pd.DataFrame) -> NDArray[np.int_]:
+    """Return of each pair what its two runs tell of the change of a demand.
+
+    A run that collapsed, failed or went beyond the model went through at least the peaks up to
+    then.
+
+    Returns:
+        0 the change itself, 1 a change at least as large as that of the peaks, -1 at most so large,
+        2 nothing, because neither run is complete.
+    """
+    top, bottom = (part[f"complete_{end}"].to_numpy(dtype=np.bool_) for end in ("to", "from"))
+    return np.select([top & bottom, bottom, top], [0, 1, -1], default=2)
+
+
+def pair_counts(part: pd.DataFrame, used: NDArray[np.bool_]) -> dict[str, int]:
+    """Return how many pairs there are, are left out, have a failed column, and the collapses."""
+    beyond = part[f"{BEYOND_MODEL}_to"] | part[f"{BEYOND_MODEL}_from"]
+    return {
+        "n_pairs": len(part),
+        "n_beyond_model": int(beyond.sum()),
+        "n_left_out": int(np.sum(~used)),
+        "n_collapse_from": int((part["status_from"] == COLLAPSE).sum()),
+        "n_collapse_to": int((part["status_to"] == COLLAPSE).sum()),
+    }
