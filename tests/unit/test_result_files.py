@@ -21,6 +21,7 @@ from skewbridge.provenance.files import written_aside
 from skewbridge.study import batch
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.guard import Workers
 from skewbridge.study.journal import open_journal, read_journal
 from skewbridge.study.keys import run_key
 from skewbridge.study.plan import write_plan
@@ -67,7 +68,7 @@ def no_analyses(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise AssertionError("an analysis runs though the journal has it")
 
-    monkeypatch.setattr(batch, "_stream", refuse)
+    monkeypatch.setattr("skewbridge.study.batch._Pool.stream", refuse)
 
 
 @pytest.mark.usefixtures("no_analyses")
@@ -80,7 +81,7 @@ def test_intensity_measures_come_from_the_task(setup: StudySetup, tmp_path: Path
             [task],
             journal,
             {run_key(task): old},
-            n_jobs=1,
+            workers=Workers(count=1),
             log_folder=tmp_path,
             on_finished=print,
         )
@@ -98,7 +99,7 @@ def test_two_names_of_one_motion_are_two_rows(setup: StudySetup, tmp_path: Path)
             [task, twin],
             journal,
             {run_key(task): row_of(task)},
-            n_jobs=1,
+            workers=Workers(count=1),
             log_folder=tmp_path,
             on_finished=print,
         )
@@ -115,7 +116,7 @@ def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> No
         for change, value in zip(list(CHANGES)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
             journal.append(row_of(CHANGES[change](task), value))
     output = setup.folder.sensitivity
-    write_sensitivity(setup, [SLUG], count=1, window_s=6.0, n_jobs=1, output=output)
+    write_sensitivity(setup, [SLUG], count=1, window_s=6.0, workers=Workers(count=1), output=output)
     table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
     assert table["reference_mean_ratio"] == pytest.approx(1.25)
     assert table["reference_largest_change"] == pytest.approx(0.25)

@@ -1,6 +1,9 @@
 # What the rules share: the validated configuration, its folder and variants, digests. No rules.
+from functools import cache
+
 from snakemake.exceptions import WorkflowError
 from snakemake.settings.enums import RerunTrigger
+from snakemake_interface_executor_plugins.settings import ExecMode
 
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.errors import InputError
@@ -13,11 +16,13 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config, plain_sections
+from skewbridge.study.tree_lock import hold_tree
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import parse_slug
 
 # The bridge whose conditioning period sets the factors of every study (design, section 5).
 CONDITIONING_BRIDGE = "osb1"
+CONFIG_AS_READ = {path: Path(path).read_bytes() for path in workflow.configfiles}
 
 try:
     STUDY = parse_config(config)
@@ -73,6 +78,7 @@ ANALYSIS_SECTIONS = {
 
 def parts_of_study(_wildcards):
     """The parts that the analyses are cut into now; see the rule `analyse`."""
+    begin_run()
     count = 1
     if STUDY.batches.cpu_hours is not None:
         from skewbridge.study.forecast import parts_of
@@ -100,31 +106,59 @@ def script_digest(script, *after, shown=False):
     return digest_of(source_digest(path, shown=shown), *before)
 
 
-def trust_contents():
-    """Let the parameters and the contents of files tell what has changed.
+@cache
+def begin_run():
+    """Let what the files say tell what is to be done, and hold the tree if this run changes it.
 
-    The times of files and scripts, which a copied tree changes, do not, and neither do the names of
-    inputs, which change with the number of parts that the analyses are cut into. To be called when
-    the settings of the run are known and before the jobs are planned, as the inputs of a target are.
+    The parameters and contents of files count. The times of files and scripts, which a copied tree
+    changes, do not, and neither do the names of inputs, which change with the number of parts that
+    the analyses are cut into. What a killed run has begun is made again.
+
+    To be called when the settings of the run are known and before the jobs are planned, as the
+    inputs of a target are.
     """
     workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE, RerunTrigger.INPUT}
+    workflow.dag_settings.force_incomplete = True
     for holder in (workflow.dag, workflow.persistence):
         holder.max_checksum_file_size = sys.maxsize
+    # Without an executor nothing runs (--report, --summary); on a node of a cluster a job comes here
+    # again, for the main process that holds the tree.
+    executes = workflow.executor_plugin is not None and not workflow.dryrun
+    if executes and workflow.exec_mode == ExecMode.DEFAULT:
+        try:
+            hold_tree(Path(workflow.persistence.path))
+        except InputError as error:
+            logger.error(str(error))
+            raise SystemExit(1) from None
 
 
 def study_products(_wildcards):
     """What the whole study makes."""
-    trust_contents()
+    begin_run()
     return [FOLDER.plan, FOLDER.report, FOLDER.checks]
 
 
 def choice_products(_wildcards):
     """What `make choices` makes."""
-    trust_contents()
+    begin_run()
     return FOLDER.modelling_choices
 
 
+def edited_meanwhile():
+    """The configuration files that no longer say what this run has read."""
+    return [
+        str(path)
+        for path, text in CONFIG_AS_READ.items()
+        if not Path(path).is_file() or Path(path).read_bytes() != text
+    ]
+
+
 onsuccess:
+    for name in edited_meanwhile():
+        logger.warning(
+            f"{name} was edited while the study ran: the results are those of the file as it was; "
+            "the same command makes what the edit changes."
+        )
     if FOLDER.report.exists():
         logger.info(f"Report: {FOLDER.report}")
 

@@ -40,6 +40,8 @@ rule analyse:
         FOLDER.benchmark("analyse_{part}_of_{parts}")
     priority: 50
     threads: workflow.cores
+    resources:
+        no_progress_s=STUDY.batches.no_progress_s,
     script:
         "../scripts/analyse.py"
 
@@ -75,6 +77,8 @@ rule sensitivity:
         FOLDER.log("sensitivity"),
     priority: 10
     threads: max(1, workflow.cores // 2)
+    resources:
+        no_progress_s=STUDY.batches.no_progress_s,
     params:
         results=results_folder,
         variants=SAMPLED,
@@ -117,6 +121,8 @@ rule modelling_choices:
     log:
         FOLDER.log("modelling_choices"),
     threads: workflow.cores
+    resources:
+        no_progress_s=STUDY.batches.no_progress_s,
     params:
         results=results_folder,
         choices=CHOICES,

@@ -1,6 +1,9 @@
 """No process of a killed study goes on: each one ends when the process it works for is gone."""
 
+import ctypes
 import os
+import signal
+import sys
 import threading
 import time
 from functools import cache
@@ -10,6 +13,8 @@ import psutil
 
 POLL_S: Final = 1.0
 EXIT_ORPHANED: Final = 3
+# source: linux/prctl.h
+_PR_SET_PDEATHSIG: Final = 1
 
 
 @cache
@@ -17,7 +22,8 @@ def end_with(pid: int) -> threading.Thread:
     """End this process, at once, as soon as another process has ended.
 
     A killed parent cannot tell its children, and an orphan would write beside its successor.
-    Calling it again for the same process does nothing.
+    Where that process is the parent and the system is Linux, the kernel does it, of a stopped or
+    busy process, too. Calling it again for the same process does nothing.
 
     Args:
         pid: The process to watch.
@@ -35,6 +41,8 @@ def end_with(pid: int) -> threading.Thread:
             pass
         os._exit(EXIT_ORPHANED)
 
+    if sys.platform == "linux" and pid == os.getppid():
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     thread = threading.Thread(target=watch, name=f"end-with-{pid}", daemon=True)
     thread.start()
     return thread

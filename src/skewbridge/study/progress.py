@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.statuses import FAILED
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import outdated_lines, read_journals
+from skewbridge.study.journal import read_content
 
 logger = logging.getLogger(__name__)
 
@@ -33,7 +33,7 @@ class StudyState:
         rungs: Analyses by the highest recovery rung they used.
         statuses: Analyses by status.
         suspect: Analyses that someone should look at.
-        outdated: Analyses in the journals that another version of the program wrote.
+        notes: What is to be said of lines of the journals that do not count.
     """
 
     variants: int
@@ -44,20 +44,12 @@ class StudyState:
     rungs: dict[int, int] = field(default_factory=dict[int, int])
     statuses: dict[str, int] = field(default_factory=dict[str, int])
     suspect: int = 0
-    outdated: int = 0
+    notes: tuple[str, ...] = ()
 
     @property
     def left(self) -> int:
         """Analyses still to run."""
         return self.analyses - self.done
-
-    @property
-    def outdated_sentence(self) -> str:
-        """What is to be said where there are outdated analyses."""
-        return (
-            f"The journals hold {self.outdated} line(s) of another version of skewbridge, which "
-            "are not used: what the study needs of them runs again."
-        )
 
 
 def study_state(
@@ -70,8 +62,9 @@ def study_state(
         folder: Where the study lies.
         limits: What is suspect.
     """
-    journals = read_journals(folder)
-    rows = [journals[key] for keys in run_keys.values() for key in keys if key in journals]
+    content = read_content(folder.journals)
+    found = content.rows
+    rows = [found[key] for keys in run_keys.values() for key in keys if key in found]
     return StudyState(
         variants=len(run_keys),
         analyses=sum(len(keys) for keys in run_keys.values()),
@@ -81,7 +74,7 @@ def study_state(
         rungs=_counts(row["recovery_rung"] for row in rows),
         statuses=_counts(row["status"] for row in rows),
         suspect=sum(bool(reasons(row, limits)) for row in rows),
-        outdated=sum(map(outdated_lines, folder.journals)),
+        notes=content.sentences,
     )
 
 
@@ -150,15 +143,21 @@ class StudyProgress:
 
 
 def log_failure(row: Mapping[str, Any]) -> None:
-    """Warn of an analysis without a usable result."""
+    """Warn of an analysis without a usable result, and say how to repeat it by itself."""
     if row["status"] in FAILED:
         logger.warning(
-            "%s under %s: %s (%s)",
+            "%s under %s: %s (%s); alone: %s",
             row["variant"],
             row["motion_id"],
             row["status"],
             row["collapse_criterion"],
+            run_alone(row["run_key"]),
         )
+
+
+def run_alone(run_key: str) -> str:
+    """Return the command that repeats one analysis of a study."""
+    return f"skewbridge run --row {run_key} --out row_{run_key}"
 
 
 def _counts(values: Iterable[Any]) -> dict[Any, int]:
