@@ -1,4 +1,5 @@
 # What the rules share: the validated configuration, its folder and variants, digests. No rules.
+import signal
 from functools import cache
 
 from snakemake.exceptions import WorkflowError
@@ -130,6 +131,8 @@ def begin_run():
         except InputError as error:
             logger.error(str(error))
             raise SystemExit(1) from None
+        if not workflow.local_exec:  # Snakemake has jobs on a cluster to cancel
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def study_products(_wildcards):
@@ -164,6 +167,4 @@ onsuccess:
 
 
 onerror:
-    logger.error(
-        "The study stopped. What is finished stays finished: the same command goes on from there."
-    )
+    logger.error(f"The study stopped. {GOES_ON}")

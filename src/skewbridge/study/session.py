@@ -2,7 +2,6 @@
 
 import errno
 import logging
-import os
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -16,7 +15,6 @@ from skewbridge.study.orphans import end_with, workflow_pid
 logger = logging.getLogger("skewbridge")
 
 EXIT_BAD_INPUT: Final = 2
-EXIT_INTERRUPTED: Final = 130
 #: The disk or its rights, not the program.
 _OF_THE_DISK: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
@@ -27,8 +25,7 @@ _OF_THE_DISK: Final = frozenset(
 def script_session(log: str | Path) -> Generator[None]:
     """Log to a file (everything) and to the terminal (warnings); bad input ends in one sentence.
 
-    So does a disk that is full or cannot be written. Ctrl-C ends the process at once, and its
-    workers with it: the journals have what is finished.
+    So does a disk that is full or cannot be written.
 
     Args:
         log: The log file of the rule.
@@ -54,8 +51,6 @@ def script_session(log: str | Path) -> Generator[None]:
             raise
         logger.error("cannot write the results: %s; what is finished is kept", error)
         raise SystemExit(EXIT_BAD_INPUT) from None
-    except KeyboardInterrupt:
-        os._exit(EXIT_INTERRUPTED)
     finally:
         logger.removeHandler(to_terminal)
 

@@ -4,7 +4,6 @@ A worker imports this module and what stands below it: no tables, no pools of wo
 """
 
 import math
-import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -72,9 +71,8 @@ def analysed_row(task: Task, key: str, desk: Desk) -> Row:
 def numbered(work: Work, number: int, task: Task, key: str, desk: Desk) -> tuple[int, list[Row]]:
     """Return the rows of a task with its number, by which an unordered stream is sorted.
 
-    The process tells what it is at, ends with its owner, and leaves Ctrl-C to it.
+    The process tells what it is at, and ends with its owner.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     hush_exit_message()
     end_with(desk.owner_pid)
     sign = heartbeat(desk.heartbeats)
