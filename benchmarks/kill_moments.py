@@ -58,8 +58,8 @@ class Outcome:
         )
 
 
-def fresh_tree(folder: Path, duration_s: float) -> Path:
-    """Copy the sources, with motions cut to a length."""
+def copied_sources(folder: Path, duration_s: float) -> Path:
+    """Copy the sources once, with motions cut to a length: they may be edited meanwhile."""
     shutil.copytree(ROOT, folder, ignore=LEFT_OUT)
     smoke = folder / "config/smoke.yaml"
     smoke.write_text(smoke.read_text().replace("10.0", f"{duration_s:g}"))
@@ -155,7 +155,8 @@ def main() -> None:
     asked.add_argument("--out", type=Path, required=True)
     chosen = asked.parse_args()
     chosen.out.mkdir(parents=True)
-    reference = fresh_tree(chosen.out / "reference", chosen.duration_s)
+    sources = copied_sources(chosen.out / "sources", chosen.duration_s)
+    reference = Path(shutil.copytree(sources, chosen.out / "reference"))
     began_s = time.monotonic()
     if start(reference, "reference").wait() != 0:
         sys.exit("the undisturbed study failed: see reference/study.log")
@@ -164,7 +165,7 @@ def main() -> None:
     sent = signal.Signals[f"SIG{chosen.signal}"]
     outcomes: list[Outcome] = []
     for number in range(chosen.moments):
-        tree = fresh_tree(chosen.out / str(number), chosen.duration_s)
+        tree = Path(shutil.copytree(sources, chosen.out / str(number)))
         outcomes.append(ended_at(tree, reference, draw.uniform(0.02, 0.98) * whole_s, sent))
         sys.stdout.write(f"{json.dumps(asdict(outcomes[-1]))}\n")
         sys.stdout.flush()

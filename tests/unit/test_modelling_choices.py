@@ -225,7 +225,9 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def made(setup: StudySetup, name: str = "table") -> pd.DataFrame:
     path = setup.folder.root / f"{name}.parquet"
-    write_choices(setup, [SLUG], AXES, motions=2, workers=Workers(count=1), output=path, digest="this study")
+    write_choices(
+        setup, [SLUG], AXES, motions=2, workers=Workers(count=1), output=path, digest="this study"
+    )
     return read_frame(path)
 
 

@@ -18,7 +18,6 @@ from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance import tables
 from skewbridge.provenance.files import written_aside
-from skewbridge.study import batch
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.guard import Workers

@@ -12,7 +12,7 @@ from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.content import content_digest
 from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
 from skewbridge.provenance.files import writable_folder
-from skewbridge.provenance.tables import is_made_for
+from skewbridge.provenance.syntax import SourceMemory
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
@@ -47,6 +47,10 @@ except InputError as error:
 # The variants with most friction, of which the numerical checks take rows.
 MOST_FRICTION = max(variant.friction_pct for variant in VARIANTS.values())
 SAMPLED = [name for name, v in VARIANTS.items() if v.friction_pct == MOST_FRICTION]
+
+
+# What the sources say, kept from one run to the next: to read them takes seconds.
+SOURCES_READ = SourceMemory(Path(".snakemake", "sources.jsonl"))
 
 
 wildcard_constraints:
@@ -104,7 +108,7 @@ def script_digest(script, *after, shown=False):
     before = [
         repr(value) for rule in after for value in rule.params if not callable(value)
     ]
-    return digest_of(source_digest(path, shown=shown), *before)
+    return digest_of(source_digest(path, shown=shown, memory=SOURCES_READ), *before)
 
 
 @cache

@@ -136,8 +136,14 @@ rule modelling_choices:
 # current. As an input it would be made; this way a report without it is as complete as one with it,
 # and one made anew is shown at once.
 SHOWN_CHOICES = {}
-if is_made_for(FOLDER.modelling_choices, CHOICES_DIGEST):
-    SHOWN_CHOICES = {"table": str(FOLDER.modelling_choices), "digest": CHOICES_DIGEST}
+if FOLDER.modelling_choices.is_file():
+    from skewbridge.provenance.tables import is_made_for  # loads pandas
+
+    if is_made_for(FOLDER.modelling_choices, CHOICES_DIGEST):
+        SHOWN_CHOICES = {
+            "table": str(FOLDER.modelling_choices),
+            "digest": CHOICES_DIGEST,
+        }
 
 
 # Histories of one bridge without and with friction, to draw.

@@ -5,10 +5,10 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 
 from joblib import Parallel, delayed
-from joblib.externals.loky import get_reusable_executor
 
 from skewbridge.study.guard import Guard, Workers
 from skewbridge.study.journal import JournalWriter
@@ -84,9 +84,14 @@ def run_tasks(
                     for number, found in pool.blamed(left):
                         finish(number, found)
         finally:
-            # At once: a worker that is stopped or hangs would never come to its end.
-            get_reusable_executor(reuse=True).shutdown(kill_workers=True)
+            _end_workers()
     return [row for number in range(len(tasks)) for row in rows[number]]
+
+
+def _end_workers() -> None:
+    """End the workers at once: one that is stopped or hangs would never come to its end."""
+    loky = import_module("joblib.externals.loky")  # by name, because it is untyped
+    loky.get_reusable_executor(reuse=True).shutdown(kill_workers=True)
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,10 +70,8 @@ def search_capacity(
     def exceeds(factor: float) -> bool:
         trial = _at(task, factor)
         key = run_key(trial)
-        if key in known:
-            row = of_task(known[key], trial, key)
-        else:
-            row = analysed_row(trial, key, desk)
+        found = known.get(key)
+        row = analysed_row(trial, key, desk) if found is None else of_task(found, trial, key)
         rows.append(row)
         return search.exceeds(row)
 
