@@ -9,12 +9,7 @@ min_version("9.20")
 # Rules, scripts and workers import the package of this tree, whatever is installed.
 SOURCES = str(Path(workflow.basedir) / "src")
 sys.path.insert(0, SOURCES)
-
-from skewbridge.study.orphans import end_all_on_interrupt
-
-GOES_ON = "What is finished stays finished: the same command goes on from there."
 # Ctrl-C is for the main process, which ends all others.
-end_all_on_interrupt(f"Interrupted. {GOES_ON}")
 shell.prefix(f"trap '' INT; export PYTHONPATH={SOURCES}; ")
 
 

@@ -21,7 +21,7 @@ from skewbridge.provenance.files import written_aside
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.guard import Workers
-from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.plan import write_plan
 from skewbridge.study.sensitivity import CHANGES, in_window, sampled_rows, write_sensitivity
@@ -168,13 +168,13 @@ def test_journal_lines_of_another_version_are_said_and_not_used(
     path = setup.folder.journal(SLUG)
     path.parent.mkdir(parents=True)
     path.write_text(json.dumps(row_of(task)) + "\n")
-    assert read_journal(path) == {}
+    assert read_content([path]).rows == {}
     with caplog.at_level(logging.WARNING, logger="skewbridge"):
         write_plan(setup, [SLUG], {})
     assert "The journals hold 1 line(s) of another version" in caplog.text
     with open_journal(path) as journal:
         journal.append(row_of(task))
-    assert text(read_journal(path)) == text({run_key(task): row_of(task)})
+    assert text(read_content([path]).rows) == text({run_key(task): row_of(task)})
 
 
 def test_a_table_of_another_version_is_refused_by_name(

@@ -13,7 +13,7 @@ from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.guard import Workers
-from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
 from skewbridge.variant.options import ModelOptions
@@ -66,7 +66,7 @@ def batch(tasks: list[Task], folder: Path, n_jobs: int) -> tuple[list[dict[str, 
         rows = run_tasks(
             tasks,
             journal,
-            read_journal(path),
+            read_content([path]).rows,
             workers=Workers(count=n_jobs),
             log_folder=folder,
             on_finished=new.append,

@@ -2,6 +2,11 @@
 import signal
 from functools import cache
 
+from skewbridge.study.orphans import end_all_on_interrupt
+
+GOES_ON = "What is finished stays finished: the same command goes on from there."
+end_all_on_interrupt(f"Interrupted. {GOES_ON}")
+
 from snakemake.exceptions import WorkflowError
 from snakemake.settings.enums import RerunTrigger
 from snakemake_interface_executor_plugins.settings import ExecMode

@@ -83,11 +83,6 @@ def read_journals(folder: StudyFolder) -> dict[str, Row]:
     return read_content(folder.journals).rows
 
 
-def read_journal(path: Path) -> dict[str, Row]:
-    """Return the rows of a journal by `run_key`; none if there is no such file."""
-    return read_content([path]).rows
-
-
 def _lines(path: Path) -> Iterator[Row | None]:
     """Yield the rows of a journal, and None for a line that is not as it was written."""
     if not path.exists():

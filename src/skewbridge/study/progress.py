@@ -18,6 +18,8 @@ from skewbridge.study.journal import read_content
 logger = logging.getLogger(__name__)
 
 LOG_INTERVAL_S: Final = 60.0
+CRASH: Final = "crash"
+SHOWN_CRASHES: Final = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +35,8 @@ class StudyState:
         rungs: Analyses by the highest recovery rung they used.
         statuses: Analyses by status.
         suspect: Analyses that someone should look at.
-        notes: What is to be said of lines of the journals that do not count.
+        notes: What is to be said of lines of the journals that do not count, and of analyses that
+            ended their workers.
     """
 
     variants: int
@@ -74,7 +77,7 @@ def study_state(
         rungs=_counts(row["recovery_rung"] for row in rows),
         statuses=_counts(row["status"] for row in rows),
         suspect=sum(bool(reasons(row, limits)) for row in rows),
-        notes=content.sentences,
+        notes=(*content.sentences, *_crash_notes(rows)),
     )
 
 
@@ -145,19 +148,24 @@ class StudyProgress:
 def log_failure(row: Mapping[str, Any]) -> None:
     """Warn of an analysis without a usable result, and say how to repeat it by itself."""
     if row["status"] in FAILED:
-        logger.warning(
-            "%s under %s: %s (%s); alone: %s",
-            row["variant"],
-            row["motion_id"],
-            row["status"],
-            row["collapse_criterion"],
-            run_alone(row["run_key"]),
-        )
+        logger.warning(failure_note(row))
 
 
-def run_alone(run_key: str) -> str:
-    """Return the command that repeats one analysis of a study."""
-    return f"skewbridge run --row {run_key} --out row_{run_key}"
+def failure_note(row: Mapping[str, Any]) -> str:
+    """Return what became of an analysis, and the command that repeats it by itself."""
+    return (
+        f"{row['variant']} under {row['motion_id']}: {row['status']} "
+        f"({row['collapse_criterion']}); alone: "
+        f"skewbridge run --row {row['run_key']} --out row_{row['run_key']}"
+    )
+
+
+def _crash_notes(rows: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return what is to be said of analyses that ended or stopped their workers."""
+    notes = [failure_note(row) for row in rows if row["status"] == CRASH]
+    if len(notes) > SHOWN_CRASHES:
+        notes[SHOWN_CRASHES:] = [f"and {len(notes) - SHOWN_CRASHES} more with status {CRASH}"]
+    return [*notes, "`skewbridge retry` lets the study try them again."] if notes else []
 
 
 def _counts(values: Iterable[Any]) -> dict[Any, int]:
