@@ -18,7 +18,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.batch import run_tasks
-from skewbridge.study.guard import Workers
+from skewbridge.study.guard import Workers, worker_pids
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Work
@@ -135,3 +135,18 @@ def test_ctrl_c_ends_all_with_one_line(ended: Callable[[int], bool]) -> None:
     assert main.returncode == 130
     assert said.strip() == "Interrupted."
     assert ended(child)
+
+
+def test_only_workers_count_as_such_where_none_of_them_begins() -> None:
+    """Those that were stopped before they began have no sign of life; other children are let be."""
+    names = ("popen_loky_posix", "something_else")
+    children = [
+        subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()", name], stdin=-1)
+        for name in names
+    ]
+    try:
+        assert children[0].pid in worker_pids()
+        assert children[1].pid not in worker_pids()
+    finally:
+        for child in children:
+            child.communicate()

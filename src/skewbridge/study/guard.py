@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Self
@@ -88,9 +89,8 @@ class Guard:
                 self._end(pid)
         # Workers that never began, or that wait for one that was stopped between two analyses.
         if self._all_still_s >= self._limit_s + _START_S:
-            for child in psutil.Process().children():
-                if not any("resource_tracker" in part for part in child.cmdline()):
-                    self._end(child.pid)
+            for pid in worker_pids():
+                self._end(pid)
         self._seen = now
 
     def _end(self, pid: int) -> None:
@@ -101,3 +101,13 @@ class Guard:
         except (psutil.NoSuchProcess, ProcessLookupError):
             return
         logger.warning("worker %d made no progress for %g s and was ended", pid, self._limit_s)
+
+
+def worker_pids() -> list[int]:
+    """Return the workers of this process, whether or not they have begun anything."""
+    found: list[int] = []
+    for child in psutil.Process().children():
+        with suppress(psutil.Error):
+            if any("popen_loky" in part for part in child.cmdline()):
+                found.append(child.pid)
+    return found
