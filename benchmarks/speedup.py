@@ -5,9 +5,6 @@ of whole histories of both against ``accuracy: reference``. Finished cases are k
 each, and not repeated while sources and settings stay the same. Prints one JSON object:
     python benchmarks/speedup.py --quick
     python benchmarks/speedup.py [--accuracy default] [--repeats 1] [--error-window-s 10]
-
-The reference runs are the dear part. With --any-reference those made by other sources count, too:
-good enough to see progress, not for a published table.
 """
 
 import argparse
@@ -22,7 +19,6 @@ from typing import Any, Final, get_args
 
 from common import RESULTS, Case, cpu_s, interleaved, osb1, ratio, spread, suite_motion
 from plain import PLAIN_OPTIONS, PlainRun, analyse_plain, plain_options
-from store import Store
 
 from skewbridge.analysis.accuracy import Accuracy, at_accuracy
 from skewbridge.analysis.ground import Excitation
@@ -31,6 +27,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.provenance.digests import canonical, digest_of, source_digest
 from skewbridge.variant.options import ModelOptions
+from skewbridge.verification.finished import Finished
 
 DEMANDS: Final = (
     "column_shear_kn",
@@ -93,8 +90,8 @@ class Bench:
 
     accuracy: Accuracy
     chosen: SpeedSet
-    store: Store
-    references: Store
+    store: Finished
+    references: Finished
 
     def row(self, timed: Case, compared: Case) -> dict[str, Any]:
         """Return costs and peaks of a case, measured or kept."""
@@ -108,7 +105,7 @@ class Bench:
             canonical(PLAIN_OPTIONS),
             source_digest("skewbridge.analysis.transient"),
         )
-        if (kept := self.store.get(key)) is not None:
+        if (kept := self.store.rows.get(key)) is not None:
             return kept
         runs: dict[str, list[Any]] = {"plain": [], "ours": []}
 
@@ -143,19 +140,19 @@ class Bench:
             "plain": _errors(slow.demands, exact),
             "ours": _errors(fast.whole_history, exact),
         }
-        self.store.put(key, row)
+        self.store.add(key, row)
         return row
 
     def reference(self, case: Case) -> Mapping[str, float]:
         """Return the peaks of the reference, computed or kept."""
         settings, options = at_accuracy(SETTINGS, ModelOptions(), "reference")
         parts = (case.name, canonical(asdict(settings)), canonical(asdict(options)))
-        source = source_digest("skewbridge.analysis.transient")
-        if (kept := self.references.get(digest_of(*parts, source), case.name)) is not None:
+        key = digest_of(*parts, source_digest("skewbridge.analysis.transient"))
+        if (kept := self.references.rows.get(key)) is not None:
             return kept["demands"]
         found = _ours(case, settings, options).whole_history
         demands = {name: found[name] for name in DEMANDS}
-        self.references.put(digest_of(*parts, source), {"case": case.name, "demands": demands})
+        self.references.add(key, {"case": case.name, "demands": demands})
         return demands
 
 
@@ -212,7 +209,6 @@ def main() -> None:
     parser.add_argument("--accuracy", choices=get_args(Accuracy.__value__), default="default")
     parser.add_argument("--repeats", type=int)
     parser.add_argument("--error-window-s", type=float)
-    parser.add_argument("--any-reference", action="store_true")
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
     base = QUICK if given.quick else FULL
@@ -226,8 +222,8 @@ def main() -> None:
     bench = Bench(
         accuracy=given.accuracy,
         chosen=chosen,
-        store=Store(given.out / "speedup.jsonl"),
-        references=Store(given.out / "references.jsonl", any_key=given.any_reference),
+        store=Finished(given.out / "speedup.jsonl"),
+        references=Finished(given.out / "references.jsonl"),
     )
     rows: list[dict[str, Any]] = []
     timed, compared = chosen.cases(chosen.window_s), chosen.cases(chosen.error_window_s)

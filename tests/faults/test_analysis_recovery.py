@@ -3,7 +3,8 @@
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis.recovery import HELD_STEPS, LADDER, Attempt, Stepper
+from skewbridge.analysis.recovery import HELD_STEPS, LADDER, MAX_HALVINGS, Attempt, Stepper
+from skewbridge.analysis.settings import AnalysisSettings
 
 DT_S = 0.01
 STIFFNESS = 100.0
@@ -202,3 +203,13 @@ def test_a_change_of_the_step_is_told_before_it():
     steps.halvings = lambda least: max(least, 1)
     assert steps.step()
     assert told == [DT_S, DT_S / 2]
+
+
+def test_the_finest_step_that_settings_ask_for_is_taken():
+    finest = AnalysisSettings(dt_s=0.02, contact_dt_s=0.02, event_dt_s=1e-5).event_halvings
+    assert finest <= MAX_HALVINGS
+    build_oscillator()
+    sizes = []
+    assert stepper(("Newmark", 0.5, 0.25), after=sizes.append, halvings=finest).step()
+    assert len(sizes) == 2**finest
+    assert ops.getTime() == pytest.approx(DT_S)

@@ -11,6 +11,7 @@ from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.scaling import block_factors, block_targets, stripe_factors
+from skewbridge.motions.settings import LEVEL_RANGE_G
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 
 
@@ -62,7 +63,7 @@ def test_factor_of_the_index_holds_for_its_period_only(tmp_path):
     other = prepare_suite(tmp_path, t1_s=0.8)
     reached_g = other["scale"] * other["im_saavg_rotd50_g"]
     assert not set(other["scale"]) & {1.25, 1.5}
-    assert reached_g.between(0.1, 1.5).all()
+    assert reached_g.between(*LEVEL_RANGE_G).all()
 
 
 def test_index_metadata_reaches_the_table(tmp_path):

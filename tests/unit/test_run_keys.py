@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from motions_files import index_of, make_pairs
+from skewbridge.analysis.keys import bridge_digest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.motions.content import content_digest
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 from skewbridge.study import keys
-from skewbridge.study.keys import bridge_digest, run_key
+from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

@@ -11,24 +11,42 @@ import yaml
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.motions.index import list_motions
 from skewbridge.provenance.files import writable_folder
 from skewbridge.reading import read_mapping, read_yaml
 from skewbridge.report.reference_pages import PAGES, ROOT
-from skewbridge.study.config import load_config, parse_config, plain_sections
+from skewbridge.study.config import StudyConfig, load_config, parse_config, plain_sections
+from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 
-
-def test_the_default_grid_has_twelve_variants_and_sixteen_motions() -> None:
-    config = load_config(ROOT / "config/config.yaml")
-    assert len(expand_grid(config.grid)) == 12
-    assert config.motions.count == 16
+SHIPPED = ("config", "smoke", "real", "full", "stripes", "ida")
 
 
-@pytest.mark.parametrize("name", ["smoke", "real", "full", "stripes", "ida"])
+def shipped(name: str) -> StudyConfig:
+    return load_config(ROOT / f"config/{name}.yaml", base=ROOT / "config/config.yaml")
+
+
+@pytest.mark.parametrize(("name", "variants"), [("config", 24), ("smoke", 2), ("full", 160)])
+def test_a_grid_has_as_many_variants_as_its_file_says(name: str, variants: int) -> None:
+    assert len(expand_grid(shipped(name).grid)) == variants
+
+
+def test_no_study_overwrites_the_results_of_another() -> None:
+    folders = [shipped(name).results for name in SHIPPED]
+    assert folders[0] == DEFAULT_ROOT
+    assert len(set(folders)) == len(SHIPPED)
+
+
+def test_the_full_study_takes_96_motions_of_the_suite() -> None:
+    full = shipped("full").motions
+    assert full.count == 96 <= len(list_motions(ROOT / full.folder))
+    assert full.level_range_g == shipped("config").motions.level_range_g
+
+
+@pytest.mark.parametrize("name", SHIPPED)
 def test_every_shipped_configuration_is_valid(name: str) -> None:
-    config = load_config(ROOT / f"config/{name}.yaml", base=ROOT / "config/config.yaml")
-    assert expand_grid(config.grid)
+    assert expand_grid(shipped(name).grid)
 
 
 def test_the_file_config_says_what_the_models_say() -> None:
@@ -161,7 +179,14 @@ def test_pages_written_from_the_code_are_current(name: str) -> None:
 
 def test_equal_bridges_are_analysed_once() -> None:
     config = parse_config(
-        {"grid": {"abutment": ["roller"], "gap_mm": [25, 51], "friction": [0, 0.5]}}
+        {
+            "grid": {
+                "bridge": ["osb1"],
+                "abutment": ["roller"],
+                "gap_mm": [25, 51],
+                "friction": [0, 0.5],
+            }
+        }
     )
     assert [variant.skew_deg for variant in expand_grid(config.grid)] == [0, 30, 60]
 

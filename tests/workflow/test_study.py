@@ -89,7 +89,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     tree = tmp_path_factory.mktemp("study") / "tree"
     shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
     smoke = tree / "config/smoke.yaml"
-    smoke.write_text(smoke.read_text().replace("duration_s: 10.0", "duration_s: 6.0"))
+    text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 6.0")
+    smoke.write_text(text.replace("results: results/smoke\n", ""))
     process = subprocess.Popen(
         command("--configfile", "config/smoke.yaml"),
         cwd=tree,

@@ -19,15 +19,13 @@ from skewbridge.provenance.digests import digest_of, opensees_version, source_di
 from skewbridge.provenance.files import writable_folder
 from skewbridge.provenance.syntax import SourceMemory
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.keys import bridge_digest
+from skewbridge.analysis.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
-from skewbridge.study.config import parse_config, plain_sections
+from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config, plain_sections
 from skewbridge.study.tree_lock import hold_tree
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import parse_slug
 
-# The bridge whose conditioning period sets the factors of every study (design, section 5).
-CONDITIONING_BRIDGE = "osb1"
 CONFIG_AS_READ = {path: Path(path).read_bytes() for path in workflow.configfiles}
 
 try:

@@ -5,11 +5,10 @@ demands are computed from it afterwards, a column at a time.
 """
 
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.analysis.trace import DISP, SECTION, Follower, Layout, Trace
 from skewbridge.bridge.handles import BridgeModel
@@ -58,17 +57,6 @@ class Monitor:
     def drop_last(self) -> None:
         """Forget the last row read."""
         del self._values[-self.layout.width :]
-
-    @property
-    def count(self) -> int:
-        """Number of rows read."""
-        return len(self._values) // self.layout.width
-
-    def rows(self, numbers: Sequence[int]) -> NDArray[np.float64]:
-        """Return a copy of some rows, counted from 1, shape (len(numbers), width)."""
-        first, width = numbers[0], self.layout.width
-        block = np.array(self._values[(first - 1) * width :]).reshape(-1, width)
-        return block[np.subtract(numbers, first)]
 
     def trace(self) -> Trace:
         """Return all rows read so far."""

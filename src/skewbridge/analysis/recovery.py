@@ -43,8 +43,9 @@ LADDER: Final = (
     Attempt(algorithm=("Broyden", 20), substeps=100, tolerance_j=LOOSE_J),
 )
 HELD_STEPS: Final = 20
-_HALVINGS: Final = 10  # a regular step is never cut into more than 2^10 parts
-_FINEST: Final = 2**_HALVINGS
+# A regular step is cut into at most 2^16 parts: the settings ask for 2^11 at most.
+MAX_HALVINGS: Final = 16
+_FINEST: Final = 2**MAX_HALVINGS
 
 
 @dataclass(slots=True, kw_only=True)
@@ -72,8 +73,9 @@ class Stepper:
     Attributes:
         integrator: Arguments of the integrator command.
         dt_s: Regular step.
-        halvings: Called before each (sub-)step with the most that fits in what is left of the
-            regular step, as a number of halvings of that; how often to halve it (no less).
+        halvings: Called before each (sub-)step with the fewest halvings of the regular step that
+            lead no further than to its end or to the next multiple of the sub-step; returns how
+            often to halve, that number or more.
         loosen: Called with the tolerance of an attempt where one starts or ends.
         max_iterations: Cost of an attempt that failed.
         before: Called with the size of the coming (sub-)step where it differs from the last one,
@@ -105,7 +107,7 @@ class Stepper:
         """Advance one regular step; False when the whole ladder failed at a part of it."""
         done = 0  # in parts of the regular step that is halved as often as ever
         while done < _FINEST:
-            fits = _HALVINGS - ((done & -done).bit_length() - 1 if done else _HALVINGS)
+            fits = MAX_HALVINGS - ((done & -done).bit_length() - 1 if done else MAX_HALVINGS)
             halvings = self.halvings(fits)
             if not self._advance(self.dt_s / 2**halvings):
                 return False

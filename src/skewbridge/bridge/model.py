@@ -133,12 +133,15 @@ def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
     arrays = build_arrays(end, deck_node, _stations(end, plan), plan.options, plan.tags)
     pads = bridge.abutment.pads.with_strength(plan.options.pad_strength_factor)
     has_pads = plan.variant.traits.has_pads
-    supports = build_pads if has_pads else build_vertical_supports
+    if has_pads:
+        bearings = build_pads(end, arrays, pads, plan.options, plan.tags)
+    else:
+        bearings = build_vertical_supports(end, arrays, pads, plan.tags)
     half = end.wall_length_m / 2
     return SideContext(
         end=end,
         arrays=arrays,
-        bearings=supports(end, arrays, pads, plan.options, plan.tags),
+        bearings=bearings,
         pad_stations_m=tuple(pad_stations(pads, end)) if has_pads else (-half, half),
         data=bridge.abutment,
         options=plan.options,

@@ -54,8 +54,22 @@ def doctor(*, as_json: JsonOption = False) -> None:
 
 
 @clear_errors
-def plan(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) -> None:
+def plan(
+    *,
+    config: ConfigOption = DEFAULT_CONFIG,
+    pilot: Annotated[
+        int | None,
+        typer.Option(
+            metavar="MOTIONS",
+            help="Analyse so many motions on corner variants and propose where levels should lie.",
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
     """Show the variants and analyses of a study, their cost, and what is done already."""
+    if pilot is not None:
+        _propose_levels(config, pilot, as_json=as_json)
+        return
     forecast, variants = _forecast(config)
     if not as_json:
         emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
@@ -119,6 +133,32 @@ def _folder(config: Path) -> "StudyFolder":
     from skewbridge.study.folder import StudyFolder
 
     return StudyFolder(Path(load_config(config, base=DEFAULT_CONFIG).results))
+
+
+def _propose_levels(config: Path, motions: int, *, as_json: bool) -> None:
+    """Run the pilot of a study and show the levels that it proposes."""
+    from dataclasses import asdict
+
+    from skewbridge.study.config import load_config
+    from skewbridge.study.pilot import run_pilot
+
+    found, rows = run_pilot(load_config(config, base=DEFAULT_CONFIG), motions)
+    variants = len({row["variant"] for row in rows})
+    title = f"{len(rows)} analyses of {variants} variants; share = with outcomes on both sides"
+    answer = asdict(found) | {"analyses": len(rows), "variants": variants}
+    emit(answer, found.states, as_json=as_json, title=title)
+    if as_json:
+        return
+    told = (found.configured_g, found.configured_share), (found.level_range_g, found.share)
+    for (low_g, high_g), share in told:
+        messages.print(
+            f"levels {low_g:g} to {high_g:g} g: two motions or more on both sides of {share:.1%} "
+            f"of the {found.in_reach} states in reach (of {found.n_states})",
+            markup=False,
+        )
+    same = found.level_range_g == found.configured_g
+    words = "the configuration can stay:" if same else "to paste into the configuration:"
+    messages.print(f"{words}\n{found.config_lines}", markup=False)
 
 
 def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:

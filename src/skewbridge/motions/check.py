@@ -94,7 +94,7 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
             given_1=_completed(listed.given_1, given),
             given_2=_completed(listed.given_2, given),
         )
-        row = index_row(read_entry(entry), (entry.file_1, entry.file_2), folder)
+        row = index_row(read_entry(entry), [path for path, _ in entry.components], folder)
         cells = known.get(entry.motion_id, {}).items()
         kept = {name: text for name, text in cells if text and name not in {"npts", "sha256"}}
         rows.append({**row, "unit": _unit_of(entry), "source": "", **kept})
@@ -113,7 +113,7 @@ def _completed(known: Given, otherwise: Given | None) -> Given:
 
 
 def _unit_of(entry: IndexEntry) -> str:
-    """Return the unit of the files of a motion, empty if they differ."""
+    """Return the unit of the files of a motion, empty if they differ or there are none."""
     units = {read_trace(*each).unit for each in entry.components}
     return units.pop() if len(units) == 1 else ""
 
@@ -192,6 +192,9 @@ def _with(check: FileCheck, message: str, verdict: Verdict | None = None) -> Fil
 def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
     checks: list[FileCheck] = []
     for entry in list_motions(folder):
+        if not entry.components:
+            checks.append(_check_made(entry, folder))
+            continue
         pair = [
             check
             for path, given in entry.components
@@ -209,3 +212,20 @@ def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
                 pair = [replace(check, messages=(*check.messages, *new)) for check in pair]
         checks.extend(pair)
     return checks
+
+
+def _check_made(entry: IndexEntry, folder: Path) -> FileCheck:
+    """Make a motion that the index has a number of, and hold it against its digest."""
+    name = str(folder / entry.motion_id)
+    try:
+        motion = read_entry(entry)
+    except InputError as error:
+        return FileCheck(file=name, verdict="error", messages=(str(error),))
+    return FileCheck(
+        file=name,
+        verdict="ok",
+        format="made",
+        dt_s=motion.dt_s,
+        npts=motion.npts,
+        pga_g=max(map(peak_g, motion.components)),
+    )

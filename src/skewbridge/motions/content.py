@@ -44,12 +44,13 @@ def content_digest(
 
 
 def _said(entry: "IndexEntry", folder: Path) -> tuple[object, ...]:
-    """Return what the index and the files say of one motion."""
+    """Return what the index and the files say of one motion; one that is made has no files."""
     from skewbridge.motions.read import files_digest
 
-    files = (entry.file_1, entry.file_2)
-    named = {"file_1": files[0].relative_to(folder), "file_2": files[1].relative_to(folder)}
-    said = asdict(entry) | named
+    files = [path for path, _ in entry.components]
+    said = asdict(entry)
+    if files:
+        said |= {f"file_{n}": path.relative_to(folder) for n, path in enumerate(files, start=1)}
     return (*((name, str(value)) for name, value in said.items()), files_digest(*files))
 
 

@@ -26,10 +26,12 @@ _NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "r
 COLUMNS: Final = (
     "motion_id", "file_1", "file_2", "channel_1", "channel_2", "event", "magnitude", "distance_km",
     "vs30_mps", "station", "azimuth_1_deg", "azimuth_2_deg", "unit", "dt_s", "npts", "sha256",
-    "scale", "scale_t1_s", "scale_low_g", "scale_high_g", "licence", "source",
+    "scale", "scale_t1_s", "scale_low_g", "scale_high_g", "licence", "source", "made_from_number",
 )  # fmt: skip
 _NUMERIC: Final = (*NUMBER_FIELDS, "scale", "scale_t1_s", "scale_low_g", "scale_high_g")
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
+#: Where an index has a number instead of files: the motion is made, by the rule of the suite.
+MADE_FROM: Final = "made_from_number"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,10 +41,12 @@ class IndexEntry:
     Attributes not named here are those of `GroundMotion`.
 
     Attributes:
-        file_1: File of component 1 (bridge x at incidence 0).
+        file_1: File of component 1 (bridge x at incidence 0); None of a motion that is made.
         file_2: File of component 2.
         given_1: Time step, unit and channel of file 1 where the index has them.
         given_2: The same of file 2.
+        made_from_number: Number of a motion that is made by the rule of the default suite, see
+            `synthesis.embedded`; None of a motion in files.
         sha256: Expected digest of the files; empty: not checked.
         scale: Factor of the study; nan: computed.
         scale_t1_s: Period the factor was made with; nan: any.
@@ -51,10 +55,11 @@ class IndexEntry:
     """
 
     motion_id: str
-    file_1: Path
-    file_2: Path
+    file_1: Path | None
+    file_2: Path | None
     given_1: Given
     given_2: Given
+    made_from_number: int | None = None
     event: str = ""
     magnitude: float = float("nan")
     distance_km: float = float("nan")
@@ -70,8 +75,10 @@ class IndexEntry:
     source: str = ""
 
     @property
-    def components(self) -> tuple[tuple[Path, Given], tuple[Path, Given]]:
-        """Each file with what the index knows of it."""
+    def components(self) -> tuple[tuple[Path, Given], ...]:
+        """Each file with what the index knows of it; none of a motion that is made."""
+        if self.file_1 is None or self.file_2 is None:
+            return ()
         return (self.file_1, self.given_1), (self.file_2, self.given_2)
 
 
@@ -198,15 +205,23 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
             raise InputError(f"{where}: {name} must be a number, got {text!r}", file=str(index))
         return value
 
+    def whole(name: str) -> int | None:
+        value = number(name)
+        if math.isnan(value):
+            return None
+        if not value.is_integer():
+            raise InputError(f"{where}: {name} must be whole, got {value}")
+        return int(value)
+
     def known(channel_column: str) -> Given:
-        channel = number(channel_column)
-        if not (math.isnan(channel) or channel.is_integer()):
-            raise InputError(f"{where}: {channel_column} must be whole, got {channel}")
         return Given(
             dt_s=None if math.isnan(dt_s) else dt_s,
             unit=row.get("unit") or None,
-            channel=None if math.isnan(channel) else int(channel),
+            channel=whole(channel_column),
         )
+
+    def file(name: str) -> Path | None:
+        return None if made is not None else inside_folder(index.parent, row[name], where)
 
     motion_id = row["motion_id"].strip()
     if not motion_id:
@@ -218,10 +233,17 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
                 f"{where}: {name} must be positive, got {numbers[name]}", file=str(index)
             )
     dt_s = numbers.pop("dt_s")
+    made = whole(MADE_FROM)
+    if made is not None and (made < 1 or row["file_1"].strip() or row["file_2"].strip()):
+        raise InputError(
+            f"{where}: {MADE_FROM} is a number from 1 in place of files, got {made}",
+            file=str(index),
+        )
     return IndexEntry(
         motion_id=motion_id,
-        file_1=inside_folder(index.parent, row["file_1"], where),
-        file_2=inside_folder(index.parent, row["file_2"], where),
+        file_1=file("file_1"),
+        file_2=file("file_2"),
+        made_from_number=made,
         given_1=known("channel_1"),
         given_2=known("channel_2"),
         event=row.get("event", ""),

@@ -13,9 +13,9 @@ from scipy.stats import qmc
 
 from skewbridge.errors import InputError
 from skewbridge.motions.record import Vector
+from skewbridge.motions.settings import LEVEL_RANGE_G
 
 BLOCK: Final = 8
-LEVEL_RANGE_G: Final = (0.1, 1.5)
 # ASSUME a motion stays credible when scaled by 0.25 to 4; larger factors distort spectral shape
 FACTOR_LIMITS: Final = (0.25, 4.0)
 

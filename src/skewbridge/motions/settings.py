@@ -1,12 +1,14 @@
 """Which ground motions a study takes: section ``motions`` of the configuration."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.reading import Number, Whole
 
+#: source: pilot of the default study (`skewbridge plan --pilot 8`), see config/config.yaml
+LEVEL_RANGE_G: Final = (0.07, 2.25)
 Positive = Annotated[Number, Field(gt=0.0)]
 
 
@@ -24,7 +26,8 @@ class MotionsConfig:
         "at every level; ida: search per motion for the first exceedance",
     )
     level_range_g: tuple[Positive, Positive] = Field(
-        default=(0.1, 1.5), description="range of Sa_avg that scaled_cloud spans and ida searches"
+        default=LEVEL_RANGE_G,
+        description="range of Sa_avg that scaled_cloud spans and ida searches",
     )
     stripes_g: tuple[Positive, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5),

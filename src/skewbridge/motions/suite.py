@@ -16,25 +16,28 @@ from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_mea
 from skewbridge.motions.paper_records import refuse_false_waho
 from skewbridge.motions.read import join_traces, read_trace
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
-from skewbridge.motions.scaling import BLOCK, FACTOR_LIMITS, LEVEL_RANGE_G, block_factors
+from skewbridge.motions.scaling import BLOCK, FACTOR_LIMITS, block_factors
+from skewbridge.motions.settings import LEVEL_RANGE_G
 from skewbridge.provenance.tables import provenance, read_frame, write_frame
 
 logger = logging.getLogger(__name__)
 
 
 def read_entry(entry: IndexEntry) -> GroundMotion:
-    """Read one listed motion; what the index knows goes before the file headers.
+    """Read one listed motion, or make it; what the index knows goes before the file headers.
 
     Raises:
         InputError: Unreadable files, a digest that differs, a false claim to be the WAHO record.
     """
-    one, two = (read_trace(path, given) for path, given in entry.components)
-    motion = join_traces(one, two, motion_id=entry.motion_id)
+    motion = _from_files_or_rule(entry)
     if entry.sha256 and entry.sha256 != motion.sha256:
+        what, why = "its values", "other libraries?"
+        if motion.files:
+            what, why = f"the files {' and '.join(motion.files)}", "changed files?"
         raise InputError(
-            f"motion {entry.motion_id}: the files {entry.file_1.name} and {entry.file_2.name} "
+            f"motion {entry.motion_id}: {what} "
             f"have sha256 {motion.sha256[:12]}..., the index says {entry.sha256[:12]}...: "
-            "changed files? run `skewbridge motions check --write` to accept them",
+            f"{why} run `skewbridge motions check --write` to accept them",
             motion_id=entry.motion_id,
         )
     motion = replace(
@@ -50,6 +53,16 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     )
     refuse_false_waho(motion)
     return motion
+
+
+def _from_files_or_rule(entry: IndexEntry) -> GroundMotion:
+    if entry.made_from_number is not None:
+        # Here, because a suite of files alone needs none of the model.
+        from skewbridge.motions.synthesis.embedded import made_motion
+
+        return replace(made_motion(entry.made_from_number), motion_id=entry.motion_id)
+    one, two = (read_trace(path, given) for path, given in entry.components)
+    return join_traces(one, two, motion_id=entry.motion_id)
 
 
 def prepare_suite(

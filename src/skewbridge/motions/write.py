@@ -1,6 +1,7 @@
 """Write motions as PEER acceleration files with an index."""
 
 import csv
+import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -40,15 +41,21 @@ def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     return paths[0], paths[1]
 
 
-def index_row(motion: GroundMotion, files: tuple[Path, Path], folder: Path) -> dict[str, object]:
-    """Return what the index of a folder says of a motion in two of its files."""
+def index_row(motion: GroundMotion, files: Sequence[Path], folder: Path) -> dict[str, object]:
+    """Return what the index of a folder says of a motion in two of its files, or in none."""
+    places = {f"file_{n}": path.relative_to(folder) for n, path in enumerate(files, start=1)}
     return {
         **{name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)},
-        "file_1": files[0].relative_to(folder).as_posix(),
-        "file_2": files[1].relative_to(folder).as_posix(),
+        **{name: path.as_posix() for name, path in places.items()},
         "npts": motion.npts,
-        "sha256": files_digest(*files),
+        "sha256": files_digest(*files) if files else motion.sha256,
     }
+
+
+def as_files_digest(motion: GroundMotion) -> str:
+    """Return the digest that the two files of `write_at2` would have, see `files_digest`."""
+    text = "".join(at2_text(motion, component) for component in (1, 2))
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
 def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:

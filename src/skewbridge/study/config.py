@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -16,6 +16,10 @@ from skewbridge.reading import Number, Whole, checked, merged, read_mapping
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
+
+#: The bridge whose conditioning period sets the factors of every study: they belong to a motion
+#: alone, or the pairs of variants and bridges would be lost.
+CONDITIONING_BRIDGE: Final = "osb1"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))

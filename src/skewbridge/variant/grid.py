@@ -76,7 +76,7 @@ class GridConfig(BaseModel):
     model_config = ConfigDict(extra="allow", frozen=True, json_schema_extra=_with_axes)
 
     bridge: Annotated[tuple[Bridge, ...], AfterValidator(_different_names)] = Field(
-        default=("osb1",),
+        default=("osb1", "osb1_fixed"),
         min_length=1,
         description="names of bridges in config/bridges/ and the catalogue, or paths of files",
     )

@@ -5,6 +5,22 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from skewbridge.analysis.keys import input_digest
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.motions.record import GroundMotion
+from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+
+
+def analysis_key(
+    variant: Variant, motion: GroundMotion, settings: AnalysisSettings, options: ModelOptions
+) -> str:
+    """Return the digest of all that an analysis depends on, the engine's sources too."""
+    given = input_digest(variant, motion, settings, options)
+    return digest_of(given, source_digest(analyse.__module__), opensees_version())
+
 
 class Finished:
     """Rows by key, kept in a file of JSON lines.
@@ -29,6 +45,7 @@ class Finished:
         """Keep the row of a key."""
         self.rows[key] = dict(row)
         if self._path is not None:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("a", encoding="utf-8") as lines:
                 # the newline in front closes a line that a kill cut short
                 lines.write("\n" + json.dumps({"key": key, **row}) + "\n")

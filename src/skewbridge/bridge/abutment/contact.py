@@ -10,7 +10,7 @@ References:
 
 from skewbridge.bridge.abutment.backfill import Passive, skew_reduction, wing_wall
 from skewbridge.bridge.abutment.elements import (
-    dashpot_n_s_per_m,
+    damping_n_s_per_m,
     elastic_material,
     grounded_node,
     key_stiffness_n_per_m,
@@ -73,15 +73,17 @@ def _hold_wall_point(
     # ASSUME towards the deck the wall leans on its stem, as stiff as the soil at first:
     # shaking alone does not swing it into the gap
     leaning = stiffness + weak
-    across_dashpot = dashpot_n_s_per_m(ratio, stiffness, mass_kg)
+    across_n_s_per_m = damping_n_s_per_m(ratio, stiffness, mass_kg)
     across = [
         passive_material(passive, 0.0, tags),
-        elastic_material(leaning, tags, dashpot=across_dashpot, compression_n_per_m=weak),
+        elastic_material(
+            leaning, tags, dashpot_n_s_per_m=across_n_s_per_m, compression_n_per_m=weak
+        ),
     ]
-    along_dashpot = dashpot_n_s_per_m(ratio, wing.stiffness_n_per_m, mass_kg)
+    along_n_s_per_m = damping_n_s_per_m(ratio, wing.stiffness_n_per_m, mass_kg)
     along = [
         plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
-        elastic_material(weak, tags, dashpot=along_dashpot),
+        elastic_material(weak, tags, dashpot_n_s_per_m=along_n_s_per_m),
     ]
     wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
     parts.wall_springs.append(wall_spring)

@@ -70,16 +70,16 @@ def elastic_material(
     stiffness_n_per_m: float,
     tags: TagAllocator,
     *,
-    dashpot: float = 0.0,
+    dashpot_n_s_per_m: float = 0.0,
     compression_n_per_m: float | None = None,
 ) -> int:
-    """Create an elastic spring, with a dashpot (N s/m) beside it.
+    """Create an elastic spring, with a dashpot beside it.
 
     Its stiffness in compression (negative deformation) may be another one.
     """
     material = tags.material()
     negative = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
-    ops.uniaxialMaterial("Elastic", material, stiffness_n_per_m, dashpot, negative)
+    ops.uniaxialMaterial("Elastic", material, stiffness_n_per_m, dashpot_n_s_per_m, negative)
     return material
 
 
@@ -109,7 +109,7 @@ def key_stiffness_n_per_m(key: KeyData) -> float:
     return key.force_kn[0] * KN / (key.displacement_mm[0] * MM)
 
 
-def dashpot_n_s_per_m(ratio: float, stiffness_n_per_m: float, mass_kg: float) -> float:
+def damping_n_s_per_m(ratio: float, stiffness_n_per_m: float, mass_kg: float) -> float:
     """Return the dashpot of a ratio of critical on a mass held by a spring."""
     return 2 * ratio * sqrt(stiffness_n_per_m * mass_kg)
 

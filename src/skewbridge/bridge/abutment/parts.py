@@ -6,7 +6,7 @@ from typing import Any
 from skewbridge.bridge.abutment.arrays import Arrays
 from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
 from skewbridge.bridge.abutment.elements import (
-    dashpot_n_s_per_m,
+    damping_n_s_per_m,
     elastic_material,
     key_material,
     key_stiffness_n_per_m,
@@ -76,13 +76,13 @@ class SideContext:
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
         """Create the spring of a key: its backbone across the face, elastic along it."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
-        dashpot = dashpot_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
+        dashpot_n_s_per_m = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
         across = [
             key_material(self.key, self.tags),
-            elastic_material(0.0, self.tags, dashpot=dashpot),
+            elastic_material(0.0, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m),
         ]
         # ASSUME a key resists sliding along its face elastically, as stiff as at first across it
-        along = [elastic_material(stiffness, self.tags, dashpot=dashpot)]
+        along = [elastic_material(stiffness, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
 
     def moving_mass_kg(self, mass_kg: float) -> float:

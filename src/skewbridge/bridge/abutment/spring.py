@@ -13,7 +13,7 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.backfill import skew_reduction, wing_wall
 from skewbridge.bridge.abutment.elements import (
-    dashpot_n_s_per_m,
+    damping_n_s_per_m,
     elastic_material,
     gap_material,
     grounded_node,
@@ -77,10 +77,12 @@ def _build_body(context: SideContext, parts: SideParts) -> int:
     along_wall = [
         plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
         elastic_material(
-            0.0, tags, dashpot=dashpot_n_s_per_m(ratio, wing.stiffness_n_per_m, mass_kg)
+            0.0, tags, dashpot_n_s_per_m=damping_n_s_per_m(ratio, wing.stiffness_n_per_m, mass_kg)
         ),
     ]
-    across_it = [elastic_material(across, tags, dashpot=dashpot_n_s_per_m(ratio, across, mass_kg))]
+    across_it = [
+        elastic_material(across, tags, dashpot_n_s_per_m=damping_n_s_per_m(ratio, across, mass_kg))
+    ]
     spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
     parts.wing_springs.append(spring)
     return body

@@ -44,8 +44,9 @@ def build_pads(
 ) -> tuple[BearingHandle, ...]:
     """Create the pads between fixed seat nodes and the bearing array."""
     deck_nodes = [arrays.at("bearing", along) for along in pad_supports(pads, end, options)]
-    build = _bearing_elements if options.pads == "each" else _halves
-    return build(deck_nodes, end, pads, tags)
+    if options.pads == "each":
+        return _bearing_elements(deck_nodes, end, pads, tags)
+    return _halves(deck_nodes, pads, tags)
 
 
 def _bearing_elements(
@@ -68,9 +69,7 @@ def _bearing_elements(
     return tuple(handles)
 
 
-def _halves(
-    deck_nodes: list[int], _end: DeckEnd, pads: PadData, tags: TagAllocator
-) -> tuple[BearingHandle, ...]:
+def _halves(deck_nodes: list[int], pads: PadData, tags: TagAllocator) -> tuple[BearingHandle, ...]:
     """Create elements for half of the pads each: their shear, and what carries them upright."""
     # ASSUME the pads do not resist rotation: their stiffness is too small to matter
     number = pads.count / 2
@@ -107,7 +106,7 @@ def _shear_section(pads: PadData, number: float, tags: TagAllocator) -> int:
 
 
 def build_vertical_supports(
-    end: DeckEnd, arrays: Arrays, pads: PadData, _options: ModelOptions, tags: TagAllocator
+    end: DeckEnd, arrays: Arrays, pads: PadData, tags: TagAllocator
 ) -> tuple[BearingHandle, ...]:
     """Create a vertical spring under each end of the bearing array: the pads', in two."""
     material = tags.material()

@@ -8,7 +8,7 @@ import numpy as np
 from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.synthesis.calibration import calibrate_pair, target_spectrum
-from skewbridge.motions.synthesis.ddk18 import draw_parameters
+from skewbridge.motions.synthesis.ddk18 import ModelParameters, draw_parameters
 from skewbridge.motions.synthesis.process import (
     corner_frequency_hz,
     pulse_acceleration,
@@ -58,12 +58,8 @@ def synthesize(
     Raises:
         InputError: A negative seed or index.
     """
-    if seed < 0 or index < 0:
-        raise InputError(f"seed and index must not be negative, got {seed} and {index}")
     how = options or SynthesisOptions()
-    rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
-    with_pulse = _has_pulse(scenario, rng)
-    parameters = draw_parameters(scenario, rng, with_pulse=with_pulse)
+    parameters, rng = drawn_parameters(scenario, index=index, seed=seed)
     one_g, two_g, start_s = simulate_background(parameters, scenario.magnitude, rng, how.dt_s)
     if how.calibrate == "bssa14":
         target_g = target_spectrum(scenario, seed, index)
@@ -81,13 +77,28 @@ def synthesize(
         accel_1_mps2=one_g * G_MPS2,
         accel_2_mps2=two_g * G_MPS2,
         event=f"DDK18 M{scenario.magnitude:g} {scenario.mechanism}"
-        + (", pulse" if with_pulse else ""),
+        + (", pulse" if parameters.pulse is not None else ""),
         magnitude=scenario.magnitude,
         distance_km=scenario.distance_km,
         vs30_mps=scenario.vs30_mps,
         station=f"seed {seed}, number {index + 1}",
         source=SOURCE,
     )
+
+
+def drawn_parameters(
+    scenario: Scenario, *, index: int, seed: int
+) -> tuple[ModelParameters, np.random.Generator]:
+    """Return the parameters of one motion of a stream, and the stream after them.
+
+    Raises:
+        InputError: A negative seed or index.
+    """
+    if seed < 0 or index < 0:
+        raise InputError(f"seed and index must not be negative, got {seed} and {index}")
+    rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
+    with_pulse = _has_pulse(scenario, rng)
+    return draw_parameters(scenario, rng, with_pulse=with_pulse), rng
 
 
 def _has_pulse(scenario: Scenario, rng: np.random.Generator) -> bool:

@@ -9,7 +9,7 @@ finished analysis is kept, so that a run that was broken off goes on from there.
 import logging
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import product
 from typing import Any, Final
 
@@ -22,17 +22,15 @@ from skewbridge.analysis.rungs import as_text, rung_shares
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.suspect import LIMITS
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
-from skewbridge.provenance.digests import canonical, digest_of, opensees_version, source_digest
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.units import G_MPS2
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.finished import Finished
+from skewbridge.verification.finished import Finished, analysis_key
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.friction_pairs import FRICTION_PCT
 from skewbridge.verification.studies.paper_motions import embedded_motions
@@ -106,7 +104,7 @@ def _rows(
 ) -> list[dict[str, Any]]:
     """Return the rows of all analyses; what an earlier run has finished is not run again."""
     finished = Finished(study.kept / f"{study.name}.jsonl" if study.kept else None)
-    keys = [_key(*task) for task in tasks]
+    keys = [analysis_key(*task, AnalysisSettings(), ModelOptions()) for task in tasks]
     left = [number for number, key in enumerate(keys) if key not in finished.rows]
     done, began_s = len(tasks) - len(left), time.monotonic()
     runs = Parallel(n_jobs=processes, return_as="generator_unordered")(
@@ -121,20 +119,6 @@ def _rows(
                 f"{tasks[number][0].slug} {row['motion_id']} {row['why']}"
             )
     return [finished.rows[key] for key in keys]
-
-
-def _key(variant: Variant, motion: GroundMotion) -> str:
-    """Return the digest of what an analysis depends on."""
-    return digest_of(
-        source_digest("skewbridge.analysis.transient"),
-        opensees_version(),
-        load_bridge(variant.bridge).model_dump_json(),
-        variant.slug,
-        canonical(asdict(AnalysisSettings())),
-        motion.motion_id,
-        motion.dt_s,
-        *(each.tobytes() for each in motion.components),
-    )
 
 
 def _numbered_row(

@@ -5,13 +5,11 @@ motions. Errors that both members of a pair share cancel; what is left must be s
 effects. Hours of work: finished analyses are kept in a file and not repeated.
 """
 
-import json
 import logging
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from math import exp, log
-from pathlib import Path
 from typing import Any, Final
 
 import pandas as pd
@@ -22,19 +20,13 @@ from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import read_entry
-from skewbridge.provenance.digests import (
-    canonical,
-    digest_of,
-    opensees_version,
-    source_digest,
-)
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+from skewbridge.verification.finished import Finished, analysis_key
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.paper_motions import embedded_entries
 
@@ -129,18 +121,19 @@ def run_accuracy(study: Study, chosen: AccuracySet) -> None:
         for variant in chosen.variants()
         for accuracy in (chosen.exact, chosen.judged)
     }
-    keys = {name: _key(*task, settings) for name, task in tasks.items()}
-    path = study.kept / f"{study.name}.jsonl" if study.kept else None
-    done = _read(path)
-    pending = [name for name in tasks if keys[name] not in done]
+    keys = {
+        name: analysis_key(variant, motion, *at_accuracy(settings, ModelOptions(), accuracy))
+        for name, (variant, motion, accuracy) in tasks.items()
+    }
+    finished = Finished(study.kept / f"{study.name}.jsonl" if study.kept else None)
+    pending = [name for name in tasks if keys[name] not in finished.rows]
     logger.info("%s: %d of %d analyses to run", study.name, len(pending), len(tasks))
     runs = Parallel(n_jobs=chosen.processes, return_as="generator_unordered")(
         delayed(_peaks)(keys[name], *tasks[name], settings) for name in pending
     )
     for key, peaks in runs:
-        done[key] = peaks
-        _append(path, {"key": key, "peaks": peaks})
-    found = {name: done[key] for name, key in keys.items()}
+        finished.add(key, peaks)
+    found = {name: finished.rows[key] for name, key in keys.items()}
     motions = list(dict.fromkeys(motion_id for _, _, motion_id in tasks))
     _compare(study, chosen, pooled_ratios(chosen, found, motions))
     failed = sum(peaks["status"] not in {OK, COLLAPSE} for peaks in found.values())
@@ -217,41 +210,3 @@ def _peaks(
         "accuracy": accuracy,
         "status": result.status,
     }
-
-
-def _key(
-    variant: Variant, motion: GroundMotion, accuracy: Accuracy, settings: AnalysisSettings
-) -> str:
-    """Return the digest of all that the peaks depend on."""
-    return digest_of(
-        canonical(asdict(variant)),
-        motion.dt_s,
-        *(digest_of(values.tolist()) for values in motion.components),
-        *(canonical(asdict(part)) for part in at_accuracy(settings, ModelOptions(), accuracy)),
-        load_bridge(variant.bridge).model_dump_json(exclude={"title", "sources"}),
-        source_digest(analyse.__module__),
-        opensees_version(),
-    )
-
-
-def _read(path: Path | None) -> dict[str, Peaks]:
-    """Return what is kept, by key; a line cut short by a kill is passed over."""
-    if path is None or not path.exists():
-        return {}
-    return {line["key"]: line["peaks"] for line in _lines(path.read_text("utf-8"))}
-
-
-def _lines(text: str) -> Iterable[dict[str, Any]]:
-    for line in text.splitlines():
-        try:
-            yield json.loads(line)
-        except json.JSONDecodeError:
-            continue
-
-
-def _append(path: Path | None, line: Mapping[str, Any]) -> None:
-    if path is None:
-        return
-    with path.open("a", encoding="utf-8") as file:
-        # the newline in front closes a line that a kill cut short
-        file.write("\n" + json.dumps(line) + "\n")

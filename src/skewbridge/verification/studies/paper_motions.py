@@ -107,7 +107,7 @@ def _record(
 
 
 def embedded_entries() -> list[IndexEntry]:
-    """Return what the index says of the motions of the package's suite.
+    """Return what the index says of the stored motions of the package's suite.
 
     Raises:
         InputError: The suite is not in the working folder.
@@ -118,11 +118,11 @@ def embedded_entries() -> list[IndexEntry]:
             "the package's own suite motions/index.csv is not in the working folder; for the "
             f"studies under one record, {FOLDERS_VARIABLE} or motions/ may hold it"
         )
-    return read_index(index)
+    return [entry for entry in read_index(index) if entry.components]
 
 
 def embedded_motions() -> list[GroundMotion]:
-    """Return the motions of the package's suite, unscaled.
+    """Return the stored motions of the package's suite, unscaled.
 
     Raises:
         InputError: The suite is not in the working folder.

@@ -1,0 +1,276 @@
+"""A pilot of a study: a few motions on a few variants say where the levels should lie.
+
+The analyses stand in the journals of the study, which does not repeat those that it has itself.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from scipy.special import ndtr
+
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.errors import InputError
+from skewbridge.fragility.methods.cloud import SATURATING
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.motions.intensity import scaled_measures
+from skewbridge.motions.record import Vector
+from skewbridge.motions.scaling import FACTOR_LIMITS, block_factors
+from skewbridge.study.batch import run_tasks
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, plain_sections
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.guard import Workers
+from skewbridge.study.journal import open_journal, read_journals
+from skewbridge.study.prepare import prepare_motions
+from skewbridge.study.progress import log_failure
+from skewbridge.study.setup import StudySetup
+from skewbridge.study.worker import Row
+from skewbridge.variant.grid import GridConfig
+from skewbridge.variant.variant import Variant
+
+type Levels = tuple[float, float]
+
+LEVEL: Final = "im_saavg_rotd50_g"  # what level_range_g is told in
+LEAST_MOTIONS: Final = 4  # for a line with its scatter
+#: Lowest and highest levels that are tried, as multiples of those configured.
+LOWEST: Final = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
+# ASSUME the line of a demand is not to be followed beyond 1.5 times the strongest level of a pilot.
+# After a second pilot, with the levels that the first proposed, it may go on.
+HIGHEST: Final = (0.6, 0.7, 0.8, 1.0, 1.2, 1.4, 1.5)
+# A wider range is worth it if it brings more than this share of the states.
+WORTH_WIDENING: Final = 0.01
+# Which end of its axis a corner takes: four corners have both ends of each of three axes twice, and
+# no two axes change together.
+_CORNERS: Final = ((0, 0, 1, 1), (0, 1, 0, 1), (0, 1, 1, 0))
+_JOURNAL: Final = "pilot"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """Where the levels of a study should lie.
+
+    Attributes:
+        level_range_g: The range proposed.
+        configured_g: The range of the configuration.
+        share: Forecast share of the states in reach, of all variants, with outcomes on both sides
+            if the levels lie as proposed.
+        configured_share: The same if they lie as configured.
+        in_reach: How many states of a variant are in reach.
+        n_states: How many there are.
+        states: By bridge, component and limit state: of how many variants it is in reach, the
+            median level of its median in g, and both shares.
+    """
+
+    level_range_g: Levels
+    configured_g: Levels
+    share: float
+    configured_share: float
+    in_reach: int
+    n_states: int
+    states: list[dict[str, Any]]
+
+    @property
+    def config_lines(self) -> str:
+        """The lines to paste into the configuration."""
+        low_g, high_g = self.level_range_g
+        return f"motions:\n  level_range_g: [{low_g:g}, {high_g:g}]"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Strengths:
+    """How strong the motions of a study are at factor 1, arrays of shape (motions,).
+
+    Attributes:
+        level_g: Level of each motion.
+        measures: Its measures by bridge.
+    """
+
+    level_g: Vector
+    measures: Mapping[str, list[dict[str, float]]]
+
+    def allow(self, level_range_g: Levels) -> bool:
+        """Say whether the motions reach these levels with factors within their limits."""
+        factors = block_factors(self.level_g.tolist(), level_range_g)
+        low, high = FACTOR_LIMITS
+        return bool(factors.min() >= low and factors.max() <= high)
+
+    def intensities(self, bridge: str, im: str, level_range_g: Levels) -> Vector:
+        """Return the intensities for a bridge with the levels in this range."""
+        factors = block_factors(self.level_g.tolist(), level_range_g).tolist()
+        pairs = zip(self.measures[bridge], factors, strict=True)
+        return np.array([scaled_measures(at_1, factor)[im] for at_1, factor in pairs])
+
+
+def corner_variants(grid: GridConfig) -> list[str]:
+    """Return the names of four variants of each bridge and abutment model, at ends of all axes."""
+    found: dict[str, None] = {}
+    for bridge, abutment, corner in product(grid.bridge, grid.abutment, range(4)):
+        ends = {
+            name: (min if _CORNERS[number % len(_CORNERS)][corner] == 0 else max)(values, key=abs)
+            for number, (name, values) in enumerate(grid.values().items())
+        }
+        found[Variant.at(bridge, abutment, ends).normalised().slug] = None
+    return list(found)
+
+
+def run_pilot(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
+    """Analyse what the journals do not have of a pilot, and propose the levels of the study.
+
+    Args:
+        config: The study.
+        motions: So many of its first motions, on each of `corner_variants`.
+
+    Returns:
+        The proposal and the rows of the pilot.
+
+    Raises:
+        InputError: A design without a range of levels, or more motions than the study has.
+    """
+    if config.motions.design != "scaled_cloud":
+        raise InputError(
+            "a pilot proposes level_range_g of motions.design scaled_cloud, "
+            f"not of {config.motions.design}"
+        )
+    folder = StudyFolder(Path(config.results))
+    setup = _setup(config, StudyFolder(folder.root / _JOURNAL))
+    if not LEAST_MOTIONS <= motions <= len(setup.suite):
+        raise InputError(
+            f"a pilot has {LEAST_MOTIONS} motions or more, at most those of the study "
+            f"({len(setup.suite)}), got {motions}"
+        )
+    taken = {each.motion.motion_id for each in setup.suite[:motions]}
+    tasks = [
+        task
+        for slug in corner_variants(config.grid)
+        for task in setup.tasks(slug)
+        if task.motion.motion.motion_id in taken
+    ]
+    with open_journal(folder.journal(_JOURNAL)) as journal:
+        rows = run_tasks(
+            tasks,
+            journal,
+            read_journals(folder),
+            workers=Workers(
+                count=len(os.sched_getaffinity(0)), no_progress_s=config.batches.no_progress_s
+            ),
+            log_folder=folder.solver_logs / _JOURNAL,
+            on_finished=log_failure,
+        )
+    states = load_limit_states(Path(config.fragility.limit_states))
+    curves = fit_study(pd.DataFrame(rows), states, config.fragility.im, config.fragility)
+    low_g, high_g = config.motions.level_range_g
+    return propose(curves, _strengths(setup), (low_g, high_g)), rows
+
+
+def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) -> Proposal:
+    """Return the narrowest range of levels that about as many states profit from as from any.
+
+    The demand of a state is that of its line in the cloud of the pilot, beyond the pilot too: the
+    probability that a motion exceeds the state follows from its intensity at its level. A state is
+    in reach if its line rises, the level of its median is among those that are tried, and, where
+    no motion of the pilot exceeds it, the line does not bend down and no outcome is unknown (then
+    the columns fail before the state is reached).
+
+    Args:
+        curves: Fits of the pilot, see `fit_study`.
+        strengths: Of the motions of the study.
+        configured_g: The range as configured; it is proposed again if no other is better with
+            factors within their limits.
+
+    Raises:
+        InputError: No state in reach.
+    """
+    lowest_g = [float(f"{configured_g[0] * each:.2g}") for each in LOWEST]
+    highest_g = [float(f"{configured_g[1] * each:.3g}") for each in HIGHEST]
+    im = str(curves["im"].iloc[0])
+    lines = curves[(curves["method"] == "cloud") & (curves["b"] > 0.0) & (curves["sigma"] > 0.0)]
+    ends = lines["warnings"].str.contains(SATURATING) | (lines["n_unknown"] > 0)
+    lines = lines[~(ends & (lines["n_exceed"] == 0))]
+    at_1 = {
+        bridge: np.exp(np.mean(np.log([each[im] for each in measures])))
+        for bridge, measures in strengths.measures.items()
+    }
+    per_g = lines["bridge"].map(at_1) / np.exp(np.mean(np.log(strengths.level_g)))
+    median = np.exp((np.log(lines["threshold"]) - lines["ln_a"]) / lines["b"]) / per_g
+    lines = lines.assign(median_g=median)[median.between(lowest_g[0], highest_g[-1])]
+    if lines.empty:
+        raise InputError("no limit state is in reach of the pilot: are the demands those of it?")
+    others = [each for each in product(lowest_g, highest_g) if strengths.allow(each)]
+    ranges = dict.fromkeys([configured_g, *others])
+    shares = {each: _both_sides(lines, strengths, im, each) for each in ranges}
+    means = {each: float(np.mean(share)) for each, share in shares.items()}
+    good = [each for each, mean in means.items() if mean >= max(means.values()) - WORTH_WIDENING]
+    chosen = configured_g if configured_g in good else min(good, key=lambda g: g[1] / g[0])
+    of_both = lines.assign(configured=shares[configured_g], proposed=shares[chosen])
+    groups = of_both.groupby(["bridge", "component", "limit_state"], sort=False)
+    table = groups.agg(
+        in_reach=("variant", "size"),
+        median_g=("median_g", "median"),
+        configured=("configured", "mean"),
+        proposed=("proposed", "mean"),
+    ).reset_index()
+    return Proposal(
+        level_range_g=chosen,
+        configured_g=configured_g,
+        share=means[chosen],
+        configured_share=means[configured_g],
+        in_reach=len(lines),
+        n_states=int((curves["method"] == "cloud").sum()),
+        states=[
+            {str(name): value for name, value in row.items()} for row in table.to_dict("records")
+        ],
+    )
+
+
+def _both_sides(
+    lines: pd.DataFrame, strengths: Strengths, im: str, level_range_g: Levels
+) -> Vector:
+    """Return for each line the probability of two motions or more on both sides of its state."""
+    # ASSUME a fit that hangs on one motion is none, so both outcomes are wanted twice
+    found = np.empty(len(lines))
+    for bridge in lines["bridge"].unique():
+        intensities = strengths.intensities(str(bridge), im, level_range_g)
+        own = (lines["bridge"] == bridge).to_numpy()
+        part = lines[own]
+        a, b, s, c = (
+            part[name].to_numpy()[:, None] for name in ("ln_a", "b", "sigma", "threshold")
+        )
+        above = ndtr((a + b * np.log(intensities)[None, :] - np.log(c)) / s)
+        found[own] = 1.0 - _fewer_than_two(above) - _fewer_than_two(1.0 - above)
+    return found
+
+
+def _fewer_than_two(probability: Vector) -> Vector:
+    """Return the probability of at most one of independent events, shape (lines,)."""
+    p = np.clip(probability, 1.0e-9, 1.0 - 1.0e-9)
+    none = np.prod(1.0 - p, axis=1)
+    return none * (1.0 + np.sum(p / (1.0 - p), axis=1))
+
+
+def _setup(config: StudyConfig, folder: StudyFolder) -> StudySetup:
+    """Prepare the motions of the study in a folder of the pilot, and return its setup."""
+    prepare_motions(
+        config.motions,
+        conditioning_t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
+        t1_s={name: load_bridge(name).t1_s for name in config.grid.bridge},
+        folder=folder,
+    )
+    return StudySetup.from_sections(plain_sections(config, "motions", "model", "analysis"), folder)
+
+
+def _strengths(setup: StudySetup) -> Strengths:
+    named = [(each.motion.motion_id, each) for each in setup.suite]
+    bridges = dict.fromkeys(bridge for bridge, _ in setup.measures)
+    return Strengths(
+        level_g=np.array([each.measures[LEVEL] / each.scale for _, each in named]),
+        measures={
+            Path(bridge).stem: [setup.measures[bridge, name] for name, _ in named]
+            for bridge in bridges
+        },
+    )
