@@ -6,6 +6,7 @@ SHELL := /bin/bash
 CORES ?= 2
 CONFIG ?= config/config.yaml
 MOTIONS ?=
+RETRY ?=
 PYTHON_VERSION := $(shell cat .python-version)
 VENV := .venv
 BIN := $(VENV)/bin
@@ -17,6 +18,7 @@ export OMP_NUM_THREADS ?= 1
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
+	@echo "                  RETRY=failed tries analyses without a result again, RETRY=crash those that ended their process"
 	@echo "make choices      the modeller's choices one at a time, beside friction, gap and skew"
 	@echo "make test         install everything, run all checks"
 	@echo "make smoke        two variants x three motions, full report"
@@ -35,7 +37,7 @@ $(STAMP): requirements.lock pyproject.toml .python-version
 	@touch $@
 
 study: setup
-	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)"
+	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" all "$(RETRY)"
 
 choices: setup
 	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" choices

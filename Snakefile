@@ -9,7 +9,8 @@ min_version("9.20")
 # Rules, scripts and workers import the package of this tree, whatever is installed.
 SOURCES = str(Path(workflow.basedir) / "src")
 sys.path.insert(0, SOURCES)
-shell.prefix(f"export PYTHONPATH={SOURCES}; ")
+# Ctrl-C is for the main process, which ends all others.
+shell.prefix(f"trap '' INT; export PYTHONPATH={SOURCES}; ")
 
 
 configfile: "config/config.yaml"

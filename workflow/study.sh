@@ -1,14 +1,9 @@
 #!/usr/bin/env bash
-# Runs the study, one at a time in a folder.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET]]
+# Runs the study.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET [RETRY]]]
 set -euo pipefail
-bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all}
+bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all} retry=${6:-}
 
-exec 9>.study.lock
-flock --nonblock 9 || { echo "Another study is running in this folder." >&2; exit 1; }
-# The lock above ends with its holders, so one that a killed workflow left behind is stale.
-if compgen -G ".snakemake/locks/*" >/dev/null; then
-    "$bin/snakemake" --unlock -j"$cores" --configfile "$config" >/dev/null
-fi
+[ -z "$retry" ] || "$bin/skewbridge" retry --status "$retry" --config "$config"
 override=()
 [ -z "$motions" ] || override=(--config "motions={folder: \"$motions\"}")
-"$bin/snakemake" -j"$cores" --rerun-incomplete --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"
+exec "$bin/snakemake" -j"$cores" --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"

@@ -10,7 +10,7 @@ import psutil
 import pytest
 
 from skewbridge.errors import InputError
-from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.journal import open_journal, read_content
 
 
 def test_a_line_cut_by_a_kill_costs_only_itself(tmp_path: Path) -> None:
@@ -20,7 +20,7 @@ def test_a_line_cut_by_a_kill_costs_only_itself(tmp_path: Path) -> None:
     path.write_text(path.read_text() + '{"run_key": "b", "val')
     with open_journal(path) as journal:
         journal.append({"run_key": "c", "value": math.nan})
-    rows = read_journal(path)
+    rows = read_content([path]).rows
     assert set(rows) == {"a", "c"}
     assert rows["a"]["value"] == 1.5
     assert math.isnan(rows["c"]["value"])
@@ -37,7 +37,7 @@ def test_a_second_writer_is_refused(tmp_path: Path) -> None:
 
 
 def test_an_empty_study_has_an_empty_journal(tmp_path: Path) -> None:
-    assert read_journal(tmp_path / "none.jsonl") == {}
+    assert read_content([tmp_path / "none.jsonl"]).rows == {}
 
 
 def test_a_process_ends_with_the_one_it_works_for() -> None:

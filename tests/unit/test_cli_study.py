@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 from skewbridge.cli import build_app
 from skewbridge.report.reference_pages import ROOT
 from skewbridge.study.config import load_config
+from skewbridge.study.journal import open_journal
 
 runner = CliRunner()
 
@@ -52,3 +53,34 @@ def test_a_missing_configuration_is_named(tmp_path: Path) -> None:
     result = runner.invoke(build_app(), ["status", "--config", str(tmp_path / "none.yaml")])
     assert result.exit_code == 2
     assert "none.yaml" in result.stderr
+
+
+@pytest.fixture
+def failed_study(tmp_path: Path) -> Path:
+    """A configuration whose journal has a result, a crash and a torn line."""
+    config = tmp_path / "mine.yaml"
+    config.write_text(f"results: {tmp_path}/results\n")
+    path = tmp_path / "results" / "journal" / "v.jsonl"
+    with open_journal(path) as journal:
+        for key, status in (("a", "ok"), ("b", "crash")):
+            row = {"run_key": key, "status": status, "variant": "v", "motion_id": "m"}
+            journal.append(row)
+    path.write_bytes(path.read_bytes() + b'{"run_key": "c')
+    return config
+
+
+def test_failed_analyses_are_tried_again_on_request(failed_study: Path) -> None:
+    told = answer("retry", "--config", str(failed_study))
+    assert told["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
+    assert answer("retry", "--config", str(failed_study))["forgotten"] == 0
+    refused = runner.invoke(build_app(), ["retry", "--status", "ok"])
+    assert refused.exit_code == 2
+    assert "must be failed or one of" in refused.stderr
+
+
+def test_journals_are_counted_and_compacted(failed_study: Path) -> None:
+    counted = {"analyses": 2, "repeated": 0, "outdated": 0, "damaged": 1}
+    config = ("--config", str(failed_study))
+    assert answer("journal", *config) == counted | {"compacted": False}
+    assert answer("journal", "--compact", *config) == counted | {"compacted": True}
+    assert answer("journal", *config)["damaged"] == 0

@@ -22,6 +22,7 @@ from skewbridge.study.choices import CHOICES, Choice
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.guard import Workers
 from skewbridge.study.keys import run_key
 from skewbridge.study.modelling_choices import (
     CHOICE_COLUMNS,
@@ -224,7 +225,9 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def made(setup: StudySetup, name: str = "table") -> pd.DataFrame:
     path = setup.folder.root / f"{name}.parquet"
-    write_choices(setup, [SLUG], AXES, motions=2, n_jobs=1, output=path, digest="this study")
+    write_choices(
+        setup, [SLUG], AXES, motions=2, workers=Workers(count=1), output=path, digest="this study"
+    )
     return read_frame(path)
 
 

@@ -9,6 +9,7 @@ import pytest
 import skewbridge
 from skewbridge.provenance.closure import closure
 from skewbridge.provenance.digests import digest_of, source_digest
+from skewbridge.provenance.syntax import SourceMemory
 from skewbridge.study.keys import ANALYSIS_MODULE
 
 ROOT = Path(skewbridge.__file__).parents[2]
@@ -179,3 +180,20 @@ def test_a_module_without_source_is_an_error(package: Path) -> None:
 def test_numbers_that_differ_in_the_last_bit_have_other_keys() -> None:
     assert digest_of(0.1 + 0.2) != digest_of(0.3)
     assert digest_of(("a", 1)) == digest_of(("a", 1))
+
+
+def test_what_a_source_says_is_remembered_by_its_bytes(tmp_path: Path) -> None:
+    """Lines that are torn, and a file that cannot be written, only cost time."""
+    path = tmp_path / "sources.jsonl"
+    source = b"from skewbridge import units\nlabel = 1\n"
+    first = SourceMemory(path).content(source, "skewbridge")
+    assert first.names == ("skewbridge", "skewbridge.units")
+    path.write_bytes(path.read_bytes() + b'{"key": "cut\n\xff\n')
+    remembered = path.read_bytes()
+    again = SourceMemory(path)
+    assert again.content(source, "skewbridge") == first
+    assert path.read_bytes() == remembered
+    other = again.content(source + b"label = 2\n", "skewbridge")
+    assert other.meaning != first.meaning
+    nowhere = SourceMemory(tmp_path / "no" / "folder" / "sources.jsonl")
+    assert nowhere.content(source, "skewbridge") == first

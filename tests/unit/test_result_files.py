@@ -18,10 +18,10 @@ from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance import tables
 from skewbridge.provenance.files import written_aside
-from skewbridge.study import batch
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.guard import Workers
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.plan import write_plan
 from skewbridge.study.sensitivity import CHANGES, in_window, sampled_rows, write_sensitivity
@@ -67,7 +67,7 @@ def no_analyses(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise AssertionError("an analysis runs though the journal has it")
 
-    monkeypatch.setattr(batch, "_stream", refuse)
+    monkeypatch.setattr("skewbridge.study.batch._Pool.stream", refuse)
 
 
 @pytest.mark.usefixtures("no_analyses")
@@ -80,7 +80,7 @@ def test_intensity_measures_come_from_the_task(setup: StudySetup, tmp_path: Path
             [task],
             journal,
             {run_key(task): old},
-            n_jobs=1,
+            workers=Workers(count=1),
             log_folder=tmp_path,
             on_finished=print,
         )
@@ -98,7 +98,7 @@ def test_two_names_of_one_motion_are_two_rows(setup: StudySetup, tmp_path: Path)
             [task, twin],
             journal,
             {run_key(task): row_of(task)},
-            n_jobs=1,
+            workers=Workers(count=1),
             log_folder=tmp_path,
             on_finished=print,
         )
@@ -115,7 +115,7 @@ def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> No
         for change, value in zip(list(CHANGES)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
             journal.append(row_of(CHANGES[change](task), value))
     output = setup.folder.sensitivity
-    write_sensitivity(setup, [SLUG], count=1, window_s=6.0, n_jobs=1, output=output)
+    write_sensitivity(setup, [SLUG], count=1, window_s=6.0, workers=Workers(count=1), output=output)
     table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
     assert table["reference_mean_ratio"] == pytest.approx(1.25)
     assert table["reference_largest_change"] == pytest.approx(0.25)
@@ -168,13 +168,13 @@ def test_journal_lines_of_another_version_are_said_and_not_used(
     path = setup.folder.journal(SLUG)
     path.parent.mkdir(parents=True)
     path.write_text(json.dumps(row_of(task)) + "\n")
-    assert read_journal(path) == {}
+    assert read_content([path]).rows == {}
     with caplog.at_level(logging.WARNING, logger="skewbridge"):
         write_plan(setup, [SLUG], {})
     assert "The journals hold 1 line(s) of another version" in caplog.text
     with open_journal(path) as journal:
         journal.append(row_of(task))
-    assert text(read_journal(path)) == text({run_key(task): row_of(task)})
+    assert text(read_content([path]).rows) == text({run_key(task): row_of(task)})
 
 
 def test_a_table_of_another_version_is_refused_by_name(

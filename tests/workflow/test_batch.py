@@ -12,7 +12,8 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.batch import run_tasks
-from skewbridge.study.journal import open_journal, read_journal
+from skewbridge.study.guard import Workers
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
 from skewbridge.variant.options import ModelOptions
@@ -65,8 +66,8 @@ def batch(tasks: list[Task], folder: Path, n_jobs: int) -> tuple[list[dict[str, 
         rows = run_tasks(
             tasks,
             journal,
-            read_journal(path),
-            n_jobs=n_jobs,
+            read_content([path]).rows,
+            workers=Workers(count=n_jobs),
             log_folder=folder,
             on_finished=new.append,
         )

@@ -18,6 +18,7 @@ import pytest
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.forecast import TYPICAL_MOTION_S
+from skewbridge.study.tree_lock import LOCK_NAME
 
 ROOT = Path(__file__).parents[2]
 LEFT_OUT = shutil.ignore_patterns(
@@ -31,7 +32,7 @@ TIMES = ["wall_s", "cpu_s"]  # may differ between two runs of the same analysis
 
 
 def command(*arguments: str, cores: int = 2) -> list[str]:
-    return [str(SNAKEMAKE), f"-j{cores}", "--rerun-incomplete", *arguments]
+    return [str(SNAKEMAKE), f"-j{cores}", *arguments]
 
 
 def run(
@@ -104,12 +105,38 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
         lambda: not any(p.is_running() and p.status() != "zombie" for p in family), 30
     ), "children of a killed study go on"
     (tree / "killed.json").write_text(json.dumps(journal_keys(tree)))
-    # As `make study` does it: the lock that the killed run left behind is stale.
-    script = ["bash", "workflow/study.sh", str(SNAKEMAKE.parent), "2", "config/smoke.yaml"]
-    resumed = subprocess.run(script, cwd=tree, capture_output=True, text=True, check=False)
+    # The same command again; its locks are the tree's, so that those of the killed run are stale.
+    resumed = subprocess.Popen(
+        command("--configfile", "config/smoke.yaml"),
+        cwd=tree,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    lock = tree / ".snakemake" / LOCK_NAME
+    assert wait_for(lambda: lock.read_text() == str(resumed.pid), 120)
+    second = run(tree, over="results: elsewhere", check=False)
+    (tree / "second.log").write_text(second.stdout + second.stderr)
+    smoke.write_text(smoke.read_text() + "# a note\n")
+    said, _ = resumed.communicate()
+    (tree / "resumed.log").write_text(said)
     if resumed.returncode != 0:
-        pytest.fail(f"{resumed.stdout}\n{resumed.stderr}")
+        pytest.fail(said)
+    shutil.rmtree(tree / "elsewhere")
     return tree
+
+
+def test_a_second_run_in_the_tree_stops_with_one_sentence(study: Path) -> None:
+    """Whatever folder it writes to."""
+    said = (study / "second.log").read_text().strip().splitlines()
+    assert said[-1].startswith(f"another study is running in {study} (process ")
+    assert "Traceback" not in "".join(said)
+
+
+def test_a_configuration_edited_meanwhile_is_said(study: Path) -> None:
+    said = (study / "resumed.log").read_text()
+    assert "config/smoke.yaml was edited while the study ran" in said
+    assert "config/config.yaml was edited" not in said
 
 
 def test_a_killed_study_repeats_nothing_that_finished(study: Path) -> None:

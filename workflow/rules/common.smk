@@ -1,21 +1,33 @@
 # What the rules share: the validated configuration, its folder and variants, digests. No rules.
+import signal
+from functools import cache
+
+from skewbridge.study.orphans import end_all_on_interrupt
+
+GOES_ON = "What is finished stays finished: the same command goes on from there."
+end_all_on_interrupt(f"Interrupted. {GOES_ON}")
+
 from snakemake.exceptions import WorkflowError
 from snakemake.settings.enums import RerunTrigger
+from snakemake_interface_executor_plugins.settings import ExecMode
 
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.errors import InputError
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
 from skewbridge.provenance.files import writable_folder
-from skewbridge.provenance.tables import is_made_for
+from skewbridge.provenance.syntax import SourceMemory
 from skewbridge.reading import read_mapping
 from skewbridge.study.folder import StudyFolder
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config, plain_sections
 from skewbridge.study.inputs import check_inputs, motions_digest
+from skewbridge.study.tree_lock import hold_tree
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.variant import parse_slug
+
+CONFIG_AS_READ = {path: Path(path).read_bytes() for path in workflow.configfiles}
 
 try:
     # Snakemake has read them already, but takes the last of equal keys.
@@ -37,6 +49,10 @@ except InputError as error:
 # The variants with most friction, of which the numerical checks take rows.
 MOST_FRICTION = max(variant.friction_pct for variant in VARIANTS.values())
 SAMPLED = [name for name, v in VARIANTS.items() if v.friction_pct == MOST_FRICTION]
+
+
+# What the sources say, kept from one run to the next: to read them takes seconds.
+SOURCES_READ = SourceMemory(Path(".snakemake", "sources.jsonl"))
 
 
 wildcard_constraints:
@@ -69,6 +85,7 @@ ANALYSIS_SECTIONS = {
 
 def parts_of_study(_wildcards):
     """The parts that the analyses are cut into now; see the rule `analyse`."""
+    begin_run()
     count = 1
     if STUDY.batches.cpu_hours is not None:
         from skewbridge.study.forecast import parts_of
@@ -93,39 +110,67 @@ def script_digest(script, *after, shown=False):
     before = [
         repr(value) for rule in after for value in rule.params if not callable(value)
     ]
-    return digest_of(source_digest(path, shown=shown), *before)
+    return digest_of(source_digest(path, shown=shown, memory=SOURCES_READ), *before)
 
 
-def trust_contents():
-    """Let the parameters and the contents of files tell what has changed.
+@cache
+def begin_run():
+    """Let what the files say tell what is to be done, and hold the tree if this run changes it.
 
-    The times of files and scripts, which a copied tree changes, do not, and neither do the names of
-    inputs, which change with the number of parts that the analyses are cut into. To be called when
-    the settings of the run are known and before the jobs are planned, as the inputs of a target are.
+    The parameters and contents of files count. The times of files and scripts, which a copied tree
+    changes, do not, and neither do the names of inputs, which change with the number of parts that
+    the analyses are cut into. What a killed run has begun is made again.
+
+    To be called when the settings of the run are known and before the jobs are planned, as the
+    inputs of a target are.
     """
     workflow.dag_settings.rerun_triggers -= {RerunTrigger.CODE, RerunTrigger.INPUT}
+    workflow.dag_settings.force_incomplete = True
     for holder in (workflow.dag, workflow.persistence):
         holder.max_checksum_file_size = sys.maxsize
+    # Without an executor nothing runs (--report, --summary); on a node of a cluster a job comes here
+    # again, for the main process that holds the tree.
+    executes = workflow.executor_plugin is not None and not workflow.dryrun
+    if executes and workflow.exec_mode == ExecMode.DEFAULT:
+        try:
+            hold_tree(Path(workflow.persistence.path))
+        except InputError as error:
+            logger.error(str(error))
+            raise SystemExit(1) from None
+        if not workflow.local_exec:  # Snakemake has jobs on a cluster to cancel
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def study_products(_wildcards):
     """What the whole study makes."""
-    trust_contents()
+    begin_run()
     return [FOLDER.plan, FOLDER.report, FOLDER.checks]
 
 
 def choice_products(_wildcards):
     """What `make choices` makes."""
-    trust_contents()
+    begin_run()
     return FOLDER.modelling_choices
 
 
+def edited_meanwhile():
+    """The configuration files that no longer say what this run has read."""
+    return [
+        str(path)
+        for path, text in CONFIG_AS_READ.items()
+        if not Path(path).is_file() or Path(path).read_bytes() != text
+    ]
+
+
 onsuccess:
+    for name in edited_meanwhile():
+        logger.warning(
+            f"{name} was edited while the study ran: the results are those of the file as it was; "
+            "the same command makes what the edit changes."
+        )
     if FOLDER.report.exists():
         logger.info(f"Report: {FOLDER.report}")
 
 
 onerror:
-    logger.error(
-        "The study stopped. What is finished stays finished: the same command goes on from there."
-    )
+    logger.error(f"The study stopped. {GOES_ON}")

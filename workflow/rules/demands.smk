@@ -40,6 +40,8 @@ rule analyse:
         FOLDER.benchmark("analyse_{part}_of_{parts}")
     priority: 50
     threads: workflow.cores
+    resources:
+        no_progress_s=STUDY.batches.no_progress_s,
     script:
         "../scripts/analyse.py"
 
@@ -75,6 +77,8 @@ rule sensitivity:
         FOLDER.log("sensitivity"),
     priority: 10
     threads: max(1, workflow.cores // 2)
+    resources:
+        no_progress_s=STUDY.batches.no_progress_s,
     params:
         results=results_folder,
         variants=SAMPLED,
@@ -117,6 +121,8 @@ rule modelling_choices:
     log:
         FOLDER.log("modelling_choices"),
     threads: workflow.cores
+    resources:
+        no_progress_s=STUDY.batches.no_progress_s,
     params:
         results=results_folder,
         choices=CHOICES,
@@ -130,8 +136,14 @@ rule modelling_choices:
 # current. As an input it would be made; this way a report without it is as complete as one with it,
 # and one made anew is shown at once.
 SHOWN_CHOICES = {}
-if is_made_for(FOLDER.modelling_choices, CHOICES_DIGEST):
-    SHOWN_CHOICES = {"table": str(FOLDER.modelling_choices), "digest": CHOICES_DIGEST}
+if FOLDER.modelling_choices.is_file():
+    from skewbridge.provenance.tables import is_made_for  # loads pandas
+
+    if is_made_for(FOLDER.modelling_choices, CHOICES_DIGEST):
+        SHOWN_CHOICES = {
+            "table": str(FOLDER.modelling_choices),
+            "digest": CHOICES_DIGEST,
+        }
 
 
 # Histories of one bridge without and with friction, to draw.

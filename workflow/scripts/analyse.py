@@ -7,12 +7,15 @@ from skewbridge.study.session import script_session
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.study.folder import StudyFolder
+        from skewbridge.study.guard import Workers
         from skewbridge.study.runs import analyse_part
 
         analyse_part(
             StudyFolder(Path(snakemake.input.plan).parent),
             number=int(snakemake.wildcards.part),
             count=int(snakemake.wildcards.parts),
-            n_jobs=snakemake.threads,
+            workers=Workers(
+                count=snakemake.threads, no_progress_s=snakemake.resources.no_progress_s
+            ),
             output=Path(snakemake.output.rows),
         )

@@ -7,6 +7,7 @@ from skewbridge.study.session import script_session
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.study.folder import StudyFolder
+        from skewbridge.study.guard import Workers
         from skewbridge.study.modelling_choices import write_choices
         from skewbridge.study.setup import StudySetup
 
@@ -17,7 +18,9 @@ if __name__ == "__main__":
             choices["variants"],
             choices["axes"],
             motions=choices["motions"],
-            n_jobs=snakemake.threads,
+            workers=Workers(
+                count=snakemake.threads, no_progress_s=snakemake.resources.no_progress_s
+            ),
             output=Path(snakemake.output.table),
             digest=snakemake.params.made_for,
         )

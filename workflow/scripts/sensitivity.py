@@ -7,6 +7,7 @@ from skewbridge.study.session import script_session
 if __name__ == "__main__":
     with script_session(snakemake.log[0]):
         from skewbridge.study.folder import StudyFolder
+        from skewbridge.study.guard import Workers
         from skewbridge.study.sensitivity import write_sensitivity
         from skewbridge.study.setup import StudySetup
 
@@ -17,6 +18,8 @@ if __name__ == "__main__":
             snakemake.params.variants,
             count=snakemake.params.rows,
             window_s=snakemake.params.window_s,
-            n_jobs=snakemake.threads,
+            workers=Workers(
+                count=snakemake.threads, no_progress_s=snakemake.resources.no_progress_s
+            ),
             output=Path(snakemake.output.table),
         )

@@ -138,18 +138,21 @@ def _task_of_row(key: str, config: Path) -> "Task":
     from skewbridge.provenance.tables import read_table
     from skewbridge.study.config import load_config, plain_sections
     from skewbridge.study.folder import StudyFolder
+    from skewbridge.study.journal import read_journals
     from skewbridge.study.keys import run_key
     from skewbridge.study.setup import StudySetup
 
     study = load_config(config, base=DEFAULT_CONFIG)
     folder = StudyFolder(Path(study.results))
-    table = folder.demands
-    if not table.is_file():
-        raise InputError(f"row {key}: there is no {table}; run the study first")
-    rows: list[dict[str, Any]] = read_table(table).to_pylist()
-    row = next((row for row in rows if row["run_key"] == key), None)
+    row = read_journals(folder).get(key)  # of a study that is not finished, too
     if row is None:
-        raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
+        table = folder.demands
+        if not table.is_file():
+            raise InputError(f"row {key}: there is no {table}; run the study first")
+        rows: list[dict[str, Any]] = read_table(table).to_pylist()
+        row = next((row for row in rows if row["run_key"] == key), None)
+        if row is None:
+            raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
     sections = plain_sections(study, "motions", "model", "analysis")
     setup = StudySetup.from_sections(sections, folder)
     wanted = row["motion_id"], row["scale"], row["incidence_deg"]

@@ -1,16 +1,27 @@
-"""Commands about the study as a whole: doctor, plan, status."""
+"""Commands about the study as a whole: doctor, plan, status, retry, journal."""
 
 import time
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, emit_table, messages
+from skewbridge.errors import InputError
+
+if TYPE_CHECKING:
+    from skewbridge.study.folder import StudyFolder
 
 DEFAULT_CONFIG: Final = Path("config/config.yaml")
 ConfigOption = Annotated[
     Path, typer.Option("--config", help="Configuration, merged over config/config.yaml.")
+]
+
+StatusOption = Annotated[
+    str, typer.Option("--status", help="failed for all without a result, or one status: crash.")
+]
+CompactOption = Annotated[
+    bool, typer.Option("--compact", help="Drop lines that are repeated, outdated or damaged.")
 ]
 
 
@@ -80,6 +91,58 @@ def status(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False
     """Show what is done, failed and left, with the convergence ledger."""
     forecast, _ = _forecast(config)
     emit(forecast, _study_rows(forecast), as_json=as_json)
+
+
+@clear_errors
+def retry(
+    *,
+    status: StatusOption = "failed",
+    config: ConfigOption = DEFAULT_CONFIG,
+    as_json: JsonOption = False,
+) -> None:
+    """Forget failed analyses, so that the study tries them again when it is run."""
+    from skewbridge.statuses import FAILED
+    from skewbridge.study.upkeep import forget
+
+    if status != "failed" and status not in FAILED:
+        raise InputError(f"status: must be failed or one of {', '.join(FAILED)}, got {status}")
+    rows = forget(_folder(config), FAILED if status == "failed" else (status,))
+    found = [
+        {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
+        for row in rows
+    ]
+    emit({"forgotten": len(found), "analyses": found}, found, as_json=as_json)
+    messages.print(f"{len(found)} to be tried again: run the study", markup=False)
+
+
+@clear_errors
+def journal(
+    *,
+    compact: CompactOption = False,
+    config: ConfigOption = DEFAULT_CONFIG,
+    as_json: JsonOption = False,
+) -> None:
+    """Count the lines of the journals, and drop those that do not count."""
+    from skewbridge.study.journal import read_content
+    from skewbridge.study.upkeep import compact_journals
+
+    folder = _folder(config)
+    content = compact_journals(folder) if compact else read_content(folder.journals)
+    counts = {
+        "analyses": len(content.rows),
+        "repeated": content.repeated,
+        "outdated": content.outdated,
+        "damaged": content.damaged,
+    }
+    rows = [{"lines": name, "count": count} for name, count in counts.items()]
+    emit(counts | {"compacted": compact}, rows, as_json=as_json)
+
+
+def _folder(config: Path) -> "StudyFolder":
+    from skewbridge.study.config import load_config
+    from skewbridge.study.folder import StudyFolder
+
+    return StudyFolder(Path(load_config(config, base=DEFAULT_CONFIG).results))
 
 
 def _propose_levels(config: Path, motions: int, *, as_json: bool) -> None:
@@ -158,4 +221,4 @@ def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
     return forecast.summary, forecast.analyses_by_variant
 
 
-COMMANDS: Final = (doctor, plan, status)
+COMMANDS: Final = (doctor, plan, status, retry, journal)

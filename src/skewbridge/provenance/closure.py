@@ -1,10 +1,10 @@
 """The modules and data files that a script or a module runs: found by following its imports."""
 
-import ast
-import re
 from functools import cache
 from pathlib import Path
 from typing import Final
+
+from skewbridge.provenance.syntax import SourceMemory
 
 PACKAGE: Final = Path(__file__).parents[1]
 #: The bridges stay outside: each is digested by its numbers, for the studies that use it.
@@ -12,7 +12,9 @@ APART: Final = Path("bridge", "catalogue")
 _NO_DATA: Final = frozenset({".py", ".pyc"})
 
 
-def closure(root: Path | str, package: Path = PACKAGE) -> tuple[Path, ...]:
+def closure(
+    root: Path | str, package: Path = PACKAGE, memory: SourceMemory | None = None
+) -> tuple[Path, ...]:
     """Return the files that the result of a script or module depends on, sorted.
 
     These are its own file, every module of the package that it imports (at the top or inside a
@@ -25,11 +27,13 @@ def closure(root: Path | str, package: Path = PACKAGE) -> tuple[Path, ...]:
     Args:
         root: A Python file, or the dotted name of a module of the package.
         package: Folder of the package.
+        memory: Reads the sources.
 
     Raises:
         FileNotFoundError: The root has no source.
         ValueError: A module uses a relative import.
     """
+    memory = memory or SourceMemory()
     if isinstance(root, str):
         queue = [*_files_named(root, package)]
         wanted = package.joinpath(*root.split(".")[1:])
@@ -42,7 +46,7 @@ def closure(root: Path | str, package: Path = PACKAGE) -> tuple[Path, ...]:
         path = queue.pop()
         if path not in modules:
             modules.add(path)
-            for name in _imported_names(path.read_bytes(), package.name):
+            for name in memory.content(path.read_bytes(), package.name).names:
                 queue += _files_named(name, package)
     folders = {path.parent for path in modules if path.is_relative_to(package)}
     data = {file for folder in folders - {package / APART} for file in _data_files(folder)}
@@ -77,32 +81,3 @@ def _data_files(folder: Path) -> tuple[Path, ...]:
         elif path.suffix not in _NO_DATA:
             files.append(path)
     return tuple(files)
-
-
-@cache
-def _imported_names(source: bytes, package: str) -> frozenset[str]:
-    """Return the dotted names inside the package that a module imports or names in a text."""
-    spelled = re.compile(rf"({package}(?:\.\w+)+)(\.?)(?::\w+)?")
-    names: set[str] = set()
-    queue: list[ast.AST] = [ast.parse(source)]
-    while queue:
-        node = queue.pop()
-        if isinstance(node, ast.If) and _for_types_only(node.test):
-            queue += node.orelse
-            continue
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            if node.level or node.module is None:
-                raise ValueError("relative imports are not followed: import by the full name")
-            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            text = spelled.fullmatch(node.value)
-            names |= {f"{text[1]}.*"} if text else set()
-        queue += ast.iter_child_nodes(node)
-    return frozenset(name for name in names if name.split(".")[0] == package)
-
-
-def _for_types_only(test: ast.expr) -> bool:
-    name = test.id if isinstance(test, ast.Name) else getattr(test, "attr", "")
-    return name == "TYPE_CHECKING"

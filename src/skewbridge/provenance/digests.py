@@ -1,6 +1,5 @@
 """Digests of sources, values and files: two that are equal stand for the same result."""
 
-import ast
 import hashlib
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -9,13 +8,19 @@ from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.provenance.closure import PACKAGE, closure
+from skewbridge.provenance.syntax import SourceMemory
 
-#: Arguments that are only shown: a new label changes figures and pages, and no number.
-SHOWN_ARGUMENTS: Final = frozenset({"label", "symbol", "description", "title"})
+_READ: Final = SourceMemory()
 
 
 @cache
-def source_digest(root: Path | str, *, package: Path = PACKAGE, shown: bool = False) -> str:
+def source_digest(
+    root: Path | str,
+    *,
+    package: Path = PACKAGE,
+    shown: bool = False,
+    memory: SourceMemory = _READ,
+) -> str:
     """Return 16 hex digits over the meaning of everything that a script or module runs.
 
     Python files count as syntax trees without docstrings and comments, so that prose can be
@@ -25,17 +30,21 @@ def source_digest(root: Path | str, *, package: Path = PACKAGE, shown: bool = Fa
         root: A Python file, or the dotted name of a module of the package.
         package: Folder of the package.
         shown: Whether text that is only shown counts, for what draws figures or writes pages.
+        memory: Reads the sources.
 
     Raises:
         FileNotFoundError: The root has no source.
     """
     digest = hashlib.sha256()
-    for path in closure(root, package):
+    for path in closure(root, package, memory):
         inside = path.is_relative_to(package)
         name = path.relative_to(package).as_posix() if inside else path.name
         content = path.read_bytes()
+        if path.suffix == ".py":
+            said = memory.content(content, package.name)
+            content = (said.meaning_shown if shown else said.meaning).encode()
         digest.update(name.encode())
-        digest.update(_meaning(content, shown) if path.suffix == ".py" else content)
+        digest.update(content)
     return digest.hexdigest()[:16]
 
 
@@ -56,20 +65,3 @@ def canonical(value: Any) -> Any:
 def opensees_version() -> str:
     """Return the version of the solver."""
     return version("openseespy")
-
-
-@cache
-def _meaning(source: bytes, shown: bool) -> bytes:
-    tree = ast.parse(source)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            first = node.body[0] if node.body else None
-            if (
-                isinstance(first, ast.Expr)
-                and isinstance(first.value, ast.Constant)
-                and isinstance(first.value.value, str)
-            ):
-                node.body = node.body[1:] or [ast.Pass()]
-        elif isinstance(node, ast.Call) and not shown:
-            node.keywords = [each for each in node.keywords if each.arg not in SHOWN_ARGUMENTS]
-    return hashlib.sha256(ast.dump(tree).encode()).digest()

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
-from pathlib import Path
 from typing import Final
 
 from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
@@ -13,7 +12,7 @@ from skewbridge.motions.record import SuiteMotion
 from skewbridge.statuses import OK
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
-from skewbridge.study.worker import Row, analysed_row, of_task
+from skewbridge.study.worker import Desk, Row, analysed_row, of_task
 
 SEARCH_IM: Final = "im_saavg_rotd50_g"
 
@@ -56,12 +55,7 @@ class Search:
 
 
 def search_capacity(
-    search: Search,
-    known: Mapping[str, Row],
-    task: Task,
-    _key: str,
-    log_folder: Path,
-    owner_pid: int,
+    search: Search, known: Mapping[str, Row], task: Task, _key: str, desk: Desk
 ) -> list[Row]:
     """Return the rows of all analyses that it took to bracket the capacity of one motion.
 
@@ -69,18 +63,15 @@ def search_capacity(
         search: What to look for.
         known: Rows of earlier analyses by `run_key`; they are not repeated.
         task: The first analysis of the search; this and what follows is given by the batch.
-        log_folder: Where the solver's messages go.
-        owner_pid: The process that the result is for.
+        desk: Where messages and signs of life go.
     """
     rows: list[Row] = []
 
     def exceeds(factor: float) -> bool:
         trial = _at(task, factor)
         key = run_key(trial)
-        if key in known:
-            row = of_task(known[key], trial, key)
-        else:
-            row = analysed_row(trial, key, log_folder, owner_pid)
+        found = known.get(key)
+        row = analysed_row(trial, key, desk) if found is None else of_task(found, trial, key)
         rows.append(row)
         return search.exceeds(row)
 

@@ -53,6 +53,13 @@ class BatchesConfig:
         description="processor hours of one job by forecast, for a cluster; null for one job with "
         "all cores, best on one machine",
     )
+    no_progress_s: Whole = Field(
+        default=120,
+        ge=1,
+        le=86400,
+        description="a worker whose analysis takes no step for so long is ended, and its row is "
+        "`crash`; only time during which the study itself runs counts",
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))

@@ -55,7 +55,7 @@ def forecast_study(config: StudyConfig) -> Forecast:
             "ledger": {"status": state.statuses, "rung": state.rungs},
         },
         analyses_by_variant=by_variant,
-        notes=(state.outdated_sentence,) if state.outdated else (),
+        notes=state.notes,
     )
 
 

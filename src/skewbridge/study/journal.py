@@ -1,4 +1,4 @@
-"""The journal of a job: append-only, one JSON line per finished analysis.
+"""The journal of a job: append-only, one JSON line per finished analysis, with its checksum.
 
 A study that was killed repeats nothing that stands in any journal of its folder, however its
 analyses were shared out among jobs. A journal is never a declared output of a rule, so Snakemake
@@ -8,68 +8,144 @@ does not delete it.
 import fcntl
 import json
 import os
-from collections.abc import Generator, Iterator, Mapping
+import re
+import zlib
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.errors import InputError
+from skewbridge.provenance.files import written_aside
 from skewbridge.study.folder import StudyFolder
 
+type Row = dict[str, Any]
+
 #: Raised by one when a column changes its meaning; lines in another form are not used.
-JOURNAL_FORMAT: Final = 2
+JOURNAL_FORMAT: Final = 3
 _FORMAT_KEY: Final = "journal_format"
+#: The last entry of a line: the CRC-32 of the line without it, which tells every altered byte.
+_CHECKSUM: Final = re.compile(rb', "crc32": "([0-9a-f]{8})"\}$')
 
 
-def read_journals(folder: StudyFolder) -> dict[str, dict[str, Any]]:
-    """Return the rows of all journals of a study by `run_key`."""
-    return {key: row for path in folder.journals for key, row in read_journal(path).items()}
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JournalContent:
+    """What the journals of a study hold.
 
-
-def read_journal(path: Path) -> dict[str, dict[str, Any]]:
-    """Return the rows of a journal by `run_key`; the last line of a key wins.
-
-    A line cut short by a kill and a line in another form (see `outdated_lines`) are passed over:
-    their analyses simply run again.
+    Attributes:
+        rows: Rows by `run_key`; the last line of a key counts.
+        repeated: Lines whose key has a later line.
+        outdated: Lines that another version of the program wrote.
+        damaged: Lines that were cut short by a kill or altered since; their analyses run again.
     """
-    return {
-        row["run_key"]: row
-        for row in _lines(path)
-        if row.pop(_FORMAT_KEY, 1) == JOURNAL_FORMAT and "run_key" in row
-    }
+
+    rows: dict[str, Row] = field(default_factory=dict[str, Row])
+    repeated: int = 0
+    outdated: int = 0
+    damaged: int = 0
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What is to be said of lines that do not count."""
+        said: list[str] = []
+        if self.outdated:
+            said.append(
+                f"The journals hold {self.outdated} line(s) of another version of skewbridge, "
+                "which do not count: their analyses run again."
+            )
+        if self.damaged:
+            said.append(
+                f"The journals hold {self.damaged} line(s) cut short or altered, which do not "
+                "count: their analyses run again (skewbridge journal --compact drops the lines)."
+            )
+        return tuple(said)
 
 
-def outdated_lines(path: Path) -> int:
-    """Return how many lines of a journal another version of the program wrote."""
-    return sum(row.get(_FORMAT_KEY, 1) != JOURNAL_FORMAT for row in _lines(path))
+def read_content(paths: Sequence[Path]) -> JournalContent:
+    """Return what some journals hold; a line that is no line of ours is counted and passed over."""
+    rows: dict[str, Row] = {}
+    repeated = outdated = damaged = 0
+    for path in paths:
+        for row in _lines(path):
+            if row is None:
+                damaged += 1
+            elif row.pop(_FORMAT_KEY, 1) != JOURNAL_FORMAT or "run_key" not in row:
+                outdated += 1
+            else:
+                repeated += row["run_key"] in rows
+                rows[row["run_key"]] = row
+    return JournalContent(rows=rows, repeated=repeated, outdated=outdated, damaged=damaged)
 
 
-def _lines(path: Path) -> Iterator[dict[str, Any]]:
+def read_journals(folder: StudyFolder) -> dict[str, Row]:
+    """Return the rows of all journals of a study by `run_key`."""
+    return read_content(folder.journals).rows
+
+
+def _lines(path: Path) -> Iterator[Row | None]:
+    """Yield the rows of a journal, and None for a line that is not as it was written."""
     if not path.exists():
         return
-    with path.open(encoding="utf-8") as lines:
-        for line in lines:
-            try:
-                row = json.loads(line)
-            except json.JSONDecodeError:
-                continue
-            if isinstance(row, dict):
-                yield row
+    for line in path.read_bytes().split(b"\n"):
+        if line.strip():
+            yield _row(line)
+
+
+def _row(line: bytes) -> Row | None:
+    told = _CHECKSUM.search(line)
+    body = line if told is None else line[: told.start()] + b"}"
+    if told is not None and int(told[1], 16) != zlib.crc32(body):
+        return None
+    try:
+        row = json.loads(body)
+    except (ValueError, RecursionError):
+        return None
+    # Lines without a checksum are of versions before it: outdated, or ours with its end lost.
+    known = isinstance(row, dict) and (told is not None or _is_older(row))
+    return row if known else None
+
+
+def _is_older(row: Mapping[str, Any]) -> bool:
+    return row.get(_FORMAT_KEY, 1) != JOURNAL_FORMAT
+
+
+def _line(row: Mapping[str, Any]) -> bytes:
+    body = json.dumps({_FORMAT_KEY: JOURNAL_FORMAT, **row}, allow_nan=True).encode()
+    return body[:-1] + f', "crc32": "{zlib.crc32(body):08x}"}}\n'.encode()
 
 
 class JournalWriter:
-    """Appends rows to a journal that it holds the lock of."""
+    """Appends rows to a journal that it holds the lock of.
 
-    def __init__(self, descriptor: int) -> None:
+    Args:
+        descriptor: Of the open file.
+        path: Of the file.
+    """
+
+    def __init__(self, descriptor: int, path: Path) -> None:
         self._descriptor = descriptor
+        self.path: Final = path
 
     def append(self, row: Mapping[str, Any]) -> None:
-        """Write one row and make sure that it is on the disk."""
-        # One write call per line; the newline in front closes a line that a kill cut short.
-        marked = {_FORMAT_KEY: JOURNAL_FORMAT, **row}
-        line = "\n" + json.dumps(marked, allow_nan=True) + "\n"
-        os.write(self._descriptor, line.encode())
-        os.fsync(self._descriptor)
+        """Write one row and make sure that it is on the disk.
+
+        Raises:
+            InputError: The disk is full or cannot be written; the journal is as before.
+        """
+        size = os.fstat(self._descriptor).st_size
+        # The newline in front closes a line that a kill cut short.
+        line = b"\n" + _line(row)
+        try:
+            while line:
+                line = line[os.write(self._descriptor, line) :]
+            os.fsync(self._descriptor)
+        except OSError as error:
+            os.ftruncate(self._descriptor, size)
+            raise InputError(
+                f"cannot write the journal {self.path}: {error.strerror}; the analyses that it "
+                "has are kept: make room and give the same command again"
+            ) from None
 
 
 @contextmanager
@@ -77,10 +153,14 @@ def open_journal(path: Path) -> Generator[JournalWriter]:
     """Open a journal for writing, alone.
 
     Raises:
-        InputError: Another process runs the same job in the same folder.
+        InputError: Another process runs the same job in the same folder, or the file cannot be
+            written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    except OSError as error:
+        raise InputError(f"cannot write the journal {path}: {error.strerror}") from None
     try:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -88,6 +168,22 @@ def open_journal(path: Path) -> Generator[JournalWriter]:
             raise InputError(
                 f"{path} is being written by another process; end that study first"
             ) from None
-        yield JournalWriter(descriptor)
+        yield JournalWriter(descriptor, path)
     finally:
         os.close(descriptor)
+
+
+def compact(path: Path, keep: Callable[[Row], bool]) -> JournalContent:
+    """Rewrite a journal with the last line of every key, and return what it held before.
+
+    Args:
+        path: The journal.
+        keep: Says of a row whether it stays.
+
+    Raises:
+        InputError: Another process writes it.
+    """
+    with open_journal(path), written_aside(path) as part:
+        content = read_content([path])
+        part.write_bytes(b"".join(_line(row) for row in content.rows.values() if keep(row)))
+    return content

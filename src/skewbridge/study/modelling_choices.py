@@ -19,6 +19,7 @@ from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import OK
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.choices import CHOICES, Choice, value_text
+from skewbridge.study.guard import Workers
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.keys import run_key
 from skewbridge.study.progress import log_failure
@@ -131,7 +132,7 @@ def write_choices(
     axes: Mapping[str, Sequence[float]],
     *,
     motions: int,
-    n_jobs: int,
+    workers: Workers,
     output: Path,
     digest: str,
 ) -> None:
@@ -144,7 +145,7 @@ def write_choices(
         variants: Names of the variants to change.
         axes: Values on every axis of the grid, by its name.
         motions: So many of each.
-        n_jobs: Worker processes.
+        workers: The worker processes.
         output: Parquet file.
         digest: What the table is made for.
     """
@@ -152,7 +153,7 @@ def write_choices(
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)
-    rows = _run(setup, [task for pair in pairs for task in (pair.before, pair.after)], n_jobs)
+    rows = _run(setup, [task for pair in pairs for task in (pair.before, pair.after)], workers)
     write_frame(choices_table(pairs, rows), output, provenance(made_for=digest))
 
 
@@ -190,7 +191,7 @@ def _compared(before: Mapping[str, Any], after: Mapping[str, Any], demand: str) 
     return {"log": np.log(top / bottom) if usable else np.nan, "failed": failed}
 
 
-def _run(setup: StudySetup, tasks: Iterable[Task], n_jobs: int) -> dict[str, dict[str, Any]]:
+def _run(setup: StudySetup, tasks: Iterable[Task], workers: Workers) -> dict[str, dict[str, Any]]:
     once = {run_key(task): task for task in tasks}
     done = read_journals(setup.folder)
     logger.info("%d analyses, %d of them done", len(once), len(once.keys() & done.keys()))
@@ -199,7 +200,7 @@ def _run(setup: StudySetup, tasks: Iterable[Task], n_jobs: int) -> dict[str, dic
             list(once.values()),
             journal,
             done,
-            n_jobs=n_jobs,
+            workers=workers,
             log_folder=setup.folder.solver_logs / _JOURNAL,
             on_finished=log_failure,
         )

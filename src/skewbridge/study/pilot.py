@@ -25,6 +25,7 @@ from skewbridge.motions.scaling import FACTOR_LIMITS, block_factors
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, plain_sections
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.guard import Workers
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.prepare import prepare_motions
 from skewbridge.study.progress import log_failure
@@ -155,7 +156,9 @@ def run_pilot(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
             tasks,
             journal,
             read_journals(folder),
-            n_jobs=len(os.sched_getaffinity(0)),
+            workers=Workers(
+                count=len(os.sched_getaffinity(0)), no_progress_s=config.batches.no_progress_s
+            ),
             log_folder=folder.solver_logs / _JOURNAL,
             on_finished=log_failure,
         )

@@ -131,5 +131,5 @@ def write_plan(setup: StudySetup, variants: Sequence[str], sections: Mapping[str
     logger.info(
         "%d variants, %d analyses, %d of them done", state.variants, state.analyses, state.done
     )
-    if state.outdated:
-        logger.warning(state.outdated_sentence)
+    for note in state.notes:
+        logger.warning(note)

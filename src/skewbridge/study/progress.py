@@ -13,11 +13,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.statuses import FAILED
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import outdated_lines, read_journals
+from skewbridge.study.journal import read_content
 
 logger = logging.getLogger(__name__)
 
 LOG_INTERVAL_S: Final = 60.0
+CRASH: Final = "crash"
+SHOWN_CRASHES: Final = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +35,8 @@ class StudyState:
         rungs: Analyses by the highest recovery rung they used.
         statuses: Analyses by status.
         suspect: Analyses that someone should look at.
-        outdated: Analyses in the journals that another version of the program wrote.
+        notes: What is to be said of lines of the journals that do not count, and of analyses that
+            ended their workers.
     """
 
     variants: int
@@ -44,20 +47,12 @@ class StudyState:
     rungs: dict[int, int] = field(default_factory=dict[int, int])
     statuses: dict[str, int] = field(default_factory=dict[str, int])
     suspect: int = 0
-    outdated: int = 0
+    notes: tuple[str, ...] = ()
 
     @property
     def left(self) -> int:
         """Analyses still to run."""
         return self.analyses - self.done
-
-    @property
-    def outdated_sentence(self) -> str:
-        """What is to be said where there are outdated analyses."""
-        return (
-            f"The journals hold {self.outdated} line(s) of another version of skewbridge, which "
-            "are not used: what the study needs of them runs again."
-        )
 
 
 def study_state(
@@ -70,8 +65,9 @@ def study_state(
         folder: Where the study lies.
         limits: What is suspect.
     """
-    journals = read_journals(folder)
-    rows = [journals[key] for keys in run_keys.values() for key in keys if key in journals]
+    content = read_content(folder.journals)
+    found = content.rows
+    rows = [found[key] for keys in run_keys.values() for key in keys if key in found]
     return StudyState(
         variants=len(run_keys),
         analyses=sum(len(keys) for keys in run_keys.values()),
@@ -81,7 +77,7 @@ def study_state(
         rungs=_counts(row["recovery_rung"] for row in rows),
         statuses=_counts(row["status"] for row in rows),
         suspect=sum(bool(reasons(row, limits)) for row in rows),
-        outdated=sum(map(outdated_lines, folder.journals)),
+        notes=(*content.sentences, *_crash_notes(rows)),
     )
 
 
@@ -150,15 +146,26 @@ class StudyProgress:
 
 
 def log_failure(row: Mapping[str, Any]) -> None:
-    """Warn of an analysis without a usable result."""
+    """Warn of an analysis without a usable result, and say how to repeat it by itself."""
     if row["status"] in FAILED:
-        logger.warning(
-            "%s under %s: %s (%s)",
-            row["variant"],
-            row["motion_id"],
-            row["status"],
-            row["collapse_criterion"],
-        )
+        logger.warning(failure_note(row))
+
+
+def failure_note(row: Mapping[str, Any]) -> str:
+    """Return what became of an analysis, and the command that repeats it by itself."""
+    return (
+        f"{row['variant']} under {row['motion_id']}: {row['status']} "
+        f"({row['collapse_criterion']}); alone: "
+        f"skewbridge run --row {row['run_key']} --out row_{row['run_key']}"
+    )
+
+
+def _crash_notes(rows: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return what is to be said of analyses that ended or stopped their workers."""
+    notes = [failure_note(row) for row in rows if row["status"] == CRASH]
+    if len(notes) > SHOWN_CRASHES:
+        notes[SHOWN_CRASHES:] = [f"and {len(notes) - SHOWN_CRASHES} more with status {CRASH}"]
+    return [*notes, "`skewbridge retry` lets the study try them again."] if notes else []
 
 
 def _counts(values: Iterable[Any]) -> dict[Any, int]:

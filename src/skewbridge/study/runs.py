@@ -12,6 +12,7 @@ from skewbridge.provenance.files import write_text
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.capacity_search import search_capacity
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.guard import Workers
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.plan import Plan, keys_by_variant
 from skewbridge.study.progress import StudyProgress, study_state
@@ -21,7 +22,7 @@ from skewbridge.study.worker import Row, Work
 
 
 def analyse_part(
-    folder: StudyFolder, *, number: int, count: int, n_jobs: int, output: Path
+    folder: StudyFolder, *, number: int, count: int, workers: Workers, output: Path
 ) -> None:
     """Run what is missing of one part of the planned analyses and write its rows.
 
@@ -29,11 +30,11 @@ def analyse_part(
         folder: Where the study lies, with its plan.
         number: Which part, from 1.
         count: Number of parts.
-        n_jobs: Worker processes.
+        workers: The worker processes.
         output: JSON file with the rows of the part.
 
     Raises:
-        InputError: Another process analyses this part.
+        InputError: Another process analyses this part, or its files cannot be written.
     """
     plan = Plan.read(folder.plan)
     setup = StudySetup.from_sections(plan.sections, folder)
@@ -50,7 +51,7 @@ def analyse_part(
             [tasks[each.variant][each.number] for each in planned],
             journal,
             done,
-            n_jobs=n_jobs,
+            workers=workers,
             log_folder=folder.solver_logs,
             on_finished=progress.advance,
             search=_searching(setup, done),

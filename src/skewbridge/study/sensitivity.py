@@ -19,6 +19,7 @@ from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import RAN
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.costs import analysed_s
+from skewbridge.study.guard import Workers
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
@@ -85,7 +86,7 @@ def write_sensitivity(
     *,
     count: int,
     window_s: float | None,
-    n_jobs: int,
+    workers: Workers,
     output: Path,
 ) -> None:
     """Run the changes and write how the demands move.
@@ -97,7 +98,7 @@ def write_sensitivity(
         slugs: Variants to choose from.
         count: Rows of the study; 0 writes an empty table.
         window_s: Length that is left of each motion; None for all.
-        n_jobs: Worker processes.
+        workers: The worker processes.
         output: Parquet file: one row per demand with the mean ratio of the study to the reference,
             the largest change of a single row by each of `CHANGES`, and the seconds of motion that
             both sides of these comparisons were analysed for (the longest of the rows).
@@ -114,7 +115,7 @@ def write_sensitivity(
             [task for _, _, task in runs],
             journal,
             read_journals(setup.folder),
-            n_jobs=n_jobs,
+            workers=workers,
             log_folder=setup.folder.solver_logs / "sensitivity",
             on_finished=log_failure,
         )

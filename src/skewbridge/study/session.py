@@ -1,10 +1,12 @@
 """What every script of the workflow shares: a log, clear errors, and no life after the workflow."""
 
+import errno
 import logging
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
 
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.errors import InputError
@@ -12,10 +14,18 @@ from skewbridge.study.orphans import end_with, workflow_pid
 
 logger = logging.getLogger("skewbridge")
 
+EXIT_BAD_INPUT: Final = 2
+#: The disk or its rights, not the program.
+_OF_THE_DISK: Final = frozenset(
+    {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
+)
+
 
 @contextmanager
 def script_session(log: str | Path) -> Generator[None]:
     """Log to a file (everything) and to the terminal (warnings); bad input ends in one sentence.
+
+    So does a disk that is full or cannot be written.
 
     Args:
         log: The log file of the rule.
@@ -25,19 +35,33 @@ def script_session(log: str | Path) -> Generator[None]:
     """
     hush_exit_message()
     end_with(workflow_pid())
+    logging.raiseExceptions = False  # a log that the disk has no room for ends nothing
     logger.setLevel(logging.INFO)
-    to_file = logging.FileHandler(log, mode="w")
-    to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     to_terminal = logging.StreamHandler(sys.stderr)
     to_terminal.setLevel(logging.WARNING)
-    logger.addHandler(to_file)
     logger.addHandler(to_terminal)
     try:
-        yield
+        with _logging_to(log):
+            yield
     except InputError as error:
         logger.error("%s", error)
-        raise SystemExit(2) from None
+        raise SystemExit(EXIT_BAD_INPUT) from None
+    except OSError as error:
+        if error.errno not in _OF_THE_DISK:
+            raise
+        logger.error("cannot write the results: %s; what is finished is kept", error)
+        raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)
+
+
+@contextmanager
+def _logging_to(log: str | Path) -> Generator[None]:
+    to_file = logging.FileHandler(log, mode="w")
+    to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    logger.addHandler(to_file)
+    try:
+        yield
+    finally:
         logger.removeHandler(to_file)
         to_file.close()

@@ -14,6 +14,7 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.rungs import as_text
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.step_loop import Progress
 from skewbridge.analysis.transient import analyse
 from skewbridge.errors import InputError
 from skewbridge.motions.record import SuiteMotion
@@ -50,12 +51,13 @@ class Task:
         )
 
 
-def analyse_task(task: Task, log_path: Path) -> dict[str, Any]:
+def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, Any]:
     """Run one analysis in this process; whatever fails in it is data.
 
     Args:
         task: The analysis.
         log_path: Where the solver's messages go.
+        progress: Called now and then with the time reached and the duration, in s.
 
     Returns:
         What the analysis adds to its row of the demands table, see `outcome_of`; without demands
@@ -63,7 +65,12 @@ def analyse_task(task: Task, log_path: Path) -> dict[str, Any]:
     """
     try:
         result = analyse(
-            task.variant, task.excitation, task.settings, task.options, log_path=log_path
+            task.variant,
+            task.excitation,
+            task.settings,
+            task.options,
+            log_path=log_path,
+            progress=progress,
         )
     except InputError as error:
         return no_result("invalid_input", str(error))

@@ -6,59 +6,85 @@ A worker imports this module and what stands below it: no tables, no pools of wo
 import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.demands.columns import key_values
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
+from skewbridge.study.heartbeat import heartbeat
 from skewbridge.study.orphans import end_with
 from skewbridge.study.task import Task, analyse_task, no_result
 
 type Row = dict[str, Any]
 
-#: Makes the rows of a task: (task, its key, folder of the solver's messages, owner's pid).
-type Work = Callable[[Task, str, Path, int], list[Row]]
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Desk:
+    """Where a worker leaves what is not a result.
+
+    Attributes:
+        log_folder: For the solver's messages, in a file named after motion and key.
+        heartbeats: For the sign of life of the process.
+        owner_pid: The process that the results are for; when it ends, so does the worker.
+    """
+
+    log_folder: Path
+    heartbeats: Path
+    owner_pid: int
+
+
+#: Makes the rows of a task with a key.
+type Work = Callable[[Task, str, Desk], list[Row]]
 
 _WITHOUT_RESULT: Final = ("invalid_input", "crash")
 _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
 
 
-def one_analysis(task: Task, key: str, log_folder: Path, owner_pid: int) -> list[Row]:
+def one_analysis(task: Task, key: str, desk: Desk) -> list[Row]:
     """Return the one row of the analysis that a task describes."""
-    return [analysed_row(task, key, log_folder, owner_pid)]
+    return [analysed_row(task, key, desk)]
 
 
-def analysed_row(task: Task, key: str, log_folder: Path, owner_pid: int) -> Row:
+def analysed_row(task: Task, key: str, desk: Desk) -> Row:
     """Run one analysis in this process and return its row of the demands table.
 
     Args:
         task: The analysis.
         key: Its `run_key`; it is the caller's, whose sources may be older than this process.
-        log_folder: Where the solver's messages go, in a file named after motion and key.
-        owner_pid: The process that the result is for; when it ends, so does this one.
+        desk: Where messages and signs of life go.
     """
-    hush_exit_message()
-    end_with(owner_pid)
-    log_folder.mkdir(parents=True, exist_ok=True)
+    desk.log_folder.mkdir(parents=True, exist_ok=True)
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    outcome = analyse_task(task, log_folder / f"{task.motion.motion.motion_id}_{key}.log")
+    outcome = analyse_task(
+        task,
+        desk.log_folder / f"{task.motion.motion.motion_id}_{key}.log",
+        heartbeat(desk.heartbeats).go_on,
+    )
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
     if outcome["status"] in _WITHOUT_RESULT:
         outcome = {**_NO_DEMANDS, **outcome}
     return of_task({**outcome, **times}, task, key)
 
 
-def numbered(
-    work: Work, number: int, task: Task, key: str, log_folder: Path, owner_pid: int
-) -> tuple[int, list[Row]]:
-    """Return the rows of a task with its number, by which an unordered stream is sorted."""
-    return number, work(task, key, log_folder, owner_pid)
+def numbered(work: Work, number: int, task: Task, key: str, desk: Desk) -> tuple[int, list[Row]]:
+    """Return the rows of a task with its number, by which an unordered stream is sorted.
+
+    The process tells what it is at, and ends with its owner.
+    """
+    hush_exit_message()
+    end_with(desk.owner_pid)
+    sign = heartbeat(desk.heartbeats)
+    sign.begin(key)
+    rows = work(task, key, desk)
+    sign.begin("")
+    return number, rows
 
 
-def crashed_row(task: Task, key: str) -> Row:
-    """Return the row of an analysis whose process died."""
-    crash = no_result("crash", "the worker process died")
+def crashed_row(task: Task, key: str, reason: str) -> Row:
+    """Return the row of an analysis that has ended its process, or stood still."""
+    crash = no_result("crash", reason)
     times = {"wall_s": math.nan, "cpu_s": math.nan}
     return of_task({**_NO_DEMANDS, **crash, **times}, task, key)
 

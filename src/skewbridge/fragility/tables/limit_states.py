@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import numpy as np
 from pydantic import (
@@ -13,14 +13,15 @@ from pydantic import (
     ValidationInfo,
     field_validator,
 )
-from scipy import special
 
 from skewbridge.demands.columns import column_of
 from skewbridge.errors import InputError, raise_all
-from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.reading import checked, read_yaml, shortened
 from skewbridge.reading.files import shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
+
+if TYPE_CHECKING:
+    from skewbridge.fragility.likelihood.links import FloatArray
 
 COLLAPSE_EXCEEDS: Final = "exceeds"
 MAX_DISPERSION: Final = 2.0
@@ -234,8 +235,8 @@ def demand_unit(column: str) -> str:
 
 
 def exceedance_probability(
-    ln_demand: FloatArray, ln_capacity: float, dispersion: float
-) -> FloatArray:
+    ln_demand: "FloatArray", ln_capacity: float, dispersion: float
+) -> "FloatArray":
     """Return P(C < D) of a lognormal capacity, Phi[(ln D - ln C)/dispersion]; 0 or 1 without.
 
     References:
@@ -243,4 +244,6 @@ def exceedance_probability(
     """
     if dispersion == 0.0:
         return (ln_demand > ln_capacity).astype(np.float64)
+    from scipy import special  # here: the workflow reads limit states each time, and fits nothing
+
     return np.asarray(special.ndtr((ln_demand - ln_capacity) / dispersion))

@@ -1,0 +1,152 @@
+"""Workers that die or stand still: the study goes on, and what became of them is said."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+
+from fake_work import done_at_once, signalled
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.study.batch import run_tasks
+from skewbridge.study.guard import Workers, worker_pids
+from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.task import Task
+from skewbridge.study.worker import Work
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+
+STILL_S = 2.0
+
+
+def task(number: int) -> Task:
+    t_s = np.arange(0.0, 0.6, 0.01)
+    motion = GroundMotion(
+        motion_id=f"pulse{number}",
+        dt_s=0.01,
+        accel_1_mps2=np.cos(t_s),
+        accel_2_mps2=number * np.sin(t_s),
+    )
+    return Task(
+        variant=Variant(
+            bridge="osb1", abutment="contact_friction", skew_deg=0, gap_mm=25, friction_pct=50
+        ),
+        motion=SuiteMotion(motion=motion, scale=1.0, measures=motion_measures(motion, 0.7)),
+        incidence_deg=0.0,
+        settings=AnalysisSettings(),
+        options=ModelOptions(),
+    )
+
+
+def batch(folder: Path, work: Work) -> list[dict[str, Any]]:
+    """Rows of five analyses, as the journal has them, too."""
+    path = folder / "v.jsonl"
+    with open_journal(path) as journal:
+        rows = run_tasks(
+            [task(number) for number in range(1, 6)],
+            journal,
+            {},
+            workers=Workers(count=2, no_progress_s=STILL_S),
+            log_folder=folder,
+            on_finished=lambda _row: None,
+            search=lambda _task: work,
+        )
+    assert {row["run_key"]: row["status"] for row in rows} == {
+        key: row["status"] for key, row in read_content([path]).rows.items()
+    }
+    assert [each.name for each in folder.glob("*.workers")] == []
+    return rows
+
+
+@pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGSEGV])
+def test_an_analysis_that_ends_two_workers_is_a_crash(sent: signal.Signals, tmp_path: Path) -> None:
+    rows = batch(tmp_path, partial(signalled, motion_id="pulse3", sent=sent, first=None))
+    assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
+    assert rows[2]["collapse_criterion"] == "two worker processes died in it"
+
+
+def test_a_worker_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
+    once = partial(signalled, motion_id="pulse3", sent=signal.SIGKILL, first=tmp_path / "first")
+    assert {row["status"] for row in batch(tmp_path, once)} == {"ok"}
+
+
+def test_a_stopped_worker_is_ended_and_its_analysis_recorded(tmp_path: Path) -> None:
+    rows = batch(tmp_path, partial(signalled, motion_id="pulse3", sent=signal.SIGSTOP, first=None))
+    assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
+    assert rows[2]["collapse_criterion"] == "no progress for 2 s"
+    stopped = [each for each in psutil.Process().children() if each.status() == "stopped"]
+    assert not stopped
+
+
+def test_a_batch_without_faults_has_none(tmp_path: Path) -> None:
+    assert {row["status"] for row in batch(tmp_path, done_at_once)} == {"ok"}
+
+
+CHILD = (
+    "import os, time; from skewbridge.study.orphans import end_with;"
+    "end_with(os.getppid()); print(os.getpid(), flush=True); time.sleep(60)"
+)
+PARENT = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1]])"
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_a_worker_ends_with_its_parent_even_when_stopped(
+    stopped: bool, ended: Callable[[int], bool]
+) -> None:
+    parent = subprocess.Popen([sys.executable, "-c", PARENT, CHILD], stdout=subprocess.PIPE)
+    assert parent.stdout is not None
+    worker = int(parent.stdout.readline())
+    if stopped:
+        os.kill(worker, signal.SIGSTOP)
+    parent.kill()
+    parent.wait()
+    assert ended(worker)
+
+
+INTERRUPTED = (
+    "import subprocess, sys, time; from skewbridge.study.orphans import end_all_on_interrupt;"
+    "end_all_on_interrupt('Interrupted.');"
+    "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)']);"
+    "print(child.pid, flush=True); time.sleep(60)"
+)
+
+
+def test_ctrl_c_ends_all_with_one_line(ended: Callable[[int], bool]) -> None:
+    main = subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTED],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    assert main.stdout is not None
+    child = int(main.stdout.readline())
+    main.send_signal(signal.SIGINT)
+    _, said = main.communicate()
+    assert main.returncode == 130
+    assert said.strip() == "Interrupted."
+    assert ended(child)
+
+
+def test_only_workers_count_as_such_where_none_of_them_begins() -> None:
+    """Those that were stopped before they began have no sign of life; other children are let be."""
+    names = ("popen_loky_posix", "something_else")
+    children = [
+        subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()", name], stdin=-1)
+        for name in names
+    ]
+    try:
+        assert children[0].pid in worker_pids()
+        assert children[1].pid not in worker_pids()
+    finally:
+        for child in children:
+            child.communicate()
