@@ -13,7 +13,7 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices smoke test lint bench verify verify-accuracy docs clean
+.PHONY: help setup study choices smoke test lint bench verify verify-accuracy mutants docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
@@ -24,6 +24,7 @@ help:
 	@echo "make verify-accuracy  effects of friction, gap and skew at default against reference: 1 to 2 hours, goes on"
 	@echo "                  where it was broken off   (WHOLE=1 for motions of full length: 4 to 6 hours)"
 	@echo "make bench        what things cost, as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
+	@echo "make mutants      do the tests notice? 200 small changes of the sources; hours, goes on where it was broken off"
 	@echo "make setup lint docs clean"
 
 setup: $(STAMP)
@@ -62,6 +63,11 @@ verify-accuracy: setup
 
 bench: setup
 	FULL=$(FULL) bash benchmarks/run.sh
+
+# Finished changes stand in results/mutants/mutants.jsonl and are not repeated; hours for all.
+mutants: setup
+	nice -n 10 $(BIN)/python benchmarks/mutants.py
+	$(BIN)/python benchmarks/mutants.py --table docs/mutants.md
 
 docs: setup
 	$(BIN)/python -m skewbridge.report.reference_pages

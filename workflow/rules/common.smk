@@ -11,6 +11,7 @@ from skewbridge.provenance.files import writable_folder
 from skewbridge.provenance.tables import is_made_for
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import bridge_digest
+from skewbridge.study.made_for import tell_rules
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config, plain_sections
 from skewbridge.variant.grid import expand_grid

@@ -1,4 +1,4 @@
-"""Commands about the study as a whole: doctor, plan, status."""
+"""Commands about the study as a whole: doctor, plan, status, provenance."""
 
 import time
 from pathlib import Path
@@ -58,6 +58,36 @@ def status(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False
     emit(forecast, _study_rows(forecast), as_json=as_json)
 
 
+@clear_errors
+def provenance(
+    file: Annotated[Path, typer.Argument(help="Table, figure, page or JSON of a study or run.")],
+    *,
+    config: ConfigOption = DEFAULT_CONFIG,
+    as_json: JsonOption = False,
+) -> None:
+    """Show where a result comes from; exit 1 if the present sources and config give another."""
+    from skewbridge.study.origin import origin_of
+
+    origin = origin_of(file, config)
+    rows = [
+        {"provenance": name, "of the file": value, "now": _now(origin.now.get(name), value)}
+        for name, value in sorted(origin.told.items())
+    ]
+    answer = {"current": origin.is_current, "provenance": origin.told, "now": origin.now}
+    emit(answer | {"differences": origin.differences}, rows, as_json=as_json)
+    if not origin.is_current:
+        messages.print("not current: the present sources or configuration give another result")
+        raise typer.Exit(EXIT_FAILED)
+    if origin.differences:
+        messages.print(f"current: what differs ({', '.join(origin.differences)}) is not used by it")
+    else:
+        messages.print("current: the present sources and configuration give this result")
+
+
+def _now(value: str | None, of_file: str) -> str:
+    return "" if value is None else "same" if value == of_file else value
+
+
 def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
     ledger = forecast["ledger"]
     rows = {name: value for name, value in forecast.items() if name != "ledger"}
@@ -76,4 +106,4 @@ def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
     return forecast.summary, forecast.analyses_by_variant
 
 
-COMMANDS: Final = (doctor, plan, status)
+COMMANDS: Final = (doctor, plan, status, provenance)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import pandas as pd
-import pyarrow.parquet as pq
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -16,6 +15,7 @@ from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.beyond_model import KINDS, failure_kinds
 from skewbridge.fragility.tables.effects import MATTERS, NEGLIGIBLE, UNDECIDED
 from skewbridge.provenance.files import write_text
+from skewbridge.provenance.stamp import read_stamp
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.choice_figures import choice_findings, choices_left_out
 from skewbridge.report.study_figures import read_captions
@@ -81,7 +81,7 @@ def write_report(
         choices=[] if choices is None else _choices(read_frame(choices)),
         no_exceedance=sorted(set(missed)),
         config=yaml.safe_dump(dict(config), sort_keys=False),
-        provenance=_provenance(tables["demands"]),
+        provenance=dict(sorted(read_stamp(tables["demands"]).items())),
     )
     write_text(output, page)
 
@@ -137,15 +137,6 @@ def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
         }
         for (bridge, abutment), own in table.groupby(["bridge", "abutment"], sort=False)
     ]
-
-
-def _provenance(path: Path) -> dict[str, str]:
-    metadata = pq.read_schema(path).metadata or {}
-    return {
-        key.decode(): value.decode()
-        for key, value in sorted(metadata.items())
-        if key not in {b"pandas", b"ARROW:schema"}
-    }
 
 
 def _number(value: object, digits: int = 3) -> str:
