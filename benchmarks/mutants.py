@@ -6,9 +6,9 @@
 
 The sources are changed in a copy (results/mutants/tree). A change is tried against the tests that
 reach its line, the shortest first, then against the other tests of their files, for at most
-BUDGET_S seconds of tests; the first failure ends it. Which test reaches which line is measured
-once, and again for tests that were edited (`reached_lines.py`; after edits of the sources remove
-results/mutants/reached.json).
+FIRST_S seconds of tests (with --again AGAIN_S); the first failure ends it. Which test reaches
+which line is measured once, and again for tests that were edited (`reached_lines.py`; after edits
+of the sources remove results/mutants/reached.json).
 """
 
 import argparse
@@ -37,7 +37,8 @@ PACKAGES: Final = ("contact", "bridge", "analysis", "demands", "fragility", "mot
 TESTS: Final = ("tests/unit", "tests/property", "tests/verification", "tests/faults")
 SEED: Final = 20261122
 COUNT: Final = 200
-BUDGET_S: Final = 30.0
+FIRST_S: Final = 15.0
+AGAIN_S: Final = 60.0
 _REPEATABLE: Final = ("--hypothesis-seed=0",)
 _NO_TESTS: Final = 5
 _USAGE: Final = 4
@@ -124,7 +125,7 @@ class Reach:
             for file, line in [*found["tests"][name]["lines"], *found["shared"].get(test_file, [])]:
                 self._tests[file][line].add(name)
 
-    def tests(self, change: Mutation) -> list[str]:
+    def tests(self, change: Mutation, budget_s: float) -> list[str]:
         """Return the tests to try: those that reach it first, the shortest first."""
         lines = self._tests[change.file]
         if change.in_function:
@@ -139,7 +140,7 @@ class Reach:
         others = {name for file in files for name in self._of_file[file]} - reaching
         order = [*sorted(reaching, key=self._cost), *sorted(others, key=self._cost)]
         chosen: list[str] = []
-        left_s = BUDGET_S
+        left_s = budget_s
         for name in order:
             left_s -= self.seconds[name]
             if left_s >= 0.0 or not chosen:
@@ -187,9 +188,9 @@ def measured() -> dict[str, Any]:
     return known
 
 
-def tried(change: Mutation, reach: Reach) -> dict[str, Any]:
+def tried(change: Mutation, reach: Reach, budget_s: float) -> dict[str, Any]:
     """Try one change and return what became of it: killed, survived, or not tried and why."""
-    tests = reach.tests(change)
+    tests = reach.tests(change, budget_s)
     expected_s = sum(reach.seconds[name] for name in tests)
     told = {"tests": len(tests), "tests_s": round(expected_s, 1)}
     if not tests:
@@ -234,13 +235,14 @@ def main() -> None:
     parser.add_argument("--table", type=Path, help="write the page of what was found, run nothing")
     chosen = parser.parse_args()
     if chosen.table:
-        chosen.table.write_text(page(sample(), entries(), BUDGET_S))
+        chosen.table.write_text(page(sample(), entries(), (FIRST_S, AGAIN_S)))
         return
     os.nice(10)
     copy_tree()
     reach = Reach(measured())
+    budget_s = AGAIN_S if chosen.again else FIRST_S
     for change in remaining(chosen.again):
-        entry = {"mutant": change.name, **tried(change, reach)}
+        entry = {"mutant": change.name, **tried(change, reach, budget_s)}
         with FOUND.open("a") as file:
             file.write(json.dumps(entry) + "\n")
         sys.stdout.write(f"{entry['fate']:9} {entry['mutant']}  {entry['by']}\n")

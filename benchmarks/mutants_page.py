@@ -17,8 +17,9 @@ _HEAD: Final = """# What the tests notice
 a sign, `min` to `max`, ...), and runs the tests that reach the changed line until one fails. The
 {total} changes are drawn with a fixed seed from all of `contact`, `bridge`, `analysis`, `demands`,
 `fragility` and `motions`; texts, messages and annotations are not changed. A change is tried
-against at most {budget_s:g} s of tests, the shortest first, without the workflow and without the
-tests called slow; what those alone would notice counts as not noticed.
+against {budget_s[0]:g} s of tests at most, the shortest first, and what survives them against
+{budget_s[1]:g} s once more; the workflow and the tests called slow are left out, so that what they
+alone would notice counts as not noticed.
 
 mutmut and cosmic-ray were not used: neither draws a sample whose first part is a sample as well,
 nor stops a change after so many seconds of tests, and five minutes of tests for each change is a
@@ -32,7 +33,7 @@ def page(sample: Sequence[Mutation], entries: Iterable[Mapping[str, Any]], budge
     Args:
         sample: The changes drawn.
         entries: What became of them; of two lines for one change the last counts.
-        budget_s: Seconds of tests that a change was tried against.
+        budget_s: Seconds of tests that a change was tried against at first and again.
     """
     fates = {entry["mutant"]: entry for entry in entries}
     judged = yaml.safe_load(JUDGED.read_text()) if JUDGED.exists() else {}
