@@ -35,7 +35,9 @@ def page(sample: Sequence[Mutation], entries: Iterable[Mapping[str, Any]], budge
         entries: What became of them; of two lines for one change the last counts.
         budget_s: Seconds of tests that a change was tried against at first and again.
     """
-    fates = {entry["mutant"]: entry for entry in entries}
+    every = list(entries)
+    fates = {entry["mutant"]: entry for entry in every}
+    first = {entry["mutant"]: entry["fate"] for entry in reversed(every)}
     judged = yaml.safe_load(JUDGED.read_text()) if JUDGED.exists() else {}
     ran = [
         each for each in sample if fates.get(each.name, {}).get("fate") in {"killed", "survived"}
@@ -51,6 +53,8 @@ def page(sample: Sequence[Mutation], entries: Iterable[Mapping[str, Any]], budge
         f"Tried: {len(ran)} of {len(sample)}. Without the {len(equivalent)} that change no result, "
         f"**{len(counted) - len(left)} of {len(counted)} were noticed "
         f"({100.0 * (1.0 - len(left) / max(len(counted), 1)):.0f} %)**.\n",
+        f"At first it was {sum(first[each.name] == 'killed' for each in counted)}; the other tests "
+        "were written since.\n",
         "| package | tried | noticed |",
         "| --- | ---: | ---: |",
         *(f"| `{p}` | {n} | {n - left_of_package[p]} |" for p, n in sorted(of_package.items())),
