@@ -1,4 +1,4 @@
-"""Intervals and doubts against closed forms and plain numerical derivatives."""
+"""Intervals, doubts and defaults against closed forms and plain numerical derivatives."""
 
 from itertools import product
 from pathlib import Path
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from skewbridge.contact.law import ContactLaw
 from skewbridge.fragility.methods.ida import fit_capacities
 from skewbridge.fragility.methods.ordered import fit_ordered
 from skewbridge.fragility.settings import FitSettings
@@ -56,3 +57,8 @@ def test_an_offset_of_either_sign_is_told(offset, is_told):
         path=Path("a.csv"), format="csv", accel_mps2=wave + offset, dt_s=0.01, unit="m/s2"
     )
     assert any("mean is" in doubt for doubt in doubts(trace)) is is_told
+
+
+def test_a_contact_of_which_nothing_is_said_has_no_friction_no_cohesion_and_no_gap():
+    law = ContactLaw(kn_n_per_m=1e9, kt_n_per_m=1e9)
+    assert (law.friction, law.cohesion_n, law.gap_m, law.gap_closing_m) == (0.0, 0.0, 0.0, 0.0)
