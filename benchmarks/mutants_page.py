@@ -21,9 +21,9 @@ against {budget_s[0]:g} s of tests at most, the shortest first, and what survive
 {budget_s[1]:g} s once more; the workflow and the tests called slow are left out, so that what they
 alone would notice counts as not noticed.
 
-mutmut and cosmic-ray were not used: neither draws a sample whose first part is a sample as well,
-nor stops a change after so many seconds of tests, and five minutes of tests for each change is a
-day for 200.
+The program is our own (`benchmarks/mutants.py`); mutmut and cosmic-ray were not tried. What it
+is for: a sample whose first part is a sample as well, and a limit on the seconds of tests, since
+five minutes of tests for each change are a day for 200.
 """
 
 
