@@ -14,7 +14,7 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices smoke test lint bench verify verify-accuracy audit docs clean
+.PHONY: help setup study choices smoke test lint bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
@@ -27,6 +27,7 @@ help:
 	@echo "                  where it was broken off   (WHOLE=1 for motions of full length: 4 to 6 hours)"
 	@echo "make bench        what things cost, as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
 	@echo "make audit        known vulnerabilities of the locked packages   (skipped without a network)"
+	@echo "make mutants      do the tests notice? 200 small changes of the sources; hours, goes on where it was broken off"
 	@echo "make setup lint docs clean"
 
 setup: $(STAMP)
@@ -68,6 +69,10 @@ bench: setup
 
 audit: setup
 	@bash workflow/audit.sh $(BIN)
+# Finished changes stand in results/mutants/mutants.jsonl and are not repeated; hours for all.
+mutants: setup
+	nice -n 10 $(BIN)/python benchmarks/mutants.py
+	$(BIN)/python benchmarks/mutants.py --table docs/mutants.md
 
 docs: setup
 	$(BIN)/python -m skewbridge.report.reference_pages

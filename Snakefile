@@ -33,3 +33,6 @@ rule all:
 rule choices:
     input:
         choice_products,
+
+
+tell_rules(config, {rule.name: dict(rule.params) for rule in workflow.rules}, MOTIONS)

@@ -20,6 +20,7 @@ from skewbridge.provenance.syntax import SourceMemory
 from skewbridge.reading import read_mapping
 from skewbridge.study.folder import StudyFolder
 from skewbridge.analysis.keys import bridge_digest
+from skewbridge.study.made_for import tell_rules
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config, plain_sections
 from skewbridge.study.inputs import check_inputs, motions_digest

@@ -31,11 +31,17 @@ rule check_results:
         demands=rules.collect_demands.output.demands,
         curves=rules.fit_fragility.output.curves,
         effects=rules.paired_effects.output.effects,
+        suite=rules.prepare_motions.output.suite,
     output:
         checks=FOLDER.checks,
     log:
         FOLDER.log("check_results"),
     params:
+        asked={
+            "max_unfinished_share": STUDY.max_unfinished_share,
+            "cohesion_n": STUDY.model.cohesion_n,
+        },
+        strict=STUDY.checks == "strict",
         digest=script_digest(
             "check_results",
             rules.collect_demands,

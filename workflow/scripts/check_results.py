@@ -5,12 +5,12 @@ from pathlib import Path
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake.log[0]):
-        from skewbridge.report.checks import write_checks
+    with script_session(snakemake):
+        from skewbridge.report.checks import read_tables, write_checks
 
+        tables = {name: Path(path) for name, path in snakemake.input.items()}
         write_checks(
-            demands=Path(snakemake.input.demands),
-            curves=Path(snakemake.input.curves),
-            effects=Path(snakemake.input.effects),
-            output=Path(snakemake.output.checks),
+            read_tables(**tables, **snakemake.params.asked),
+            Path(snakemake.output.checks),
+            strict=snakemake.params.strict,
         )

@@ -5,7 +5,7 @@ from pathlib import Path
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake.log[0]):
+    with script_session(snakemake):
         from skewbridge.study.folder import StudyFolder
         from skewbridge.study.friction_pair import write_friction_pair
         from skewbridge.study.setup import StudySetup

@@ -6,7 +6,7 @@ from pathlib import Path
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake.log[0]):
+    with script_session(snakemake):
         from skewbridge.verification.registry import run_studies
 
         logger = logging.getLogger("skewbridge")

@@ -6,7 +6,7 @@ from pathlib import Path
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake.log[0]):
+    with script_session(snakemake):
         from skewbridge.provenance.tables import provenance, write_frame
         from skewbridge.verification.studies.gate import verify_contact_gate
 

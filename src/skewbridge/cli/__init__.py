@@ -11,6 +11,7 @@ from skewbridge.cli.deferred import DeferredGroup
 class _Commands(DeferredGroup):
     modules = (
         "skewbridge.cli.study",
+        "skewbridge.cli.provenance",
         "skewbridge.cli.run",
         "skewbridge.cli.bridge",
         "skewbridge.cli.design",

@@ -203,9 +203,16 @@ def _write(
     import pandas as pd
 
     from skewbridge.demands.tables import write_demands
+    from skewbridge.provenance.digests import source_digest
+    from skewbridge.provenance.stamp import stamp
     from skewbridge.provenance.tables import provenance, write_frame
+    from skewbridge.study.keys import ANALYSIS_MODULE
 
-    digests = provenance(motion_sha256=task.motion.motion.sha256, run_key=row["run_key"])
+    digests = provenance(
+        motion_sha256=task.motion.motion.sha256,
+        run_key=row["run_key"],
+        engine_digest=source_digest(ANALYSIS_MODULE),
+    )
     write_demands([row], out / "demands.parquet", digests)
     histories = pd.DataFrame(result.histories)
     write_frame(histories, out / "histories.parquet", digests)
@@ -215,13 +222,15 @@ def _write(
 
     title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
     for name, figure in run_figures(histories, title=title).items():
-        figure.savefig(out / f"{name}.png", dpi=150)
-        figure.savefig(out / f"{name}.svg")
+        for path in (out / f"{name}.png", out / f"{name}.svg"):
+            figure.savefig(path, dpi=150)
+            stamp(path, digests)
     if result.contact_layout is not None:
         from skewbridge.report.contact_replay import replay_page
 
         page = replay_page(result.contact_layout, histories, title=title)
         (out / "contact_replay.html").write_text(page, encoding="utf-8")
+        stamp(out / "contact_replay.html", digests)
 
 
 COMMANDS: Final = (run,)

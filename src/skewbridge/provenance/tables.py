@@ -1,5 +1,6 @@
 """Parquet tables that say where they come from and in which form they are written."""
 
+import os
 import platform
 import subprocess
 from collections.abc import Mapping
@@ -24,15 +25,24 @@ MAX_CELLS: Final = 200_000_000
 MAX_COLUMNS: Final = 10_000
 _FORMAT_KEY: Final = b"skewbridge_table_format"
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
+_CPU_INFO: Final = Path("/proc/cpuinfo")
 
 
 def provenance(**digests: str) -> dict[str, str]:
-    """Return what a result depends on: versions, commit, and the digests given."""
+    """Return what a result is made with: versions, commit, machine, and the digests given.
+
+    Of the machine these are the kind and the number of its processors, and no names.
+    """
+    commit = _git("rev-parse", "--short=12", "HEAD")
+    changed = _git("status", "--porcelain", "--untracked-files=no")
     return {
         # not the bare name: "pandas" is a key that pandas writes itself
         "python_version": platform.python_version(),
         **{f"{name}_version": version(name) for name in _PACKAGES},
-        "git_commit": _git_commit(),
+        "git_commit": commit or "unknown",
+        "git_dirty": "unknown" if commit is None else ("yes" if changed else "no"),
+        "processor": _processor(),
+        "processors": str(os.cpu_count()),
         **digests,
     }
 
@@ -123,11 +133,22 @@ def read_frame(path: Path) -> pd.DataFrame:
     return table.replace_schema_metadata(None).to_pandas()
 
 
-def _git_commit() -> str:
-    found = subprocess.run(
-        ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty", "--abbrev=12"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return found.stdout.strip() or "unknown"
+def _git(*arguments: str) -> str | None:
+    """Return what git says of the sources; None where there is no git or no repository."""
+    try:
+        found = subprocess.run(
+            ["git", "-C", str(PACKAGE), *arguments], capture_output=True, text=True, check=False
+        )
+    except OSError:
+        return None
+    return found.stdout.strip() if found.returncode == 0 else None
+
+
+def _processor() -> str:
+    """Return the kind of the processors, as the system names it."""
+    try:
+        lines = _CPU_INFO.read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.processor() or platform.machine()

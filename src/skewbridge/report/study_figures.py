@@ -253,7 +253,8 @@ def draw_study(
     Parallel(n_jobs=n_jobs, backend="loky")(
         delayed(_save)(draw, folder, caption.name) for caption, draw in figures
     )
-    write_text(captions, json.dumps([asdict(caption) for caption, _ in figures], indent=1))
+    said = {"figures": [asdict(caption) for caption, _ in figures]}
+    write_text(captions, json.dumps(said, indent=1))
 
 
 def _save(draw: Drawing, folder: Path, name: str) -> None:
@@ -264,7 +265,7 @@ def _save(draw: Drawing, folder: Path, name: str) -> None:
 
 def read_captions(path: Path) -> list[Caption]:
     """Return the captions of the figures of a study, in their order."""
-    return [Caption(**item) for item in json.loads(path.read_text("utf-8"))]
+    return [Caption(**item) for item in json.loads(path.read_text("utf-8"))["figures"]]
 
 
 def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Drawing]]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -100,6 +100,17 @@ class StudyConfig(BaseModel):
     suspect: SuspectLimits = Field(default_factory=SuspectLimits)
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
+    checks: Literal["report", "strict"] = Field(
+        default="report",
+        description="what a failed check of the tables does: report shows it at the top of the "
+        "page, strict stops the study before the page",
+    )
+    max_unfinished_share: Number = Field(
+        default=0.01,
+        ge=0.0,
+        le=1.0,
+        description="largest share of analyses without a usable result that passes the checks",
+    )
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)
     batches: BatchesConfig = Field(default_factory=BatchesConfig)
 

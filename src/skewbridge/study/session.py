@@ -1,4 +1,4 @@
-"""What every script of the workflow shares: a log, clear errors, and no life after the workflow."""
+"""What every script of the workflow shares: a log, clear errors, marked outputs, a bounded life."""
 
 import errno
 import logging
@@ -6,14 +6,16 @@ import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from skewbridge.analysis.exit_message import hush_exit_message
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, SolutionError
+from skewbridge.study.made_for import mark_outputs
 from skewbridge.study.orphans import end_with, workflow_pid
 
 logger = logging.getLogger("skewbridge")
 
+EXIT_FAILED: Final = 1
 EXIT_BAD_INPUT: Final = 2
 #: The disk or its rights, not the program.
 _OF_THE_DISK: Final = frozenset(
@@ -22,16 +24,18 @@ _OF_THE_DISK: Final = frozenset(
 
 
 @contextmanager
-def script_session(log: str | Path) -> Generator[None]:
+def script_session(job: Any) -> Generator[None]:
     """Log to a file (everything) and to the terminal (warnings); bad input ends in one sentence.
 
-    So does a disk that is full or cannot be written.
+    So does a disk that is full or cannot be written. When the script is through, its outputs are
+    told where they come from (`mark_outputs`).
 
     Args:
-        log: The log file of the rule.
+        job: The ``snakemake`` of the script.
 
     Raises:
-        SystemExit: With 2 after an `InputError`, whose message is shown alone.
+        SystemExit: With 2 after an `InputError` and 1 after a `SolutionError`, whose message is
+            shown alone.
     """
     hush_exit_message()
     end_with(workflow_pid())
@@ -41,11 +45,15 @@ def script_session(log: str | Path) -> Generator[None]:
     to_terminal.setLevel(logging.WARNING)
     logger.addHandler(to_terminal)
     try:
-        with _logging_to(log):
+        with _logging_to(job.log[0]):
             yield
+            mark_outputs(job.rule, map(Path, job.output), job.config)
     except InputError as error:
         logger.error("%s", error)
         raise SystemExit(EXIT_BAD_INPUT) from None
+    except SolutionError as error:
+        logger.error("%s", error)
+        raise SystemExit(EXIT_FAILED) from None
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise

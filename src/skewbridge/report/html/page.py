@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any, Final
 
 import pandas as pd
-import pyarrow.parquet as pq
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.fragility.tables.beyond_model import KINDS, failure_kinds
 from skewbridge.provenance.files import write_text
+from skewbridge.provenance.stamp import read_stamp
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.choice_figures import choice_findings, choices_left_out
 from skewbridge.report.html.effect_rows import headline_rows, verdict_shares
@@ -87,7 +87,7 @@ def write_report(
         choices=[] if choices is None else _choices(read_frame(choices)),
         no_exceedance=sorted(set(missed)),
         config=yaml.safe_dump(dict(config), sort_keys=False),
-        provenance=_provenance(tables["demands"]),
+        provenance=dict(sorted(read_stamp(tables["demands"]).items())),
     )
     write_text(output, page)
 
@@ -128,15 +128,6 @@ def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
         }
         for (bridge, abutment), own in table.groupby(["bridge", "abutment"], sort=False)
     ]
-
-
-def _provenance(path: Path) -> dict[str, str]:
-    metadata = pq.read_schema(path).metadata or {}
-    return {
-        key.decode(): value.decode()
-        for key, value in sorted(metadata.items())
-        if key not in {b"pandas", b"ARROW:schema"}
-    }
 
 
 def _number(value: object, digits: int = 3) -> str:

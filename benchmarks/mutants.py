@@ -1,0 +1,278 @@
+"""Do the tests notice? A sample of small changes of the sources, each against its tests.
+
+    benchmarks/mutants.py                the sample; goes on where it was broken off
+    benchmarks/mutants.py --again        only what survived, against the tests as they are now
+    benchmarks/mutants.py --table FILE   no runs: the kill rate and every survivor, as a page
+
+The sources are changed in a copy (results/mutants/tree). A change is tried against the tests that
+reach its line, the shortest first, then against the other tests of their files, for at most
+FIRST_S seconds of tests (with --again AGAIN_S); the first failure ends it. Which test reaches
+which line is measured once, and again for tests that were edited (`reached_lines.py`; after edits
+of the sources remove results/mutants/reached.json).
+"""
+
+import argparse
+import ast
+import hashlib
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from mutants_page import page
+from mutation_sites import Mutation, mutations
+
+ROOT: Final = Path(__file__).parents[1]
+WORK: Final = ROOT / "results" / "mutants"
+TREE: Final = WORK / "tree"
+REACHED: Final = WORK / "reached.json"
+FOUND: Final = WORK / "mutants.jsonl"
+PACKAGES: Final = ("contact", "bridge", "analysis", "demands", "fragility", "motions")
+TESTS: Final = ("tests/unit", "tests/property", "tests/verification", "tests/faults")
+SEED: Final = 20261122
+COUNT: Final = 200
+FIRST_S: Final = 15.0
+AGAIN_S: Final = 60.0
+_LIBRARIES: Final = (
+    "hypothesis",
+    "joblib",
+    "matplotlib.figure",
+    "openseespy.opensees",
+    "pandas",
+    "plotly.graph_objects",
+    "pyarrow.parquet",
+    "pydantic.dataclasses",
+    "scipy.optimize",
+    "scipy.signal",
+    "scipy.stats",
+    "seaborn",
+    "typer.testing",
+)
+_HOUR_S: Final = 3600
+_WAITING: Final = 20
+_NO_TESTS: Final = 5
+_USAGE: Final = 4
+
+
+def sample() -> list[Mutation]:
+    """Return the sample: every part of it from the front is a sample, too."""
+    package = ROOT / "src" / "skewbridge"
+    files = [file for name in PACKAGES for file in sorted((package / name).rglob("*.py"))]
+    every = [
+        change
+        for file in files
+        for change in mutations(file.relative_to(package).as_posix(), file.read_bytes())
+    ]
+    # by digest, so that an edit of one module leaves the choice among the others as it is
+    return sorted({each.name: each for each in every}.values(), key=_drawn)[:COUNT]
+
+
+def _drawn(change: Mutation) -> bytes:
+    return hashlib.sha256(f"{SEED} {change.name}".encode()).digest()
+
+
+def copy_tree() -> None:
+    """Copy what git knows or would know, with its times, so that compiled files stay valid."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        capture_output=True,
+        check=True,
+        text=True,
+    ).stdout.split("\0")
+    shutil.rmtree(TREE, ignore_errors=True)
+    for name in filter(None, listed):
+        if (ROOT / name).is_file():
+            (TREE / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, TREE / name)
+
+
+def run_tests(arguments: list[str], cpu_s: int) -> tuple[int | None, str]:
+    """Run pytest on the copy in a child process; the code is None when its time was up.
+
+    The child is a fork that has the libraries already, since loading them takes longer than most
+    tests. Its time is that of the processor, which a busy machine does not shorten.
+    """
+    output = WORK / "output.txt"
+    child = os.fork()
+    if child == 0:
+        os.setsid()
+        resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
+        signal.alarm(_WAITING * cpu_s)  # for one that waits and computes nothing
+        with output.open("wb") as file:
+            os.dup2(file.fileno(), 1)
+            os.dup2(file.fileno(), 2)
+        os.chdir(TREE)
+        sys.path.insert(0, str(TREE / "src"))
+        code = pytest.main(["-p", "no:cacheprovider", "--hypothesis-seed=0", *arguments])
+        sys.stdout.flush()
+        os._exit(int(code))
+    _, status = os.waitpid(child, 0)
+    code = os.waitstatus_to_exitcode(status)
+    with suppress(ProcessLookupError):  # what a killed test left behind
+        os.killpg(child, signal.SIGKILL)
+    return None if code == -signal.SIGXCPU else code, output.read_text(errors="replace")
+
+
+def prepare_children() -> None:
+    """Load what tests load, but nothing of ours; let child and grandchild use the copy."""
+    for name in _LIBRARIES:
+        import_module(name)
+    sys.dont_write_bytecode = True
+    paths = os.pathsep.join([str(TREE / "src"), str(TREE / "benchmarks")])
+    os.environ |= {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+class Reach:
+    """Which tests reach a line, and how long each takes."""
+
+    def __init__(self, found: dict[str, Any]) -> None:
+        self.seconds = {
+            name: test["s"] for name, test in found["tests"].items() if "not_passed" not in test
+        }
+        self._of_file: dict[str, list[str]] = defaultdict(list)
+        self._tests: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
+        for name in self.seconds:
+            test_file = name.split("::")[0]
+            self._of_file[test_file].append(name)
+            for file, line in [*found["tests"][name]["lines"], *found["shared"].get(test_file, [])]:
+                self._tests[file][line].add(name)
+
+    def tests(self, change: Mutation, budget_s: float) -> list[str]:
+        """Return the tests to try: those that reach it first, the shortest first."""
+        lines = self._tests[change.file]
+        if change.in_function:
+            before = [line for line in lines if line <= change.line]
+            reaching = set(lines[max(before)]) if before else set()
+        else:  # executed once, when the module is imported: whatever uses the module sees it
+            reaching = set().union(*lines.values())
+        if not reaching:
+            users = [file for file in self._tests if change.file in imported(file)]
+            reaching = set().union(*(s for file in users for s in self._tests[file].values()))
+        files = {name.split("::")[0] for name in reaching}
+        others = {name for file in files for name in self._of_file[file]} - reaching
+        order = [*sorted(reaching, key=self._cost), *sorted(others, key=self._cost)]
+        chosen: list[str] = []
+        left_s = budget_s
+        for name in order:
+            left_s -= self.seconds[name]
+            if left_s >= 0.0 or not chosen:
+                chosen.append(name)
+        return chosen
+
+    def _cost(self, name: str) -> tuple[float, str]:
+        return round(self.seconds[name], 2), name
+
+
+def imported(file: str) -> set[str]:
+    """Return the modules that a module imports, as files below the package."""
+    tree = ast.parse((TREE / "src" / "skewbridge" / file).read_bytes())
+    names = [
+        node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module
+    ]
+    return {f"{name.removeprefix('skewbridge.').replace('.', '/')}.py" for name in names}
+
+
+def measured() -> dict[str, Any]:
+    """Return what each test reaches; measured are the files of tests that are new or edited."""
+    known: dict[str, Any] = {"tests": {}, "shared": {}, "files": {}}
+    if REACHED.exists():
+        known = json.loads(REACHED.read_text())
+    files = {
+        path.relative_to(TREE).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for folder in TESTS
+        for path in sorted((TREE / folder).glob("test_*.py"))
+    }
+    edited = [name for name, digest in files.items() if known["files"].get(name) != digest]
+    if edited:
+        part = WORK / "reached_part.json"
+        selected = ["-p", "reached_lines", "-m", "not slow", *edited]
+        os.environ["REACHED_LINES"] = str(part)
+        run_tests(selected, _HOUR_S)
+        found = json.loads(part.read_text())
+        for kind in ("tests", "shared"):
+            kept = {
+                name: each
+                for name, each in known[kind].items()
+                if (file := name.split("::")[0]) in files and file not in edited
+            }
+            known[kind] = kept | found[kind]
+        known["files"] = files
+        REACHED.write_text(json.dumps(known))
+    return known
+
+
+def tried(change: Mutation, reach: Reach, budget_s: float) -> dict[str, Any]:
+    """Try one change and return what became of it: killed, survived, or not tried and why."""
+    tests = reach.tests(change, budget_s)
+    expected_s = sum(reach.seconds[name] for name in tests)
+    told = {"tests": len(tests), "tests_s": round(expected_s, 1)}
+    if not tests:
+        return {"fate": "survived", "by": "no test reaches it", **told}
+    path = TREE / "src" / "skewbridge" / change.file
+    source, stat = path.read_bytes(), path.stat()
+    listed = WORK / "tests.txt"
+    listed.write_text("\n".join(tests))
+    try:
+        path.write_bytes(change.applied(source))
+        code, output = run_tests(["-x", "--tb=no", f"@{listed}"], round(3.0 * expected_s) + 60)
+    finally:
+        path.write_bytes(source)
+        os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    if code is None:
+        return {"fate": "killed", "by": "the time", **told}
+    if code in {_USAGE, _NO_TESTS, -signal.SIGALRM}:
+        return {"fate": "not tried", "by": output.strip()[-300:], **told}
+    failed = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    by = failed[0].split(" - ")[0] if failed else f"pytest ended with {code}"
+    return {"fate": "killed" if code else "survived", "by": by if code else "", **told}
+
+
+def remaining(again: bool) -> Iterator[Mutation]:
+    """Give the changes of the sample that have no line yet, or those that survived."""
+    last = {entry["mutant"]: entry["fate"] for entry in entries()}
+    for change in sample():
+        fate = last.get(change.name)
+        if (again and fate == "survived") or (not again and fate is None):
+            yield change
+
+
+def entries() -> list[dict[str, Any]]:
+    """Return what was found so far; a line that a kill cut is left out."""
+    lines = FOUND.read_text().splitlines(keepends=True) if FOUND.exists() else []
+    return [json.loads(line) for line in lines if line.endswith("\n")]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Small changes of the sources against the tests.")
+    parser.add_argument("--again", action="store_true", help="only what survived before")
+    parser.add_argument("--table", type=Path, help="write the page of what was found, run nothing")
+    chosen = parser.parse_args()
+    if chosen.table:
+        chosen.table.write_text(page(sample(), entries(), (FIRST_S, AGAIN_S)))
+        return
+    os.nice(10)
+    copy_tree()
+    prepare_children()
+    reach = Reach(measured())
+    budget_s = AGAIN_S if chosen.again else FIRST_S
+    for change in remaining(chosen.again):
+        entry = {"mutant": change.name, **tried(change, reach, budget_s)}
+        with FOUND.open("a") as file:
+            file.write(json.dumps(entry) + "\n")
+        sys.stdout.write(f"{entry['fate']:9} {entry['mutant']}  {entry['by']}\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

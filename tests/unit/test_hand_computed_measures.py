@@ -1,0 +1,192 @@
+"""Demands, strengths, intensities and factors against numbers worked out by hand."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from skewbridge.analysis import peaks
+from skewbridge.analysis.trace import Layout, Trace
+from skewbridge.bridge.handles import AbutmentHandle, CornerHandle, SpringHandle
+from skewbridge.bridge.shear_capacity import (
+    ShearSection,
+    hoop_strength_n,
+    kowalsky_priestley_strength,
+    sdc_shear_strength,
+)
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.scaling import block_factors, block_targets
+
+CENTRE, WALL_1, WALL_2 = 1, 2, 3
+PSI_PA = 6894.757293168
+SECTION = ShearSection(
+    diameter_m=1.676,
+    core_diameter_m=1.549,
+    cover_m=0.064,
+    hoop_area_m2=510e-6,
+    hoop_spacing_m=0.127,
+    hoop_yield_pa=414e6,
+    expected_hoop_yield_pa=469e6,
+    concrete_strength_pa=27.6e6,
+    expected_concrete_strength_pa=35.85e6,
+    longitudinal_ratio=0.02,
+    shear_span_m=5.64,
+    neutral_axis_depth_m=0.5,
+)
+
+
+def abutment(**changes) -> AbutmentHandle:
+    handle = AbutmentHandle(
+        side="right",
+        normal=(1.0, 0.0),
+        tangent=(0.0, 1.0),
+        gap_m=0.05,
+        transverse_gap_m=0.0064,
+        seat_width_m=0.9,
+        centre_node=CENTRE,
+        corners=tuple(
+            CornerHandle(node=CENTRE, kind=kind, plan_m=(0.0, 0.0)) for kind in ("acute", "obtuse")
+        ),
+        bearings=(),
+        pad_offsets_m=((0.0, 0.0),),
+        wall_units=(),
+        key_units=(),
+        wall_nodes=(WALL_1, WALL_2),
+        key_nodes=(),
+        wall_springs=(),
+        key_springs=(),
+        wing_springs=(),
+        other_springs=(),
+    )
+    return replace(handle, **changes)
+
+
+def trace_of(**along_x_m) -> Trace:
+    """Return a trace of three steps in which nodes move along x."""
+    layout = Layout(
+        nodes=(CENTRE, WALL_1, WALL_2),
+        columns=(),
+        sections=(),
+        springs=(),
+        bearings=(),
+        units=0,
+        centre_node=CENTRE,
+    )
+    rows = np.zeros((3, layout.width))
+    for name, values in along_x_m.items():
+        node = {"centre": CENTRE, "wall_1": WALL_1, "wall_2": WALL_2}[name]
+        rows[:, layout.node(node)] = values
+    return Trace(layout=layout, rows=rows)
+
+
+def movements(trace: Trace, *handles: AbutmentHandle) -> dict[str, float]:
+    return peaks._abutment_demands(SimpleNamespace(abutments=handles), trace)
+
+
+def test_passive_is_into_the_fill_and_active_is_out_of_it():
+    """The right wall has its fill at +x: 30 mm into it, 20 mm out of it."""
+    trace = trace_of(wall_1=[0.0, 0.03, -0.01], wall_2=[0.0, 0.01, -0.02])
+    right = movements(trace, abutment())
+    assert right["abutment_passive_m"] == pytest.approx(0.03)
+    assert right["abutment_active_m"] == pytest.approx(0.02)
+    left = movements(trace, abutment(side="left", normal=(-1.0, 0.0)))
+    assert left["abutment_passive_m"] == pytest.approx(0.02)
+    assert left["abutment_active_m"] == pytest.approx(0.03)
+
+
+def test_without_wall_nodes_the_fill_is_pushed_by_what_the_gap_leaves_and_never_pulled():
+    spring = SpringHandle(element=9, component=0, direction=(1.0, 0.0), nodes=(99, CENTRE))
+    bare = abutment(wall_nodes=(), wall_springs=(spring,))
+    found = movements(trace_of(centre=[0.0, 0.08, -0.20]), bare)
+    assert found["abutment_passive_m"] == pytest.approx(0.03)
+    assert found["abutment_active_m"] == 0.0
+
+
+def concrete_n(factor_1: float, factor_2: float = 1.0) -> float:
+    """Return Vc of the criteria: factors times the root of the strength, in psi."""
+    effective_m2 = 0.8 * np.pi * 1.676**2 / 4
+    return factor_1 * factor_2 * np.sqrt(27.6e6 / PSI_PA) * PSI_PA * effective_m2
+
+
+@pytest.mark.parametrize(
+    ("ductility", "factor_1"),
+    [
+        # hoops: 4 x 510e-6 / (1.549 x 0.127) x 414 MPa = 4.293 MPa = 0.6227 ksi, at most 0.35
+        (1.0, 3.0),  # 0.35 / 0.15 + 3.67 - 1 = 5.0
+        (4.0, 0.35 / 0.15 + 3.67 - 4.0),
+        (5.5, 0.35 / 0.15 + 3.67 - 5.5),
+        (8.0, 0.3),  # -2: no less than 0.3
+        (20.0, 0.3),
+    ],
+)
+def test_concrete_shear_falls_with_ductility_down_to_a_tenth(ductility, factor_1):
+    strength = sdc_shear_strength(SECTION, 0.0, ductility)
+    assert float(strength) == pytest.approx(
+        concrete_n(factor_1) + hoop_strength_n(SECTION), rel=1e-6
+    )
+
+
+def test_concrete_shear_grows_with_compression_and_is_none_under_tension():
+    axial_n = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
+    steel = hoop_strength_n(SECTION)
+    assert float(sdc_shear_strength(SECTION, axial_n, 8.0)) == pytest.approx(
+        concrete_n(0.3, 1.25) + steel, rel=1e-6
+    )
+    assert float(sdc_shear_strength(SECTION, 9.0 * axial_n, 8.0)) == pytest.approx(
+        concrete_n(0.3, 1.5) + steel, rel=1e-6
+    )
+    assert float(sdc_shear_strength(SECTION, -1.0, 8.0)) == pytest.approx(steel, rel=1e-9)
+    assert float(sdc_shear_strength(SECTION, 9.0 * axial_n, 1.0)) == pytest.approx(
+        concrete_n(4.0) + steel, rel=1e-6
+    )
+    away = sdc_shear_strength(SECTION, 0.0, 8.0, inside_hinge=False)
+    assert float(away) == pytest.approx(concrete_n(3.0) + steel, rel=1e-6)
+
+
+def test_hoops_carry_what_their_force_and_number_give():
+    # pi/2 x 510 mm2 x 414 MPa x 1.549 m / 0.127 m
+    assert hoop_strength_n(SECTION) == pytest.approx(4.0452e6, rel=1e-4)
+
+
+def test_revised_ucsd_strength_is_the_sum_of_its_three_parts():
+    """Aspect 5.64/1.676 > 2: 1.0; steel 0.5 + 20 x 0.02 = 0.9; 0.29 up to 3, 0.05 from 15."""
+    area_mm2 = 0.8 * np.pi * 1676.0**2 / 4
+    truss_kn = np.pi / 2 * 0.510 * 469.0 * (1676 - 500 - 64) / np.tan(np.pi / 6) / 127.0
+    for ductility, degraded in ((1.0, 0.29), (9.0, 0.17), (20.0, 0.05)):
+        concrete_kn = 1.0 * 0.9 * degraded * np.sqrt(35.85) * area_mm2 / 1000.0
+        strut_kn = 6000.0 * (1.676 - 0.5) / (2 * 5.64)
+        expected = 1e3 * (concrete_kn + truss_kn + strut_kn)
+        found = float(kowalsky_priestley_strength(SECTION, 6.0e6, ductility))
+        assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_one_value_per_pair_is_the_mean_of_its_components():
+    """1 m/s2 to and fro for 2 s: CAV 2 m/s, Arias pi/(2 g) x 2; the other component is still."""
+    accel = np.array([1.0, -1.0] * 100 + [1.0])
+    motion = GroundMotion(
+        motion_id="m", dt_s=0.01, accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel)
+    )
+    found = motion_measures(motion, None)
+    assert found["im_cav_mps"] == pytest.approx(1.0)
+    assert found["im_arias_mps"] == pytest.approx(0.5 * np.pi / (2.0 * 9.80665) * 2.0)
+    twice = motion_measures(motion.with_components(accel, 3.0 * accel), None)
+    assert twice["im_cav_mps"] == pytest.approx((2.0 + 6.0) / 2.0)
+
+
+@pytest.mark.parametrize(
+    ("block", "offset"), [(0, 1 / 2), (1, 1 / 4), (2, 3 / 4), (3, 1 / 8), (4, 5 / 8)]
+)
+def test_the_levels_of_a_block_start_at_the_element_of_the_van_der_corput_sequence(block, offset):
+    levels = block_targets(block, 8, (0.1, 1.5))
+    shares = (np.arange(8) + offset) / 8
+    np.testing.assert_allclose(levels, 0.1 * 15.0**shares, rtol=1e-12)
+
+
+def test_two_blocks_interleave_and_a_cut_block_fills_the_range_alone():
+    shares = np.log(block_factors(np.ones(20)) / 0.1) / np.log(15.0)
+    steps = np.arange(8)
+    both = np.concatenate([(steps + 1 / 2) / 8, (steps + 1 / 4) / 8])
+    np.testing.assert_allclose(np.sort(shares[:16]), np.sort(both))
+    np.testing.assert_allclose(shares[16:], (np.arange(4) + 3 / 4) / 4)
