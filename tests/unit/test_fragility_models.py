@@ -11,7 +11,7 @@ from skewbridge.fragility.likelihood.fit import FragilityFit
 from skewbridge.fragility.likelihood.intervals import percentile_interval
 from skewbridge.fragility.likelihood.links import probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.likelihood.profile import _bracketed_end, profile_ends
+from skewbridge.fragility.likelihood.profile import _bracketed_end, chi_square_quantile, profile_ends
 from skewbridge.fragility.methods import axis_probit, goodness, system
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.cloud_models import fit_heteroscedastic, fit_modified_cloud
@@ -86,7 +86,7 @@ def test_bracketed_and_direct_ends_of_the_profile_agree():
     k = np.array([0, 1, 3, 6, 10, 14, 17, 19.0])
     kernel = BinomialKernel(design, np.full(8, 20.0), k)
     best = maximise(kernel, np.zeros((1, 2)))
-    ends = profile_ends(kernel, best, 0.95, 0.0)
+    ends = profile_ends(kernel, best, chi_square_quantile(0.95), 0.0)
     target = float(best.loglik[0]) - 0.5 * 3.841458820694124
     slow = [_bracketed_end(kernel, best, target, index) for index in range(4)]
     assert [*ends.ln_theta, *ends.slope] == pytest.approx(slow, rel=1e-9)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.intervals import percentile_interval
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.links import FloatArray, half_width, predictor
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 
 # Replicates times runs treated at once: arrays that stay in the cache are four times faster.
@@ -52,12 +52,16 @@ def record_weights(
 
 
 def refit_exceedance(
-    ln_im: FloatArray, n: FloatArray, k: FloatArray, start: FloatArray | None = None
+    ln_im: FloatArray,
+    n: FloatArray,
+    k: FloatArray,
+    start: FloatArray | None = None,
+    link: str = "probit",
 ) -> Replicates:
-    """Fit probit curves to R replicates at once.
+    """Fit curves to R replicates at once.
 
     ``ln_im`` has shape (J,); runs (or weights) ``n`` and exceedances ``k`` have shape (R, J).
-    Newton starts at ``start``, (a0, a1), usually the fit of the data.
+    Newton starts at ``start``, (a0, a1) with eta = 0 at the median, usually the fit of the data.
     """
     total, size = k.shape
     theta, beta = np.empty(total), np.empty(total)
@@ -65,12 +69,15 @@ def refit_exceedance(
     begin = np.zeros(2) if start is None else start
     rows = max(_CHUNK_ELEMENTS // max(size, 1), 1)
     design = np.column_stack([np.ones(size), ln_im])
+    middle = predictor(0.5, link)
+    offset = np.full(size, middle) if middle else None
+    spread = half_width(link)
     for first in range(0, total, rows):
         part = slice(first, min(first + rows, total))
         good = existence.batch_exists(ln_im, n[part], k[part])
         theta[part], beta[part] = _jump(ln_im, n[part], k[part]), 0.0
         if np.any(good):
-            kernel = BinomialKernel(design, n[part][good], k[part][good])
+            kernel = BinomialKernel(design, n[part][good], k[part][good], link, offset)
             best = maximise(kernel, np.tile(begin, (int(np.sum(good)), 1)), covariance=False)
             a0, a1 = best.params[:, 0], best.params[:, 1]
             with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -78,7 +85,7 @@ def refit_exceedance(
                 # a falling replicate says that the data do not bound the dispersion
                 fitted = np.where(rising, np.exp(-a0 / a1), np.where(a0 < 0.0, np.inf, 0.0))
             theta[np.flatnonzero(good) + first] = fitted
-            beta[np.flatnonzero(good) + first] = np.where(rising, 1.0 / a1, np.inf)
+            beta[np.flatnonzero(good) + first] = np.where(rising, spread / a1, np.inf)
         exists[part] = good
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(exists)))
 
@@ -115,7 +122,14 @@ def weighted_lines(x: FloatArray, y: FloatArray, weights: FloatArray) -> Weighte
     return WeightedLines(mean_x, mean_y, sxx, b, np.sqrt(s2))
 
 
-def refit_lines(x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float) -> Replicates:
+def refit_lines(
+    x: FloatArray,
+    y: FloatArray,
+    weights: FloatArray,
+    ln_c: float,
+    *,
+    capacity_dispersion: float = 0.0,
+) -> Replicates:
     """Fit the log-log line to R weighted replicates at once; weights of shape (R, n).
 
     Replicates with slope <= 0 or a single intensity have no median: they count as separated, with
@@ -126,7 +140,7 @@ def refit_lines(x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float) 
         ln_theta = line.mean_x + (ln_c - line.mean_y) / line.b
         good = (line.b > 0.0) & (line.sxx > 1e-9)
         theta = np.where(good, np.exp(ln_theta), np.inf)
-        beta = np.where(good, line.scatter / line.b, np.inf)
+        beta = np.where(good, np.hypot(line.scatter, capacity_dispersion) / line.b, np.inf)
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
 
 

@@ -30,7 +30,7 @@ from skewbridge.fragility.likelihood.parts import (
     Proportions,
     Separation,
 )
-from skewbridge.fragility.likelihood.profile import profile_ends
+from skewbridge.fragility.likelihood.profile import chi_square_quantile, profile_ends
 from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -107,7 +107,8 @@ def fit_stripes(
         line = replace(line, beta_equiv_pi_sqrt3=float(np.pi / np.sqrt(3.0) / a1))
     whole = bool(np.all(exceed == np.round(exceed)))
     wanted = interval and whole
-    ends = profile_ends(kernel, best, settings.confidence, flat) if wanted else None
+    drop = chi_square_quantile(settings.confidence)
+    ends = profile_ends(kernel, best, drop, flat) if wanted else None
     fit = estimated(unfitted, best.params[0], best.covariance[0], ends, half_width(link))
     warnings += common_warnings(fit.theta, fit.ci_theta, x, n_records or total)
     warnings += _overlap_warnings(x, runs, exceed)

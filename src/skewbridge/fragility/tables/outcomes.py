@@ -15,6 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import Replicates
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
@@ -55,6 +56,21 @@ class Runs:
         return int(np.max(self.records)) + 1 < self.records.size
 
 
+@dataclass(frozen=True, slots=True)
+class CensoredDemands:
+    """Demands of the runs of one variant as a log-log line sees them, arrays of shape (n,).
+
+    Attributes:
+        lower: Demand, or the value that it exceeds.
+        upper: Equal to it where the demand is known; infinity, or a bound that was assumed.
+        used: Runs that take part: those that left a positive demand.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    used: NDArray[np.bool_]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcomes:
     """Outcomes of the runs of one variant for one limit state, arrays of shape (n,).
@@ -74,6 +90,28 @@ class Outcomes:
     unknown: NDArray[np.bool_]
     demand: FloatArray
     complete: NDArray[np.bool_]
+
+    @property
+    def one_sided(self) -> str | None:
+        """Status of known outcomes that hold no median: none exceeds, or all do."""
+        known = self.exceed[~self.unknown]
+        if not np.any(known):
+            return existence.NO_EXCEEDANCE
+        return existence.ALL_EXCEED if np.all(known) else None
+
+    def assuming(self, exceed: NDArray[np.bool_]) -> "Outcomes":
+        """Return the outcomes if those unknown were known."""
+        return replace(self, exceed=exceed, unknown=np.zeros_like(self.unknown))
+
+    def censored(self, threshold: float) -> "CensoredDemands":
+        """Return the demands as a line sees them; a run that is not complete has no upper end.
+
+        A run that exceeds by definition is known to lie above the threshold, any other above its
+        peak so far.
+        """
+        peak = np.nan_to_num(self.demand, nan=0.0)
+        lower = np.where(self.defined, np.maximum(peak, threshold), peak)
+        return CensoredDemands(lower, np.where(self.complete, lower, inf), lower > 0.0)
 
     def judge(
         self,
