@@ -6,12 +6,16 @@ import pytest
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange import risk
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
+from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance, refit_lines
 from skewbridge.fragility.likelihood.fit import FragilityFit
 from skewbridge.fragility.likelihood.intervals import percentile_interval
 from skewbridge.fragility.likelihood.links import probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.likelihood.profile import _bracketed_end, chi_square_quantile, profile_ends
+from skewbridge.fragility.likelihood.profile import (
+    _bracketed_end,
+    chi_square_quantile,
+    profile_ends,
+)
 from skewbridge.fragility.methods import axis_probit, goodness, system
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.cloud_models import fit_heteroscedastic, fit_modified_cloud
@@ -218,7 +222,10 @@ def test_system_bounds_hold_and_shares_name_the_weak_component():
     demand = np.column_stack(
         [im * np.exp(0.3 * common), 0.4 * im * np.exp(0.2 * common + 0.2 * rng.normal(size=80))]
     )
-    joint = system.joint_demand(im, demand, np.array([0.5, 0.5]), np.array([0.35, 0.35]))
+    x, y, once = np.log(im), np.log(demand), np.ones((1, 80))
+    lines = [refit_lines(x, y[:, i], once, np.log(0.5)) for i in range(2)]
+    correlation = system.residual_correlation(x, y, once)
+    joint = system.joint_demand(lines, [0.35, 0.35], correlation).first
     # residual correlation, not that of ln D, which the common trend would bring near 1
     assert 0.2 < joint.correlation[0, 1] < 0.6
     im = np.geomspace(0.05, 3, 60)

@@ -21,7 +21,7 @@ if __name__ == "__main__":
         tables = {
             "curves": fit_study(demands, states, settings.im, settings),
             "medians": paired_capacity_effects(demands, states, settings.im, settings),
-            "system": system_curves(demands, states, settings.im),
+            "system": system_curves(demands, states, settings.im, settings),
         }
         for name, table in tables.items():
             write_frame(table, Path(snakemake.output[name]), provenance())

@@ -4,11 +4,12 @@ Where the same motions run on every stripe or every variant, the runs are not in
 interval from the binomial likelihood covers about 72 % instead of 95 % (docs/theory).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.intervals import percentile_interval
@@ -27,11 +28,19 @@ class Replicates:
         theta: Shape (R,); 0 or infinity where every or no run of a replicate exceeds.
         beta: Shape (R,); 0 where a replicate is separated.
         separated: Share of replicates without an estimate, kept and not dropped.
+        slope: Slope b of the log-log lines behind them, shape (R,); None where there is no line.
     """
 
     theta: FloatArray
     beta: FloatArray
     separated: float
+    slope: FloatArray | None = None
+
+    def widened(self, capacity_dispersion: float) -> "Replicates":
+        """Return the replicates with the dispersion of the capacity in beta, by their lines."""
+        if capacity_dispersion == 0.0 or self.slope is None:
+            return self
+        return replace(self, beta=np.hypot(self.beta, capacity_dispersion / self.slope))
 
     def intervals(self, level: float) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return percentile intervals of theta and beta."""
@@ -122,14 +131,7 @@ def weighted_lines(x: FloatArray, y: FloatArray, weights: FloatArray) -> Weighte
     return WeightedLines(mean_x, mean_y, sxx, b, np.sqrt(s2))
 
 
-def refit_lines(
-    x: FloatArray,
-    y: FloatArray,
-    weights: FloatArray,
-    ln_c: float,
-    *,
-    capacity_dispersion: float = 0.0,
-) -> Replicates:
+def refit_lines(x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float) -> Replicates:
     """Fit the log-log line to R weighted replicates at once; weights of shape (R, n).
 
     Replicates with slope <= 0 or a single intensity have no median: they count as separated, with
@@ -140,8 +142,9 @@ def refit_lines(
         ln_theta = line.mean_x + (ln_c - line.mean_y) / line.b
         good = (line.b > 0.0) & (line.sxx > 1e-9)
         theta = np.where(good, np.exp(ln_theta), np.inf)
-        beta = np.where(good, np.hypot(line.scatter, capacity_dispersion) / line.b, np.inf)
-    return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
+        beta = np.where(good, line.scatter / line.b, np.inf)
+    separated = float(1.0 - np.mean(good))
+    return Replicates(theta=theta, beta=beta, separated=separated, slope=line.b)
 
 
 def parametric_counts(
@@ -149,6 +152,24 @@ def parametric_counts(
 ) -> FloatArray:
     """Return counts drawn from a fitted curve, shape (R, J)."""
     return rng.binomial(n.astype(np.int64), p, size=(replicates, p.size)).astype(np.float64)
+
+
+def student_reach(values: FloatArray, motions: int, level: float) -> float:
+    """Return the half-width of an interval from replicates of an estimate, by Student's t.
+
+    t(m - 2) times the scatter of the replicates, which is too small by sqrt[(m - 2)/m] for a line
+    through m motions. The scatter is half the distance of the 16 and 84 % points: one that no
+    outlier moves; replicates that are not finite count as far away.
+    """
+    if motions < 3:
+        return np.inf
+    far = np.nan_to_num(values, nan=np.inf, posinf=np.inf, neginf=-np.inf)
+    ends = [float(special.ndtr(-1.0)), float(special.ndtr(1.0))]
+    low, high = np.quantile(far, ends, method="inverted_cdf")
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return np.inf
+    t = float(special.stdtrit(motions - 2, 0.5 + 0.5 * level))
+    return t * float(np.sqrt(motions / (motions - 2))) * 0.5 * float(high - low)
 
 
 def _jump(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> FloatArray:

@@ -148,13 +148,7 @@ def censored_cloud(
 
 
 def refit_tobit(
-    im: FloatArray,
-    edp: FloatArray,
-    threshold: float,
-    upper: FloatArray,
-    weights: FloatArray,
-    *,
-    capacity_dispersion: float = 0.0,
+    im: FloatArray, edp: FloatArray, threshold: float, upper: FloatArray, weights: FloatArray
 ) -> Replicates:
     """Fit R weighted replicates at once.
 
@@ -170,8 +164,9 @@ def refit_tobit(
     good = best.converged & (a1 > FLATTEST_SLOPE)
     with np.errstate(all="ignore"):
         theta = np.where(good, np.exp(-a0 / a1), np.inf)
-        beta = np.where(good, np.hypot(1.0, h * capacity_dispersion) / a1, np.inf)
-    return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
+        beta = np.where(good, 1.0 / a1, np.inf)
+    separated = float(1.0 - np.mean(good))
+    return Replicates(theta=theta, beta=beta, separated=separated, slope=a1 / h)
 
 
 def _start(x: FloatArray, y: FloatArray, seen: NDArray[np.bool_], ln_c: float) -> FloatArray:

@@ -10,11 +10,10 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.methods.ordered import crossing
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.beyond_model import is_beyond_model
 from skewbridge.fragility.tables.curve_rows import curve_row
-from skewbridge.fragility.tables.key_columns import motion_codes, variant_values
+from skewbridge.fragility.tables.key_columns import variant_values
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import Runs, check_demands, outcomes_of
+from skewbridge.fragility.tables.outcomes import Runs, check_demands, outcomes_of, runs_of
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.statuses import COLLAPSE
@@ -50,12 +49,7 @@ def fit_study(
     check_demands(demands, im_column, columns)
     rows: list[dict[str, Any]] = []
     for _, part in demands.reset_index(drop=True).groupby("variant", sort=True):
-        runs = Runs(
-            im=part[im_column].to_numpy(dtype=np.float64),
-            status=part["status"].to_numpy(dtype=str),
-            beyond=is_beyond_model(part),
-            records=motion_codes(part),
-        )
+        runs = runs_of(part, im_column)
         variant = variant_values(part)
         for state in limit_states:
             rows += [variant | row for row in _variant_rows(runs, part, state, im_column, settings)]

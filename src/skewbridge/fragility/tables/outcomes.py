@@ -21,8 +21,8 @@ from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.parts import RunCounts
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.tables.beyond_model import is_of_column
-from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, need_columns
+from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_of_column
+from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, motion_codes, need_columns
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.statuses import COLLAPSE, OK, STATUSES
 
@@ -148,6 +148,16 @@ class Outcomes:
         ratio = max(pair) / min(pair) if all(np.isfinite(pair)) else inf
         wide = ratio > MAX_BOUNDS_RATIO and not settings.accept_bounds
         return fit.without_estimate(BOUNDS_TOO_WIDE) if wide else fit
+
+
+def runs_of(part: pd.DataFrame, im_column: str) -> Runs:
+    """Return the runs of one variant of a demands table."""
+    return Runs(
+        im=part[im_column].to_numpy(dtype=np.float64),
+        status=part["status"].to_numpy(dtype=str),
+        beyond=is_beyond_model(part),
+        records=motion_codes(part),
+    )
 
 
 def bootstrapped(fit: FragilityFit, again: Replicates) -> FragilityFit:

@@ -61,21 +61,15 @@ def fit_variant_cloud(
 
 
 def refit_censored(
-    im: FloatArray,
-    data: CensoredDemands,
-    threshold: float,
-    weights: FloatArray,
-    *,
-    capacity_dispersion: float = 0.0,
+    im: FloatArray, data: CensoredDemands, threshold: float, weights: FloatArray
 ) -> Replicates:
     """Fit the line of R weighted replicates, by least squares or, if some are censored, Tobit.
 
     The arrays hold the runs that take part; ``weights`` has shape (R, n).
     """
-    wide = {"capacity_dispersion": capacity_dispersion}
     if np.array_equal(data.lower, data.upper):
-        return refit_lines(np.log(im), np.log(data.lower), weights, np.log(threshold), **wide)
-    return tobit.refit_tobit(im, data.lower, threshold, data.upper, weights, **wide)
+        return refit_lines(np.log(im), np.log(data.lower), weights, np.log(threshold))
+    return tobit.refit_tobit(im, data.lower, threshold, data.upper, weights)
 
 
 class _VariantLine:
@@ -127,7 +121,8 @@ class _VariantLine:
             )
         if fit.status == FITTED and resample:
             weights = record_weights(motions, self._settings.bootstrap, self._settings.seed)
-            fit = bootstrapped(fit, refit_censored(im, kept, self._threshold, weights, **wide))
+            again = refit_censored(im, kept, self._threshold, weights)
+            fit = bootstrapped(fit, again.widened(self._capacity))
         if np.all(complete) or np.sum(complete) < 4 or np.ptp(im[complete]) == 0.0:
             return fit
         line = cloud.fit_line(np.log(im[complete]), np.log(kept.lower[complete]))
