@@ -138,7 +138,7 @@ def test_capacity_protected_column_is_no_exceedance_and_never_a_median():
         assert found["status"] == "no_exceedance"
         assert np.isnan(found["theta"])
         assert found["n_exceed"] == 0
-    assert row(curves, "column_shear", "dcr_100", "exceedance")["theta_bound"] > 0
+    assert row(curves, "column_shear", "dcr_100", "exceedance")["theta_bound_low"] > 0
 
 
 def test_collapse_by_drift_is_no_shear_failure_but_exceeds_every_drift():

@@ -9,6 +9,7 @@ from skewbridge.fragility.likelihood.bootstrap import Replicates, record_weights
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods import cloud, tobit
+from skewbridge.fragility.methods.goodness import lilliefors
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import (
@@ -123,13 +124,16 @@ class _VariantLine:
             weights = record_weights(motions, self._settings.bootstrap, self._settings.seed)
             again = refit_censored(im, kept, self._threshold, weights)
             fit = bootstrapped(fit, again.widened(self._capacity))
-        if np.all(complete) or np.sum(complete) < 4 or np.ptp(im[complete]) == 0.0:
+        if np.sum(complete) < 4 or np.ptp(im[complete]) == 0.0:
             return fit
-        line = cloud.fit_line(np.log(im[complete]), np.log(kept.lower[complete]))
-        fit = replace(fit, warnings=(*fit.warnings, *cloud.line_warnings(line)))
+        x, y = np.log(im[complete]), np.log(kept.lower[complete])
+        line = cloud.fit_line(x, y)
+        tested = replace(line, normal_p=lilliefors(y - line.ln_a - line.b * x).p_value)
+        if not np.all(complete):
+            fit = replace(fit, warnings=(*fit.warnings, *cloud.line_warnings(line)))
         # the tests are those of the completed runs, intercept, slope and scatter those of Tobit
         own = fit.line or line
-        return replace(fit, line=replace(line, ln_a=own.ln_a, b=own.b, sigma=own.sigma))
+        return replace(fit, line=replace(tested, ln_a=own.ln_a, b=own.b, sigma=own.sigma))
 
     def without_estimate(self, status: str) -> FragilityFit:
         """Return the slope and scatter of the completed runs, without a median."""

@@ -25,7 +25,10 @@ from skewbridge.variant.axes import axes_of
 ESTIMATES: Final = tuple(f"{of}{end}" for of in ("theta", "beta") for end in ("", "_low", "_high"))
 COUNTS: Final = ("n_runs", "n_exceed", "n_collapse", "n_beyond_model", "n_unknown")
 CURVE_NAMES: Final = ("variant", "component", "limit_state", "method", "status")
-CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, "theta_bound", "warnings"]
+BOUNDS: Final = tuple(
+    f"theta_{kind}_{end}" for kind in ("bracket", "bound") for end in ("low", "high")
+)
+CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, *BOUNDS, "warnings"]
 EFFECT_COUNTS: Final = ("n_motions", "n_left_out", "n_beyond_model")
 EFFECT_RESULTS: Final = ("ratio", "ci_low", "ci_high", *EFFECT_COUNTS, "verdict")
 WHOLE: Final = ("factors", "system", "gate", "sensitivity")
