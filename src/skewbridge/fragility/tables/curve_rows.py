@@ -101,6 +101,7 @@ def curve_row(
     if slope is not None and slope > 0.0:
         # ASSUME capacity independent of demand; b carries its dispersion over to the intensity
         total = float(np.hypot(fit.beta, state.dispersion / slope))
+    link_p = fit.goodness.link_p if fit.goodness else None
     firth = (fit.separation.firth if fit.separation else None) or {}
     line = fit.line or LineFit()
     row: dict[str, Any] = {
@@ -117,9 +118,7 @@ def curve_row(
         "warnings": ";".join(dict.fromkeys((*fit.warnings, *state.warnings))),
         **facts,
         **_bounds_of(fit),
-        "link_p": nan
-        if fit.goodness is None or fit.goodness.link_p is None
-        else fit.goodness.link_p,
+        "link_p": nan if link_p is None else link_p,
         "aic": _aic(fit),
         "theta_firth": firth.get("theta", nan),
         "beta_firth": firth.get("beta", nan),

@@ -128,7 +128,10 @@ class _VariantLine:
             return fit
         x, y = np.log(im[complete]), np.log(kept.lower[complete])
         line = cloud.fit_line(x, y)
-        tested = replace(line, normal_p=lilliefors(y - line.ln_a - line.b * x).p_value)
+        tested = line
+        if line.sigma > 1e-12:
+            residual = y - line.ln_a - line.b * x
+            tested = replace(line, normal_p=lilliefors(residual).p_value)
         if not np.all(complete):
             fit = replace(fit, warnings=(*fit.warnings, *cloud.line_warnings(line)))
         # the tests are those of the completed runs, intercept, slope and scatter those of Tobit
