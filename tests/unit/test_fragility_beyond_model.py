@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from fragility_tables import IM, synthetic_demands
-from skewbridge.fragility.exchange.fit_file import FitOptions, fit_file
+from skewbridge.fragility.exchange.fit_file import fit_file
+from skewbridge.fragility.exchange.fit_options import FitOptions
 from skewbridge.fragility.exchange.foreign import read_foreign
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects

@@ -119,9 +119,9 @@ def separated_bounds(
     def excess(ln_theta: float) -> float:
         return loglik(ln_theta) - target
 
-    reach = 40.0 * beta
-    ends = [(best.x - reach, best.x), (best.x, best.x + reach)]
-    first, last = (optimize.brentq(excess, *map(float, pair), xtol=1e-12) for pair in ends)
+    middle, reach = float(best.x), 40.0 * beta
+    first = optimize.brentq(excess, middle - reach, middle, xtol=1e-12)
+    last = optimize.brentq(excess, middle, middle + reach, xtol=1e-12)
     return float(np.exp(first)), float(np.exp(last))
 
 

@@ -93,6 +93,23 @@ class Goodness(Part):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SimulatedTests(Part):
+    """Tests of a fit whose p-values are shares of simulated samples.
+
+    Deviance of stripes; likelihood ratio of any increasing curve to the fitted one; Lilliefors'
+    distance of residuals or ln capacities with its critical values at 5 and 10 %.
+    """
+
+    deviance_p_simulated: float | None = None
+    isotonic_lr: float | None = None
+    isotonic_p: float | None = None
+    lilliefors_d: float | None = None
+    lilliefors_d_05: float | None = None
+    lilliefors_d_10: float | None = None
+    lilliefors_p: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MedianBound(Part):
     """One-sided bound of the median where no run exceeds (lower) or every run does (upper).
 

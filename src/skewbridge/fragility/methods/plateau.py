@@ -64,31 +64,39 @@ def fit_plateau(im: FloatArray, demand: FloatArray) -> Plateau | None:
         return None
     straight = _residual_variance(x, y, np.ones(n))[0]
     splits = np.unique(np.linspace(_LEAST, n - _LEAST, min(_KNEES, n - 2 * _LEAST + 1)).astype(int))
-    best: Plateau | None = None
-    for split in splits:
-        knee = 0.5 * (x[split - 1] + x[split])
-        beyond = np.arange(n) >= split
-        z, weights = np.minimum(x, knee), np.ones(n)
-        if np.ptp(z) == 0.0:
-            continue
-        for _ in range(_ROUNDS):
-            _, intercept, slope = _residual_variance(z, y, weights)
-            residual = y - intercept - slope * z
-            below, above = (
-                max(float(np.mean(residual[part] ** 2)), _SMALLEST_SCATTER**2)
-                for part in (~beyond, beyond)
-            )
-            weights = np.where(beyond, 1.0 / above, 1.0 / below)
-        if not slope > 0.0:
-            continue
-        twice = np.sum(np.log(weights)) - np.sum(weights * residual**2)
-        gain = float(twice + n * np.log(straight) + n - 2 * _MORE_PARAMETERS)
-        if best is None or gain > best.gain:
-            level, scatter = np.exp(intercept + slope * knee), np.sqrt(above)
-            best = Plateau(
-                level=float(level), scatter=float(scatter), knee=float(np.exp(knee)), gain=gain
-            )
-    return best
+    tried = [_with_knee(x, y, int(split), straight) for split in splits]
+    rising = [plateau for plateau in tried if plateau is not None]
+    return max(rising, key=lambda plateau: plateau.gain, default=None)
+
+
+def _with_knee(x: FloatArray, y: FloatArray, split: int, straight: float) -> Plateau | None:
+    """Return the plateau of the runs from ``split`` on; None unless the line below rises."""
+    n = x.size
+    knee = 0.5 * (x[split - 1] + x[split])
+    beyond = np.arange(n) >= split
+    z, weights = np.minimum(x, knee), np.ones(n)
+    if np.ptp(z) == 0.0:
+        return None
+    _, intercept, slope = _residual_variance(z, y, weights)
+    above = 1.0
+    for _ in range(_ROUNDS):
+        residual = y - intercept - slope * z
+        below, above = (
+            max(float(np.mean(residual[part] ** 2)), _SMALLEST_SCATTER**2)
+            for part in (~beyond, beyond)
+        )
+        weights = np.where(beyond, 1.0 / above, 1.0 / below)
+        _, intercept, slope = _residual_variance(z, y, weights)
+    if not slope > 0.0:
+        return None
+    residual = y - intercept - slope * z
+    twice = np.sum(np.log(weights)) - np.sum(weights * residual**2)
+    return Plateau(
+        level=float(np.exp(intercept + slope * knee)),
+        scatter=float(np.sqrt(above)),
+        knee=float(np.exp(knee)),
+        gain=float(twice + n * np.log(straight) + n - 2 * _MORE_PARAMETERS),
+    )
 
 
 def _residual_variance(
