@@ -347,6 +347,14 @@ def test_hazard_table_adds_annual_frequencies(tmp_path):
     beta = first["beta_total"]
     wanted = 1e-4 * first["theta"] ** -2.5 * np.exp(0.5 * (2.5 * beta) ** 2)
     assert first["annual_frequency"] == pytest.approx(wanted, rel=1e-4)  # ends of the table
+    short = np.geomspace(0.05, 0.5, 8)
+    pd.DataFrame({"im": short, "rate": 1e-4 * short**-2.5}).to_csv(hazard, index=False)
+    run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
+    cut = pd.read_csv(out).query("status == 'ok'").iloc[0]
+    part = cut["annual_frequency"]
+    assert part + cut["annual_frequency_above_least"] < wanted
+    assert part + cut["annual_frequency_above_most"] > 0.99 * wanted
+    assert 0 < cut["probability_at_first_level"] < 0.05
     pd.DataFrame({"im": im, "rate": im}).to_csv(hazard, index=False)
     code, found = run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
     assert code == 2

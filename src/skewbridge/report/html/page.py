@@ -58,7 +58,6 @@ def write_report(
     effects = read_frame(tables["effects"])
     effects = effects[effects["scope"] == "variant"]
     medians = read_frame(tables["medians"])
-    missed = curves.loc[curves["status"] == "no_exceedance", "limit_state"]
     captions = read_captions(tables["captions"])
     drawn = [base64.b64encode((figures / f"{c.name}.svg").read_bytes()).decode() for c in captions]
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
@@ -82,7 +81,7 @@ def write_report(
         medians=medians[_effect_columns(medians)].to_dict("records"),
         **{name: read_frame(tables[name]).to_dict("records") for name in WHOLE},
         choices=[] if choices is None else _choices(read_frame(choices)),
-        no_exceedance=sorted(set(missed)),
+        unreached=_unreached(curves),
         config=yaml.safe_dump(dict(config), sort_keys=False),
         provenance=_provenance(tables["demands"]),
     )
@@ -105,6 +104,22 @@ def _summary(demands: pd.DataFrame) -> dict[str, Any]:
         "cone": demands["cone_violation_ratio"].max(),
         "energy": demands["energy_residual_ratio"].abs().median(),
     }
+
+
+def _unreached(curves: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the states that no run of some variant reached, with what limits their demand."""
+    told = curves[(curves["reach"] != "") & (curves["method"] == "cloud")]
+    variants = curves["variant"].nunique()
+    return [
+        {
+            "state": f"{component}, {state}".replace("_", " "),
+            "variants": f"{len(own)} of {variants}",
+            "reason": own["reach"].iloc[0],
+        }
+        for (component, state, _), own in told.groupby(
+            ["component", "limit_state", "mechanism"], sort=False
+        )
+    ]
 
 
 def _effect_columns(table: pd.DataFrame) -> list[str]:
