@@ -151,7 +151,7 @@ def _curve_panel(
         axes.text(0.03, 0.9, text, transform=axes.transAxes, fontsize=7, va="top", color="#555555")
 
 
-def _median_bracket(axes: Axes, item: Mapping[str, Any], grid: FloatArray, color: str) -> None:
+def _median_bracket(axes: Axes, item: Mapping[Any, Any], grid: FloatArray, color: str) -> None:
     """Draw where a median without an estimate lies: bracket of the levels, one-sided bounds."""
     low, high = item["theta_bracket_low"], item["theta_bracket_high"]
     if np.isfinite(low) and np.isfinite(high):

@@ -19,7 +19,7 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     **{axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -") for axis in AXES},
     "component": "component of the limit state",
     "limit_state": "degree of damage",
-    "method": "cloud | exceedance | ida_interval",
+    "method": "cloud | exceedance | ida_interval | ordered (one dispersion for all states)",
     "model": "estimator behind the method (cloud_ols, cloud_tobit, stripes, ida_interval)",
     "status": "ok, or why there is no estimate",
     "theta": "median of the intensity measure at which the median capacity is reached",
@@ -62,6 +62,7 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "scatter_p": "p-value of the test of constant scatter",
     "normal_p": "p-value of Lilliefors' test that the scatter is normal",
     "link_p": "p-value of the test of a curvature in the predictor of an exceedance fit",
+    "common_beta_p": "ordered: p-value against states with dispersions of their own",
     "aic": "Akaike's criterion; compares models of one method on the same runs",
     "plateau": "demand at which the runs level off; empty where a straight line does as well",
     "plateau_im": "intensity from which they do",
@@ -77,6 +78,8 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "citation": "source of the capacity",
 }
 _LINE: Final = ("ln_a", "b", "sigma", "curvature_p", "scatter_p", "normal_p")
+_PLATEAU: Final = ("plateau", "plateau_im", "plateau_gain")
+_TOLD: Final = ("mechanism", "reach")
 _CLOUD_PARAMETERS: Final = 3
 _BOUNDS: Final = tuple(
     f"{parameter}_{treatment}" for treatment in TREATMENTS for parameter in ("theta", "beta")
@@ -128,6 +131,9 @@ def curve_row(
         "capacity_dispersion": state.dispersion,
         "collapse_rule": state.collapse,
         "citation": state.citation,
+        "common_beta_p": facts.get("common_beta_p", nan),
+        **{name: facts.get(name, nan) for name in _PLATEAU},
+        **{name: facts.get(name, "") for name in _TOLD},
         **dict.fromkeys(_BOUNDS, nan),
         **((fit.counts.bounds if fit.counts else None) or {}),
     }

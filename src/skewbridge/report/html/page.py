@@ -31,7 +31,7 @@ BOUNDS: Final = tuple(
 CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, *BOUNDS, "warnings"]
 EFFECT_COUNTS: Final = ("n_motions", "n_left_out", "n_beyond_model")
 EFFECT_RESULTS: Final = ("ratio", "ci_low", "ci_high", *EFFECT_COUNTS, "verdict")
-WHOLE: Final = ("factors", "system", "gate", "sensitivity")
+WHOLE: Final = ("factors", "system", "measures", "gate", "sensitivity")
 VERDICTS: Final = (NEGLIGIBLE, MATTERS, UNDECIDED)
 
 
@@ -46,8 +46,8 @@ def write_report(
     """Write the report.
 
     Args:
-        tables: Paths by name: demands, curves, medians, system, effects, factors, gate,
-            sensitivity, checks, captions.
+        tables: Paths by name: demands, curves, medians, system, measures, effects, factors,
+            gate, sensitivity, checks, captions.
         figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
