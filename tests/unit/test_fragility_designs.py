@@ -4,17 +4,21 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
+from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.factors import (
     SUMMARY_COLUMNS,
     factor_summary,
     parameterised_curve,
 )
+from skewbridge.fragility.tables.im_quality import measure_table
 from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.tables.ordered_curves import ordered_curves
 from skewbridge.fragility.tables.system_curves import system_curves, system_members
 
 STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
@@ -150,3 +154,37 @@ def test_curves_that_cross_inside_the_range_are_flagged():
     cloud = fit_study(synthetic_demands(skews=(0,), gaps=(51,)), STATES, IM)
     lines = cloud[(cloud["method"] == "cloud") & (cloud["model"] == "cloud_ols")]
     assert not lines["warnings"].str.contains("curves_cross").any()
+
+
+def test_states_with_one_dispersion_do_not_cross_and_are_compared_with_their_own():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=60)
+    drift = [s for s in STATES if s.component == "column_drift"][:2]
+    found = ordered_curves(table, drift, IM)
+    assert list(found["method"].unique()) == ["ordered"]
+    assert list(found["status"]) == ["ok", "ok"]
+    assert found["beta"].nunique() == 1
+    assert found["theta"].is_monotonic_increasing
+    assert 0.01 < found["common_beta_p"].iloc[0] <= 1.0
+    assert set(found.columns) <= set(CURVE_COLUMNS)
+    alone = ordered_curves(table, [drift[0], state("column_drift", "complete")], IM)
+    assert list(alone["status"]) == ["single_state", "empty_state"]
+
+
+def test_measures_are_ranked_per_bridge_and_abutment_and_judged_by_motion():
+    table = synthetic_demands(skews=(0, 30), gaps=(51,))
+    rng = np.random.default_rng(4)
+    names = sorted(table["motion_id"].unique())
+    motions = pd.DataFrame(
+        {
+            "motion_id": names,
+            "magnitude": rng.uniform(6, 8, len(names)),
+            "distance_km": rng.uniform(5, 40, len(names)),
+        }
+    )
+    noise = dict(zip(names, np.exp(rng.normal(size=len(names))), strict=True))
+    table["im_pga_rotd50_g"] = table[IM] * table["motion_id"].map(noise)
+    found = measure_table(table, motions)
+    assert found.groupby("demand")["im"].first().eq(IM).all()
+    assert {"p_magnitude", "effect_ln_distance", "p_best_proficiency"} <= set(found.columns)
+    doubled = measure_table(pd.concat([table, table]), motions)
+    assert doubled["p_magnitude"].to_numpy() == pytest.approx(found["p_magnitude"].to_numpy())
