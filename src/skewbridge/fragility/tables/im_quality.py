@@ -102,8 +102,8 @@ def measure_table(
                 part, column, motions=motions if known else None, settings=settings
             )
             ranked.insert(0, "demand", column)
-            ranked.insert(0, "abutment", abutment)
-            ranked.insert(0, "bridge", bridge)
+            ranked.insert(0, "abutment", str(abutment))
+            ranked.insert(0, "bridge", str(bridge))
             tables.append(ranked)
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
