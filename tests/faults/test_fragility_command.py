@@ -202,6 +202,83 @@ def test_wrong_options_name_the_choice(write, options, text):
     assert text in found["message"]
 
 
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--method", "stripes", "--model", "tobit"], "--model is of --method cloud"),
+        (["--method", "cloud", "--link", "logit"], "--link is of --method stripes"),
+        (["--method", "ida", "--capacity-dispersion", "0.3"], "--capacity-dispersion is of"),
+        (["--method", "stripes", "--capacity-dispersion", "0.3"], "needs the demand of every run"),
+        (["--method", "stripes", "--censor-above", "0.3"], "are of --model tobit"),
+    ],
+)
+def test_options_that_a_method_lacks_are_refused_and_not_dropped(write, options, text):
+    path = write({"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1})
+    code, found = run("fit", path, *options)
+    assert code == 2
+    assert text in found["message"]
+
+
+def repeated_runs(tmp_path, **changes):
+    table = synthetic_demands(
+        skews=(0,), gaps=(51,), frictions=(50,), motions=24, scales=(0.6, 1.0, 1.6)
+    )
+    path = tmp_path / "runs.parquet"
+    table.assign(**changes).to_parquet(path)
+    return path, ["--im", IM, "--edp", "column_drift_ratio", "--threshold", 0.015]
+
+
+def test_capacity_dispersion_link_and_model_count_for_tables_with_repeated_motions(tmp_path):
+    path, options = repeated_runs(tmp_path)
+    cloud = ["--method", "cloud", *options]
+    _, plain = run("fit", path, *cloud)
+    _, wide = run("fit", path, *cloud, "--capacity-dispersion", 0.5)
+    assert wide["beta"] == pytest.approx(np.hypot(plain["beta"], 0.5 / plain["b"]))
+    assert wide["ci_beta"][0] > plain["ci_beta"][1]
+    assert wide["ci_method"] == plain["ci_method"] == "record_bootstrap"
+    stripes = ["--method", "stripes", *options]
+    _, probit = run("fit", path, *stripes)
+    _, logit = run("fit", path, *stripes, "--link", "logit")
+    assert (probit["link"], logit["link"]) == ("probit", "logit")
+    assert logit["theta"] != probit["theta"]
+    assert logit["ci_theta"][0] < logit["theta"] < logit["ci_theta"][1]
+    _, wide = run("fit", path, *stripes, "--capacity-dispersion", 0.5)
+    assert wide["method"] == "stripes_uncertain_capacity"
+    assert wide["beta"] > 1.3 * probit["beta"]
+    code, refused = run("fit", path, *cloud, "--model", "heteroscedastic")
+    assert code == 2
+    assert "motions repeat" in refused["message"]
+
+
+def test_models_that_would_leave_unfinished_runs_out_are_refused(tmp_path):
+    path, options = repeated_runs(tmp_path)
+    table = pd.read_parquet(path)[lambda t: t["scale"] == 1.0]
+    strong = table["column_drift_ratio"] > 0.02
+    table.assign(status=np.where(strong, "collapse", "ok")).to_parquet(path)
+    cloud = ["--method", "cloud", *options]
+    code, refused = run("fit", path, *cloud, "--model", "ols")
+    assert (code, refused["status"]) == (2, "error")
+    assert "would leave out" in refused["message"]
+    _, tobit = run("fit", path, *cloud, "--model", "tobit")
+    assert tobit["n_censored"] == strong.sum()
+    _, modified = run("fit", path, *cloud, "--model", "modified")
+    assert modified["n_collapse"] == strong.sum()
+    table.assign(status=np.where(strong, "crash", "ok")).to_parquet(path)
+    code, refused = run("fit", path, *cloud, "--model", "modified")
+    assert code == 2
+    assert "take tobit" in refused["message"]
+
+
+def test_tests_of_fit_with_simulated_p_values(write):
+    path = write({"im": [0.2, 0.4, 0.6, 0.8], "n": [20] * 4, "k": [0, 4, 12, 18]})
+    _, found = run("fit", path, "--method", "stripes", "--goodness")
+    assert 0 < found["deviance_p_simulated"] <= 1
+    assert 0 < found["isotonic_p"] <= 1
+    path = write({"capacity": [0.5, 0.7, 0.8, 0.9, 1.1, 1.4]})
+    _, found = run("fit", path, "--method", "ida", "--goodness")
+    assert found["lilliefors_d"] < found["lilliefors_d_05"]
+
+
 @pytest.mark.parametrize("name", ["missing.json", "broken.json", "data.txt"])
 def test_unreadable_files_are_one_sentence(tmp_path, name):
     path = tmp_path / name
@@ -270,6 +347,14 @@ def test_hazard_table_adds_annual_frequencies(tmp_path):
     beta = first["beta_total"]
     wanted = 1e-4 * first["theta"] ** -2.5 * np.exp(0.5 * (2.5 * beta) ** 2)
     assert first["annual_frequency"] == pytest.approx(wanted, rel=1e-4)  # ends of the table
+    short = np.geomspace(0.05, 0.5, 8)
+    pd.DataFrame({"im": short, "rate": 1e-4 * short**-2.5}).to_csv(hazard, index=False)
+    run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
+    cut = pd.read_csv(out).query("status == 'ok'").iloc[0]
+    part = cut["annual_frequency"]
+    assert part + cut["annual_frequency_above_least"] < wanted
+    assert part + cut["annual_frequency_above_most"] > 0.99 * wanted
+    assert 0 < cut["probability_at_first_level"] < 0.05
     pd.DataFrame({"im": im, "rate": im}).to_csv(hazard, index=False)
     code, found = run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
     assert code == 2
@@ -326,3 +411,25 @@ def test_a_bad_foreign_table_names_row_and_column(tmp_path, change, text):
     with pytest.raises(InputError) as caught:
         read_foreign(path, columns)
     assert text in str(caught.value)
+
+
+def test_a_foreign_table_is_fitted_through_its_file_of_columns(tmp_path):
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=30)
+    ours, theirs = tmp_path / "ours.parquet", tmp_path / "theirs.csv"
+    table.to_parquet(ours)
+    drift = 100 * table["column_drift_ratio"]
+    pd.DataFrame({"rec": table["motion_id"], "sa": table[IM], "pct": drift}).to_csv(theirs)
+    columns = tmp_path / "columns.yaml"
+    columns.write_text(
+        f"columns: {{motion_id: rec, {IM}: sa, column_drift_ratio: pct}}\n"
+        "factors: {column_drift_ratio: 0.01}\n",
+        encoding="utf-8",
+    )
+    options = ["--method", "cloud", "--im", IM, "--edp", "column_drift_ratio", "--threshold", 0.02]
+    _, first = run("fit", ours, *options)
+    _, second = run("fit", theirs, *options, "--columns", columns)
+    assert second["theta"] == pytest.approx(first["theta"])
+    columns.write_text("column: {}\n", encoding="utf-8")
+    code, found = run("fit", theirs, *options, "--columns", columns)
+    assert code == 2
+    assert "columns.yaml" in found["message"]

@@ -1,20 +1,25 @@
 """Studies as a whole: system curves, factor summary, parameterised curve, crossing curves."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
+from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.factors import (
     SUMMARY_COLUMNS,
     factor_summary,
     parameterised_curve,
 )
+from skewbridge.fragility.tables.im_quality import measure_table
 from skewbridge.fragility.tables.limit_states import load_limit_states
-from skewbridge.fragility.tables.system_curves import system_curves
+from skewbridge.fragility.tables.ordered_curves import ordered_curves
+from skewbridge.fragility.tables.system_curves import system_curves, system_members
 
 STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
 
@@ -39,7 +44,7 @@ def test_system_is_weaker_than_its_weakest_component():
         assert item["theta"] < parts["theta"].min()
         assert item["weakest"] in set(parts["component"])
         assert item["max_dp"] < 0.05
-        assert "column_shear" not in item["components"]
+        assert "column_shear (dcr_100)" in item["components"].split(";")
 
 
 def test_system_names_what_it_leaves_out():
@@ -48,9 +53,49 @@ def test_system_names_what_it_leaves_out():
     table.loc[2, "unseating_m"] = 0.0
     table.loc[15, "status"] = "collapse"
     found = system_curves(table, STATES, IM).set_index("limit_state").loc["slight"]
-    assert set(found["left_out"].split(";")) == {"bearing", "unseating"}
-    assert found["n_not_ok"] == 1
-    assert found["n_runs"] == 15
+    reasons = set(found["left_out"].split(";"))
+    assert reasons == {"bearing: demand missing", "unseating: zero demand"}
+    assert (found["n_collapse"], found["n_runs"]) == (1, 16)
+
+
+def test_a_component_that_does_not_grow_with_intensity_leaves_the_system_to_the_others():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=24)
+    table["bearing_disp_m"] = 0.05 / table[IM]
+    found = system_curves(table, STATES, IM).set_index("limit_state").loc["slight"]
+    assert found["status"] == "ok"
+    assert "bearing: demand does not grow" in found["left_out"]
+
+
+def test_system_medians_count_collapses_and_lie_between_their_bounds():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=32)
+    whole = system_curves(table, STATES, IM).set_index("limit_state").loc["moderate"]
+    strong = table["column_drift_ratio"] > 0.03
+    fallen = table.assign(status=np.where(strong, "collapse", "ok"))
+    demands = [name for name in table if name.startswith(("column_", "deck_", "unseating"))]
+    for name in demands:  # the peak so far
+        fallen.loc[strong, name] *= 0.3
+    found = system_curves(fallen, STATES, IM).set_index("limit_state").loc["moderate"]
+    assert found["n_collapse"] == strong.sum() > 3
+    assert found["theta"] == pytest.approx(whole["theta"], rel=0.08)
+    assert found["theta_low"] < found["theta"] < found["theta_high"]
+    assert found["beta_low"] < found["beta"] < found["beta_high"]
+    assert found["theta_independent"] <= found["theta"] <= found["theta_correlated"]
+
+
+def test_a_component_takes_part_with_its_next_more_severe_state():
+    members = system_members([state for state in STATES if state.system_degree])
+    taken = {name: {s.component: s.name for s in own} for name, own in members.items()}
+    assert list(taken) == ["slight", "moderate", "extensive", "complete"]
+    assert taken["extensive"]["shear_key"] == "complete"
+    assert all(own["column_shear"] == "dcr_100" for own in taken.values())
+    assert "bearing" not in taken["complete"]
+    backwards = [state("column_drift", "slight"), state("column_drift", "moderate")]
+    turned = [
+        replace(s, component="other", name=n)
+        for s, n in zip(backwards, ("moderate", "slight"), strict=True)
+    ]
+    with pytest.raises(InputError, match="different orders"):
+        system_members([*backwards, *turned])
 
 
 def test_system_that_no_run_damages_has_no_median():
@@ -109,3 +154,37 @@ def test_curves_that_cross_inside_the_range_are_flagged():
     cloud = fit_study(synthetic_demands(skews=(0,), gaps=(51,)), STATES, IM)
     lines = cloud[(cloud["method"] == "cloud") & (cloud["model"] == "cloud_ols")]
     assert not lines["warnings"].str.contains("curves_cross").any()
+
+
+def test_states_with_one_dispersion_do_not_cross_and_are_compared_with_their_own():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=60)
+    drift = [s for s in STATES if s.component == "column_drift"][:2]
+    found = ordered_curves(table, drift, IM)
+    assert list(found["method"].unique()) == ["ordered"]
+    assert list(found["status"]) == ["ok", "ok"]
+    assert found["beta"].nunique() == 1
+    assert found["theta"].is_monotonic_increasing
+    assert 0.01 < found["common_beta_p"].iloc[0] <= 1.0
+    assert set(found.columns) <= set(CURVE_COLUMNS)
+    alone = ordered_curves(table, [drift[0], state("column_drift", "complete")], IM)
+    assert list(alone["status"]) == ["single_state", "empty_state"]
+
+
+def test_measures_are_ranked_per_bridge_and_abutment_and_judged_by_motion():
+    table = synthetic_demands(skews=(0, 30), gaps=(51,))
+    rng = np.random.default_rng(4)
+    names = sorted(table["motion_id"].unique())
+    motions = pd.DataFrame(
+        {
+            "motion_id": names,
+            "magnitude": rng.uniform(6, 8, len(names)),
+            "distance_km": rng.uniform(5, 40, len(names)),
+        }
+    )
+    noise = dict(zip(names, np.exp(rng.normal(size=len(names))), strict=True))
+    table["im_pga_rotd50_g"] = table[IM] * table["motion_id"].map(noise)
+    found = measure_table(table, motions)
+    assert found.groupby("demand")["im"].first().eq(IM).all()
+    assert {"p_magnitude", "effect_ln_distance", "p_best_proficiency"} <= set(found.columns)
+    doubled = measure_table(pd.concat([table, table]), motions)
+    assert doubled["p_magnitude"].to_numpy() == pytest.approx(found["p_magnitude"].to_numpy())

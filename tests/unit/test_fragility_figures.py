@@ -109,3 +109,20 @@ def test_a_ratio_beyond_the_axis_is_an_arrow_with_its_value(tables):
     figure = paired_ratios(far)
     assert "5.2" in texts(figure)
     assert figure.axes[0].get_xlim()[1] == 2.0
+
+
+def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():
+    demands = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=12)
+    hit = demands[IM] > 0.5
+    demands["column_drift_ratio"] = np.where(hit, 0.03, 0.008) * (1 + 0.1 * demands[IM])
+    curves = fit_study(demands, STATES, IM)
+    own = curves[(curves["component"] == "column_drift") & (curves["method"] == "exceedance")]
+    apart = own[own["status"] == "complete_separation"]
+    assert len(apart)
+    assert (apart["theta_bound_low"] < apart["theta_bracket_low"]).all()
+    assert (apart["theta_bracket_high"] < apart["theta_bound_high"]).all()
+    figure = fragility_curves(curves, demands, "column_drift", "exceedance")
+    level = [line for axes in figure.axes for line in axes.lines if set(line.get_ydata()) == {0.5}]
+    spans = {tuple(np.round(line.get_xdata(), 6)) for line in level}
+    bracket = apart[["theta_bracket_low", "theta_bracket_high"]].iloc[0]
+    assert tuple(np.round(bracket, 6)) in spans

@@ -6,21 +6,28 @@ import pytest
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange import risk
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
+from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance, refit_lines
 from skewbridge.fragility.likelihood.fit import FragilityFit
 from skewbridge.fragility.likelihood.intervals import percentile_interval
 from skewbridge.fragility.likelihood.links import probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.likelihood.profile import _bracketed_end, profile_ends
+from skewbridge.fragility.likelihood.profile import (
+    _bracketed_end,
+    chi_square_quantile,
+    profile_ends,
+)
 from skewbridge.fragility.methods import axis_probit, goodness, system
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.cloud_models import fit_heteroscedastic, fit_modified_cloud
 from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import crossing, fit_ordered
+from skewbridge.fragility.methods.plateau import fit_plateau
 from skewbridge.fragility.methods.stripes import fit_stripes
 from skewbridge.fragility.methods.tobit import fit_tobit
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.frequency_content import fourier_ratio, mean_period_s
+from skewbridge.fragility.tables.limit_states import LimitState
+from skewbridge.fragility.tables.outcomes import Runs, outcomes_of
 from skewbridge.fragility.tables.variant_exceedance import fit_uncertain_capacity
 
 
@@ -86,7 +93,7 @@ def test_bracketed_and_direct_ends_of_the_profile_agree():
     k = np.array([0, 1, 3, 6, 10, 14, 17, 19.0])
     kernel = BinomialKernel(design, np.full(8, 20.0), k)
     best = maximise(kernel, np.zeros((1, 2)))
-    ends = profile_ends(kernel, best, 0.95, 0.0)
+    ends = profile_ends(kernel, best, chi_square_quantile(0.95), 0.0)
     target = float(best.loglik[0]) - 0.5 * 3.841458820694124
     slow = [_bracketed_end(kernel, best, target, index) for index in range(4)]
     assert [*ends.ln_theta, *ends.slope] == pytest.approx(slow, rel=1e-9)
@@ -218,7 +225,10 @@ def test_system_bounds_hold_and_shares_name_the_weak_component():
     demand = np.column_stack(
         [im * np.exp(0.3 * common), 0.4 * im * np.exp(0.2 * common + 0.2 * rng.normal(size=80))]
     )
-    joint = system.joint_demand(im, demand, np.array([0.5, 0.5]), np.array([0.35, 0.35]))
+    x, y, once = np.log(im), np.log(demand), np.ones((1, 80))
+    lines = [refit_lines(x, y[:, i], once, np.log(0.5)) for i in range(2)]
+    correlation = system.residual_correlation(x, y, once)
+    joint = system.joint_demand(lines, [0.35, 0.35], correlation).first
     # residual correlation, not that of ln D, which the common trend would bring near 1
     assert 0.2 < joint.correlation[0, 1] < 0.6
     im = np.geomspace(0.05, 3, 60)
@@ -290,15 +300,77 @@ def test_json_of_a_fit_has_the_keys_of_the_contract():
     assert set(keys.split()) <= set(FragilityFit(method="x", status="ok").as_json())
 
 
+def runs_against(im, edp, capacity, dispersion):
+    status = np.full(im.size, "ok")
+    state = LimitState(
+        component="c", name="s", demand="d_m", threshold=capacity, dispersion=dispersion
+    )
+    beyond = np.zeros(im.size, dtype=bool)
+    runs = Runs(im=im, status=status, beyond=beyond, records=np.arange(im.size))
+    return runs, outcomes_of(edp, status, beyond, state), state
+
+
 def test_uncertain_capacity_widens_the_curve_by_its_dispersion_over_the_slope():
     rng = np.random.default_rng(12)
     im = np.exp(rng.uniform(-2.5, 1.0, 1500))
     edp = 0.03 * im**1.2 * np.exp(0.35 * rng.normal(size=1500))
-    fit = fit_uncertain_capacity(im, edp, 0.02, 0.4, settings=FitSettings(bootstrap=199))
+    fit = fit_uncertain_capacity(*runs_against(im, edp, 0.02, 0.4), FitSettings(bootstrap=199))
     assert fit.ci_method == "record_bootstrap"
     truth = (2 / 3) ** (1 / 1.2), np.hypot(0.35, 0.4) / 1.2
     assert fit.ci_theta[0] < truth[0] < fit.ci_theta[1]
     assert fit.ci_beta[0] < truth[1] < fit.ci_beta[1]
-    plain = fit_uncertain_capacity(im, edp, 0.02, 0.0, settings=FitSettings(bootstrap=99))
+    plain = fit_uncertain_capacity(*runs_against(im, edp, 0.02, 0.0), FitSettings(bootstrap=99))
     assert plain.beta < fit.beta
-    assert fit_uncertain_capacity(im, edp, 99.0, 0.0).status == "no_exceedance"
+    none = fit_uncertain_capacity(*runs_against(im, edp, 99.0, 0.0), FitSettings())
+    assert none.status == "no_exceedance"
+
+
+def test_bounds_of_separated_data_hold_the_bracket_and_match_the_likelihood():
+    im = np.array([0.2, 0.3, 0.5, 0.7, 0.9])
+    fit = fit_stripes(im, np.ones(5), [0, 0, 0, 1, 1])
+    low, high = fit.separation.theta_bounds_given_beta["0.4"]
+    assert fit.separation.theta_interval == pytest.approx((0.5, 0.7))
+    assert low < 0.5 < 0.7 < high
+
+    def loglik(theta):
+        p = probability(np.log(im / theta) / 0.4)
+        return np.sum(np.log(np.where(im > 0.6, p, 1 - p)))
+
+    best = max(loglik(theta) for theta in np.geomspace(0.3, 1.2, 2000))
+    for end in (low, high):
+        assert 2 * (best - loglik(end)) == pytest.approx(1.6449**2, rel=1e-3)
+
+
+def test_deviance_of_single_runs_has_no_p_value_and_a_curved_predictor_is_seen():
+    rng = np.random.default_rng(5)
+    x = np.sort(rng.uniform(-2, 1, 3000))
+    k = (rng.uniform(size=3000) < probability(1.5 * x)).astype(float)
+    single = fit_stripes(np.exp(x), np.ones(3000), k).goodness
+    assert single.deviance_p is None
+    assert single.link_p > 0.01
+    k = (rng.uniform(size=3000) < probability(1.5 * x + 0.8 * x**2)).astype(float)
+    assert fit_stripes(np.exp(x), np.ones(3000), k).goodness.link_p < 1e-6
+    grouped = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, [0, 4, 12, 18]).goodness
+    assert 0 < grouped.deviance_p < 1
+
+
+def test_a_line_without_censoring_has_the_same_interval_by_likelihood_as_by_student():
+    rng = np.random.default_rng(3)
+    im = np.exp(rng.uniform(-2, 0.5, 14))
+    edp = 0.02 * im * np.exp(0.3 * rng.normal(size=14))
+    assert fit_tobit(im, edp, 0.02).ci_theta == pytest.approx(
+        fit_cloud(im, edp, 0.02).ci_theta, rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_demand_that_a_hinge_limits_levels_off_and_a_straight_one_does_not(seed):
+    rng = np.random.default_rng(seed)
+    im = np.exp(np.linspace(-2.3, 0.3, 24))
+    free = 0.9 * im**0.7 * np.exp(0.2 * rng.normal(size=24))
+    limited = np.minimum(free, 0.5) * np.exp(0.03 * rng.normal(size=24))
+    plateau = fit_plateau(im, limited)
+    assert plateau.found
+    assert plateau.level == pytest.approx(0.5, rel=0.04)
+    assert plateau.top < 0.6
+    assert not fit_plateau(im, free).found

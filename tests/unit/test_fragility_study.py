@@ -138,7 +138,7 @@ def test_capacity_protected_column_is_no_exceedance_and_never_a_median():
         assert found["status"] == "no_exceedance"
         assert np.isnan(found["theta"])
         assert found["n_exceed"] == 0
-    assert row(curves, "column_shear", "dcr_100", "exceedance")["theta_bound"] > 0
+    assert row(curves, "column_shear", "dcr_100", "exceedance")["theta_bound_low"] > 0
 
 
 def test_collapse_by_drift_is_no_shear_failure_but_exceeds_every_drift():
@@ -283,3 +283,34 @@ def test_a_missing_column_is_named():
     table = synthetic_demands(**ONE).drop(columns="deck_disp_m")
     with pytest.raises(InputError, match="no column 'deck_disp_m'"):
         fit_study(table, states("deck_displacement"), IM)
+
+
+def test_the_three_treatments_are_there_though_no_known_run_exceeds():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=20)
+    table["column_drift_ratio"] *= 0.008 / table["column_drift_ratio"].max()
+    table.loc[table.index[-4:], "status"] = "crash"
+    found = row(fit_study(table, STATES, IM), "column_drift", "slight", "cloud")
+    assert found["status"] == "no_exceedance"
+    assert found["n_unknown"] == 4
+    assert np.isnan(found["theta_exclude"])
+    assert np.isnan(found["theta_none_exceed"])
+    assert table[IM].min() < found["theta_all_exceed"] < 3 * table[IM].max()
+    assert "unknown_outcomes" in found["warnings"]
+
+
+def test_states_beyond_a_plateau_are_told_by_what_limits_the_demand():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=24)
+    rng = np.random.default_rng(0)
+    free = 0.9 * table[IM] ** 0.7
+    for name, most in (("column_shear_dcr", 0.55), ("column_shear_kn", 3200.0)):
+        hinge = np.minimum(free / 0.55, 1.0) * most
+        table[name] = hinge * np.exp(0.03 * rng.normal(size=len(table)))
+    curves = fit_study(table, STATES, IM)
+    beyond = row(curves, "column_shear", "dcr_080", "cloud")
+    assert (beyond["status"], beyond["mechanism"]) == ("no_exceedance", "plastic_hinge")
+    assert "limited by the plastic hinge: it saturates at 0.55" in beyond["reach"]
+    assert beyond["plateau"] == pytest.approx(0.55, rel=0.05)
+    assert "saturating" in row(curves, "column_shear", "dcr_050", "cloud")["warnings"]
+    assert row(curves, "column_shear", "dcr_050", "cloud")["reach"] == ""
+    weak = row(curves, "column_drift", "complete", "cloud")
+    assert weak["mechanism"] == "weak_motions"

@@ -1,17 +1,19 @@
 rule fit_fragility:
     input:
         demands=rules.collect_demands.output.demands,
+        suite=rules.prepare_motions.output.suite,
         limit_states=ancient(STUDY.fragility.limit_states),
     output:
         curves=FOLDER.fragility("curves"),
         medians=FOLDER.fragility("median_effects"),
         system=FOLDER.fragility("system"),
+        measures=FOLDER.fragility("measures"),
     log:
         FOLDER.log("fit_fragility"),
     params:
         fragility=section("fragility"),
         limit_states=LIMIT_STATES,
-        digest=script_digest("fit_fragility", rules.collect_demands),
+        digest=script_digest("fit_fragility", rules.prepare_motions, rules.collect_demands),
     script:
         "../scripts/fit_fragility.py"
 

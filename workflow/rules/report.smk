@@ -65,6 +65,7 @@ rule report:
         needed_motions=rules.paired_effects.output.needed_motions,
         medians=rules.fit_fragility.output.medians,
         system=rules.fit_fragility.output.system,
+        measures=rules.fit_fragility.output.measures,
         checks=rules.check_results.output.checks,
         sensitivity=rules.sensitivity.output.table,
     output:

@@ -25,17 +25,27 @@ def fit(
     im: Annotated[str | None, typer.Option(help="Column of intensities, table of runs.")] = None,
     edp: Annotated[str | None, typer.Option(help="Column of demands, table of runs.")] = None,
     where: Annotated[str | None, typer.Option(help="Rows to use: skew_deg == 30.")] = None,
-    capacity_dispersion: Annotated[float, typer.Option(help="Of the capacity (cloud).")] = 0.0,
+    capacity_dispersion: Annotated[
+        float, typer.Option(help="Of the capacity: cloud, and stripes of a table of runs.")
+    ] = 0.0,
     censor_above: Annotated[float | None, typer.Option(help="Tobit: censor from here.")] = None,
     discard_below: Annotated[float | None, typer.Option(help="Tobit: drop below.")] = None,
     assumed_beta: Annotated[float, typer.Option(help="For one-sided bounds of theta.")] = 0.4,
     accept_bounds: Annotated[
         bool, typer.Option("--accept-bounds", help="Fit though failed runs decide the result.")
     ] = False,
+    goodness: Annotated[
+        bool, typer.Option("--goodness", help="Add tests of the fit with simulated p-values.")
+    ] = False,
+    columns: Annotated[
+        Path | None,
+        typer.Option(help="YAML with columns (ours: theirs), factors, constants of the table."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Fit a fragility curve: theta, beta, intervals and a status that says what they are worth."""
-    from skewbridge.fragility.exchange.fit_file import FitOptions, fit_file
+    from skewbridge.fragility.exchange.fit_file import fit_file
+    from skewbridge.fragility.exchange.fit_options import FitOptions
 
     try:
         result = fit_file(
@@ -54,6 +64,8 @@ def fit(
                 discard_below=discard_below,
                 assumed_beta=assumed_beta,
                 accept_bounds=accept_bounds,
+                goodness=goodness,
+                columns=columns,
             ),
         ).as_json()
     except InputError as error:

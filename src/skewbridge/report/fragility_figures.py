@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import label_of, unit_of
+from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.intervals import curve, curve_band
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complete, is_of_column
@@ -26,7 +27,9 @@ def fragility_curves(
 ) -> Figure:
     """Draw the curves of a component with their bands, over the runs they come from.
 
-    A row of panels per limit state with at least one curve, a column as `VariantLayout` has it.
+    A row of panels per limit state with at least one curve or bracketed median, a column as
+    `VariantLayout` has it. Where the outcomes are separated a bar at P = 0.5 spans the levels
+    between which the median lies, a thin line its one-sided bounds for the assumed dispersion.
     Ticks at the bottom are runs that do not exceed, at the top runs that do (collapse included,
     where the limit state counts it); a run beyond the model has none where its outcome is unknown.
     The band is the pointwise interval of the curve; a thin line is one with a warning (saturating
@@ -39,7 +42,8 @@ def fragility_curves(
         method: ``cloud``, ``exceedance`` or ``ida_interval``.
     """
     table = curves[(curves["component"] == component) & (curves["method"] == method)]
-    names = list(dict.fromkeys(table.loc[table["status"] == "ok", "limit_state"]))
+    told = (table["status"] == FITTED) | table["theta_bracket_low"].notna()
+    names = list(dict.fromkeys(table.loc[told, "limit_state"]))
     if not names:
         found = ", ".join(_counted(table["status"])) or "no rows"
         return note(f"No fragility curve of {component}: {found}")
@@ -132,6 +136,7 @@ def _curve_panel(
                       color=style["color"], alpha=0.5)  # fmt: skip
         if item["status"] != "ok":
             missing.append(str(item["status"]))
+            _median_bracket(axes, item, grid, style["color"])
             continue
         theta, beta, level = item["theta"], item["beta"], item["level"]
         both = item["cov_ln_theta_beta"]
@@ -144,6 +149,22 @@ def _curve_panel(
     if missing:
         text = "\n".join(_counted(pd.Series(missing).str.replace("_", " ")))
         axes.text(0.03, 0.9, text, transform=axes.transAxes, fontsize=7, va="top", color="#555555")
+
+
+def _median_bracket(axes: Axes, item: Mapping[Any, Any], grid: FloatArray, color: str) -> None:
+    """Draw where a median without an estimate lies: bracket of the levels, one-sided bounds."""
+    low, high = item["theta_bracket_low"], item["theta_bracket_high"]
+    if np.isfinite(low) and np.isfinite(high):
+        axes.plot([low, high], [0.5, 0.5], color=color, linewidth=4.0, alpha=0.6,
+                  solid_capstyle="butt")  # fmt: skip
+    ends = [item["theta_bound_low"], item["theta_bound_high"]]
+    if not np.any(np.isfinite(ends)):
+        return
+    shown = [grid[0] if np.isnan(ends[0]) else ends[0], grid[-1] if np.isnan(ends[1]) else ends[1]]
+    axes.plot(np.clip(shown, grid[0], grid[-1]), [0.5, 0.5], color=color, linewidth=0.9)
+    for end, marker in zip(ends, ("|", "|"), strict=True):
+        if grid[0] <= end <= grid[-1]:
+            axes.plot([end], [0.5], marker, color=color, ms=6)
 
 
 def _cloud_points(

@@ -40,9 +40,18 @@ def read_data(path: Path, where: str | None = None) -> pd.DataFrame | Mapping[st
         data = pd.DataFrame(data)
     if not isinstance(data, dict | pd.DataFrame):
         raise InputError(f"{shown_path(path)} must hold an object of columns", file=str(path))
-    if where is None:
+    return data if where is None else select_rows(data, where)
+
+
+def select_rows(data: pd.DataFrame | Mapping[str, Any], where: str | None) -> pd.DataFrame:
+    """Return the rows of a table that a condition selects, all without one.
+
+    Raises:
+        InputError: The data are no table, the condition is wrong or selects nothing.
+    """
+    if isinstance(data, pd.DataFrame) and where is None:
         return data
-    if not isinstance(data, pd.DataFrame):
+    if where is None or not isinstance(data, pd.DataFrame):
         raise InputError("--where needs a table (CSV or parquet)")
     return rows_where(data, where)
 

@@ -121,7 +121,11 @@ def _named[Unit](
 
 
 def _frequencies(usable: pd.DataFrame, hazard: Path) -> dict[str, pd.Series]:
-    """Return annual frequency and probability in 50 years of the curves that have an estimate."""
+    """Return annual frequency and probability in 50 years of the curves that have an estimate.
+
+    Both are of the range of the hazard table; beside them stand what the intensities above its last
+    level add at least and at most, and the probability at its first, below which nothing counts.
+    """
     table = read_table(hazard)
     need_columns(table, ("im", "rate"), hazard.name)
     measures = usable["im"].unique()
@@ -134,6 +138,9 @@ def _frequencies(usable: pd.DataFrame, hazard: Path) -> dict[str, pd.Series]:
     values = {
         "annual_frequency": [item.frequency for item in found],
         "probability_50y": [item.probability_50y for item in found],
+        "annual_frequency_above_least": [item.above_least for item in found],
+        "annual_frequency_above_most": [item.above for item in found],
+        "probability_at_first_level": [item.below for item in found],
     }
     return {name: pd.Series(column, index=usable.index) for name, column in values.items()}
 

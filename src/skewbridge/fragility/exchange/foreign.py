@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from pydantic import BaseModel, ConfigDict, Field
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.data_files import read_table
@@ -17,6 +18,7 @@ from skewbridge.fragility.tables.key_columns import (
     need_columns,
     variant_columns,
 )
+from skewbridge.reading import checked, read_yaml
 from skewbridge.statuses import OK, STATUSES
 
 _DEFAULTS: Final[dict[str, Any]] = {
@@ -26,6 +28,28 @@ _DEFAULTS: Final[dict[str, Any]] = {
     "incidence_deg": 0.0,
     "status": OK,
 }
+
+
+class ColumnMap(BaseModel):
+    """A file that says what the columns of a foreign table are."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    columns: dict[str, str] = Field(description="our column to theirs")
+    factors: dict[str, float] = Field(default={}, description="factor to our unit, by our column")
+    constants: dict[str, str | float] = Field(
+        default={}, description="values of columns that the file lacks"
+    )
+
+
+def read_mapped(path: Path, column_file: Path) -> pd.DataFrame:
+    """Read runs of somebody else's model by a YAML file with columns, factors, constants.
+
+    Raises:
+        InputError: As `read_foreign`; or the file of columns is wrong, names the key.
+    """
+    chosen = checked(ColumnMap, read_yaml(column_file), column_file.name)
+    return read_foreign(path, chosen.columns, factors=chosen.factors, constants=chosen.constants)
 
 
 def read_foreign(

@@ -21,15 +21,17 @@ class AnnualFrequency:
     """Mean annual frequency with what lies outside the hazard table.
 
     Attributes:
-        frequency: Per year, from the range of the table.
+        frequency: Per year, from the range of the table alone.
         above: What intensities above the table can add at most, H(last).
-        below: What intensities below the table can add at most: P(first) times the rate
-            between zero and the first point is unknown, so this is P(LS | first).
+        above_least: What they add at least, P(LS | last) H(last).
+        below: P(LS | first): intensities below the table add at most that times their rate, which
+            the table does not give.
         probability_50y: 1 - exp(-50 lambda).
     """
 
     frequency: float
     above: float
+    above_least: float
     below: float
     probability_50y: float
 
@@ -58,6 +60,7 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
     return AnnualFrequency(
         frequency=total,
         above=float(h[-1]),
+        above_least=float(curve[-1] * h[-1]),
         below=float(curve[0]),
         probability_50y=float(-np.expm1(-50.0 * total)),
     )

@@ -4,15 +4,16 @@ Where the same motions run on every stripe or every variant, the runs are not in
 interval from the binomial likelihood covers about 72 % instead of 95 % (docs/theory).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.intervals import percentile_interval
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.links import FloatArray, half_width, predictor
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 
 # Replicates times runs treated at once: arrays that stay in the cache are four times faster.
@@ -27,11 +28,19 @@ class Replicates:
         theta: Shape (R,); 0 or infinity where every or no run of a replicate exceeds.
         beta: Shape (R,); 0 where a replicate is separated.
         separated: Share of replicates without an estimate, kept and not dropped.
+        slope: Slope b of the log-log lines behind them, shape (R,); None where there is no line.
     """
 
     theta: FloatArray
     beta: FloatArray
     separated: float
+    slope: FloatArray | None = None
+
+    def widened(self, capacity_dispersion: float) -> "Replicates":
+        """Return the replicates with the dispersion of the capacity in beta, by their lines."""
+        if capacity_dispersion == 0.0 or self.slope is None:
+            return self
+        return replace(self, beta=np.hypot(self.beta, capacity_dispersion / self.slope))
 
     def intervals(self, level: float) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return percentile intervals of theta and beta."""
@@ -52,12 +61,16 @@ def record_weights(
 
 
 def refit_exceedance(
-    ln_im: FloatArray, n: FloatArray, k: FloatArray, start: FloatArray | None = None
+    ln_im: FloatArray,
+    n: FloatArray,
+    k: FloatArray,
+    start: FloatArray | None = None,
+    link: str = "probit",
 ) -> Replicates:
-    """Fit probit curves to R replicates at once.
+    """Fit curves to R replicates at once.
 
     ``ln_im`` has shape (J,); runs (or weights) ``n`` and exceedances ``k`` have shape (R, J).
-    Newton starts at ``start``, (a0, a1), usually the fit of the data.
+    Newton starts at ``start``, (a0, a1) with eta = 0 at the median, usually the fit of the data.
     """
     total, size = k.shape
     theta, beta = np.empty(total), np.empty(total)
@@ -65,12 +78,15 @@ def refit_exceedance(
     begin = np.zeros(2) if start is None else start
     rows = max(_CHUNK_ELEMENTS // max(size, 1), 1)
     design = np.column_stack([np.ones(size), ln_im])
+    middle = predictor(0.5, link)
+    offset = np.full(size, middle) if middle else None
+    spread = half_width(link)
     for first in range(0, total, rows):
         part = slice(first, min(first + rows, total))
         good = existence.batch_exists(ln_im, n[part], k[part])
         theta[part], beta[part] = _jump(ln_im, n[part], k[part]), 0.0
         if np.any(good):
-            kernel = BinomialKernel(design, n[part][good], k[part][good])
+            kernel = BinomialKernel(design, n[part][good], k[part][good], link, offset)
             best = maximise(kernel, np.tile(begin, (int(np.sum(good)), 1)), covariance=False)
             a0, a1 = best.params[:, 0], best.params[:, 1]
             with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -78,7 +94,7 @@ def refit_exceedance(
                 # a falling replicate says that the data do not bound the dispersion
                 fitted = np.where(rising, np.exp(-a0 / a1), np.where(a0 < 0.0, np.inf, 0.0))
             theta[np.flatnonzero(good) + first] = fitted
-            beta[np.flatnonzero(good) + first] = np.where(rising, 1.0 / a1, np.inf)
+            beta[np.flatnonzero(good) + first] = np.where(rising, spread / a1, np.inf)
         exists[part] = good
     return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(exists)))
 
@@ -127,7 +143,8 @@ def refit_lines(x: FloatArray, y: FloatArray, weights: FloatArray, ln_c: float) 
         good = (line.b > 0.0) & (line.sxx > 1e-9)
         theta = np.where(good, np.exp(ln_theta), np.inf)
         beta = np.where(good, line.scatter / line.b, np.inf)
-    return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
+    separated = float(1.0 - np.mean(good))
+    return Replicates(theta=theta, beta=beta, separated=separated, slope=line.b)
 
 
 def parametric_counts(
@@ -135,6 +152,24 @@ def parametric_counts(
 ) -> FloatArray:
     """Return counts drawn from a fitted curve, shape (R, J)."""
     return rng.binomial(n.astype(np.int64), p, size=(replicates, p.size)).astype(np.float64)
+
+
+def student_reach(values: FloatArray, motions: int, level: float) -> float:
+    """Return the half-width of an interval from replicates of an estimate, by Student's t.
+
+    t(m - 2) times the scatter of the replicates, which is too small by sqrt[(m - 2)/m] for a line
+    through m motions. The scatter is half the distance of the 16 and 84 % points: one that no
+    outlier moves; replicates that are not finite count as far away.
+    """
+    if motions < 3:
+        return np.inf
+    far = np.nan_to_num(values, nan=np.inf, posinf=np.inf, neginf=-np.inf)
+    ends = [float(special.ndtr(-1.0)), float(special.ndtr(1.0))]
+    low, high = np.quantile(far, ends, method="inverted_cdf")
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return np.inf
+    t = float(special.stdtrit(motions - 2, 0.5 + 0.5 * level))
+    return t * float(np.sqrt(motions / (motions - 2))) * 0.5 * float(high - low)
 
 
 def _jump(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> FloatArray:

@@ -120,7 +120,7 @@ class Sum:
         zu, zl = self._params @ upper.T, self._params @ lower.T
         log_p = log_normal_interval(zl, zu)
         pu, pl = normal_density(zu, log_p), normal_density(zl, log_p)
-        self.loglik += np.sum(np.where(weights > 0.0, weights * log_p, 0.0), axis=1)
+        self.loglik += np.sum(weights * np.where(weights > 0.0, log_p, 0.0), axis=1)
         self.add(upper, weights * pu, -weights * pu * (zu + pu))
         self.add(lower, -weights * pl, weights * pl * (zl - pl))
         cross = np.einsum("rj,jp,jq->rpq", weights * pu * pl, upper, lower)

@@ -97,6 +97,34 @@ def median_bound(
     return float(np.exp(root))
 
 
+def separated_bounds(
+    ln_im: FloatArray, n: FloatArray, k: FloatArray, *, beta: float, level: float
+) -> tuple[float, float]:
+    """Return the one-sided lower and upper bound of the median of separated data.
+
+    The data alone say that it lies in the bracket between the last level without and the first with
+    an exceedance, whatever beta -> 0. For an assumed ``beta`` the likelihood of theta is concave
+    with one maximum; each bound is where twice its logarithm has dropped by the square of the
+    one-sided normal quantile.
+    """
+
+    def loglik(ln_theta: float) -> float:
+        eta = (ln_im - ln_theta) / beta
+        return float(np.sum(k * special.log_ndtr(eta) + (n - k) * special.log_ndtr(-eta)))
+
+    low, high = float(np.min(ln_im)) - 8.0 * beta, float(np.max(ln_im)) + 8.0 * beta
+    best = optimize.minimize_scalar(lambda t: -loglik(t), bounds=(low, high), method="bounded")
+    target = loglik(float(best.x)) - 0.5 * float(special.ndtri(level)) ** 2
+
+    def excess(ln_theta: float) -> float:
+        return loglik(ln_theta) - target
+
+    middle, reach = float(best.x), 40.0 * beta
+    first = optimize.brentq(excess, middle - reach, middle, xtol=1e-12)
+    last = optimize.brentq(excess, middle, middle + reach, xtol=1e-12)
+    return float(np.exp(first)), float(np.exp(last))
+
+
 def single_level_median(ln_im: float, n: float, k: float, beta: float, link: str) -> float:
     """Return the median that one level implies for an assumed dispersion."""
     return float(np.exp(ln_im - beta * (predictor(k / n, link) - predictor(0.5, link))))

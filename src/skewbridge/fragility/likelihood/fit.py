@@ -20,6 +20,7 @@ from skewbridge.fragility.likelihood.parts import (
     RunCounts,
     ScatterTrend,
     Separation,
+    SimulatedTests,
 )
 from skewbridge.fragility.likelihood.profile import ProfileEnds
 from skewbridge.fragility.settings import DEFAULTS
@@ -61,7 +62,7 @@ class FragilityFit:
         loglik: Log-likelihood at the maximum (with binomial coefficients).
         n_runs: Runs that entered the fit.
         warnings: Names of what a reader must know.
-        line ... counts: What else the method gives, see `..likelihood.parts`; None if it does not.
+        line ... tests: What else the method gives, see `..likelihood.parts`; None if it does not.
     """
 
     method: str
@@ -89,6 +90,7 @@ class FragilityFit:
     scatter: ScatterTrend | None = None
     points: CurvePoints | None = None
     counts: RunCounts | None = None
+    tests: SimulatedTests | None = None
 
     def without_estimate(self, status: str) -> "FragilityFit":
         """Return the fit with a status in place of median, dispersion and intervals."""

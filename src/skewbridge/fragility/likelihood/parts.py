@@ -34,6 +34,7 @@ class LineFit(Part):
         curvature_p: p-value of its F test (exact, one degree of freedom).
         scatter_p: p-value of the studentised Breusch-Pagan test of constant scatter.
         cook_max: Largest Cook's distance.
+        normal_p: p-value of Lilliefors' test of the residuals, where it was asked for.
     """
 
     ln_a: float = nan
@@ -47,12 +48,14 @@ class LineFit(Part):
     curvature_p: float = nan
     scatter_p: float = nan
     cook_max: float = nan
+    normal_p: float = nan
 
     def as_json(self) -> dict[str, Any]:
         """Return the line, and its tests where there are any."""
         names = ("ln_a", "b") if isnan(self.sigma) else ("ln_a", "b", "sigma")
         tests = ("r2", "curvature", "curvature_p", "scatter_p", "cook_max") if self.n else ()
-        return {name: getattr(self, name) for name in (*names, *tests)}
+        asked = () if isnan(self.normal_p) else ("normal_p",)
+        return {name: getattr(self, name) for name in (*names, *tests, *asked)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,18 +75,38 @@ class Predictor(Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goodness(Part):
-    """Goodness of a fit to stripes; the tests hold for expected counts of 1 or more.
+    """Goodness of a fit to stripes.
 
-    Deviance with degrees of freedom and chi-square p-value, Pearson's statistic, log-likelihood
-    without binomial coefficients, Akaike's criterion.
+    Deviance with degrees of freedom and chi-square p-value (None for single runs, where the
+    deviance says nothing about the fit; it holds for expected counts of 1 or more), p-value of the
+    score test of a curvature (square of ln intensity) in the predictor, Pearson's statistic,
+    log-likelihood without binomial coefficients, Akaike's criterion.
     """
 
     deviance: float
     deviance_dof: int
-    deviance_p: float
+    deviance_p: float | None
+    link_p: float | None
     pearson: float
     loglik_kernel: float
     aic: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulatedTests(Part):
+    """Tests of a fit whose p-values are shares of simulated samples.
+
+    Deviance of stripes; likelihood ratio of any increasing curve to the fitted one; Lilliefors'
+    distance of residuals or ln capacities with its critical values at 5 and 10 %.
+    """
+
+    deviance_p_simulated: float | None = None
+    isotonic_lr: float | None = None
+    isotonic_p: float | None = None
+    lilliefors_d: float | None = None
+    lilliefors_d_05: float | None = None
+    lilliefors_d_10: float | None = None
+    lilliefors_p: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,11 +146,14 @@ class Separation(Part):
     Attributes:
         theta_interval: Largest level without, smallest level with exceedance.
         theta_midpoint_log: Their geometric mean.
+        theta_bounds_given_beta: One-sided lower and upper bound of the median, by assumed
+            dispersion.
         firth: Penalised ``theta`` and ``beta``, not the maximum likelihood.
     """
 
     theta_interval: Ends
     theta_midpoint_log: float | None = None
+    theta_bounds_given_beta: Mapping[str, Ends] | None = None
     firth: Mapping[str, float] | None = None
 
 

@@ -27,10 +27,25 @@ class ProfileEnds:
     slope: tuple[float, float]
 
 
+def chi_square_quantile(level: float) -> float:
+    """Return the drop of twice the log-likelihood that bounds an interval in large samples."""
+    return float(special.chdtri(1.0, 1.0 - level))
+
+
+def student_quantile(n: int, level: float) -> float:
+    """Return the drop for a line through n demands whose scatter is estimated with it.
+
+    2 [l_max - l_profile] = n ln(1 + t^2/(n - 2)) holds exactly for a coefficient of a
+    least-squares line: the interval is then that of Student's t with n - 2 degrees of freedom.
+    """
+    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * level))
+    return n * float(np.log1p(t**2 / (n - 2)))
+
+
 def profile_ends(
-    kernel: Kernel, maximum: Maximum, level: float, flat_intercept: float | None
+    kernel: Kernel, maximum: Maximum, quantile: float, flat_intercept: float | None
 ) -> ProfileEnds:
-    """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= chi2 quantile}.
+    """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= quantile}.
 
     The kernel is that of (a0, a1) in a0 + a1 ln x, its maximum a batch of one with a1 > 0;
     ``flat_intercept`` is the best a0 at a1 = 0, None if the likelihood vanishes there.
@@ -41,7 +56,6 @@ def profile_ends(
     """
     # The profile of ln theta falls away from its maximum on both sides (theta is a ratio of linear
     # functions and the log-likelihood is concave), so each end is the only crossing on its side.
-    quantile = float(special.chdtri(1.0, 1.0 - level))
     target = float(maximum.loglik[0]) - 0.5 * quantile
     bounded = _bounded_ends(kernel, target, flat_intercept)
     ends = np.array([-np.inf, np.inf, 0.0, np.inf])

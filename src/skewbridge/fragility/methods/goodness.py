@@ -9,6 +9,7 @@ References:
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -20,6 +21,7 @@ from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 from skewbridge.fragility.settings import DEFAULTS
 
+_LARGEST_SIMULATED: Final = 100
 _CRITICAL: Final = {0.05: 0.895, 0.10: 0.819}  # source: FEMA P-58, Lilliefors test
 
 
@@ -49,15 +51,27 @@ def lilliefors(
     """
     n = values.size
     distance = float(_distance(values[None, :])[0])
-    rng = np.random.default_rng(seed)
-    simulated = _distance(rng.normal(size=(simulations, n)))
-    scale = np.sqrt(n) - 0.01 + 0.85 / np.sqrt(n)
+    # in units of the critical value the distribution no longer depends on the size of the sample
+    size = min(n, _LARGEST_SIMULATED)
+    simulated = _simulated(size, simulations, seed) * (_scale(size) / _scale(n))
+    scale = _scale(n)
     return Lilliefors(
         distance=distance,
         critical_05=float(_CRITICAL[0.05] / scale),
         critical_10=float(_CRITICAL[0.10] / scale),
         p_value=float((1 + np.sum(simulated >= distance)) / (simulations + 1)),
     )
+
+
+def _scale(n: int) -> float:
+    """Return what the distance is multiplied by for its critical values."""
+    return float(np.sqrt(n) - 0.01 + 0.85 / np.sqrt(n))
+
+
+@lru_cache(maxsize=256)
+def _simulated(n: int, simulations: int, seed: int) -> FloatArray:
+    """Return the distances of normal samples of size n."""
+    return _distance(np.random.default_rng(seed).normal(size=(simulations, n)))
 
 
 def _distance(samples: FloatArray) -> FloatArray:

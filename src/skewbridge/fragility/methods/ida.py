@@ -30,7 +30,7 @@ from skewbridge.fragility.likelihood.parts import (
     RunCounts,
     Separation,
 )
-from skewbridge.fragility.likelihood.profile import profile_ends
+from skewbridge.fragility.likelihood.profile import chi_square_quantile, profile_ends
 from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -194,7 +194,7 @@ def _fit(blank: FragilityFit, lower: FloatArray, upper: FloatArray, im: FloatArr
     if not bracketed:
         share = float(np.mean(np.isfinite(upper)))
         flat = float(special.ndtri(share))
-    ends = profile_ends(kernel, best, blank.level, flat)
+    ends = profile_ends(kernel, best, chi_square_quantile(blank.level), flat)
     fit = estimated(blank, best.params[0], best.covariance[0], ends)
     return replace(
         fit,

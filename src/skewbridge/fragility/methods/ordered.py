@@ -32,6 +32,8 @@ class OrderedFit:
         beta: Common dispersion.
         covariance: Of (ln theta_1 .. ln theta_L, beta), shape (L+1, L+1).
         loglik: Log-likelihood without multinomial coefficients.
+        common_beta_p: p-value of the likelihood ratio to curves with dispersions of their own; NaN
+            where those have no estimate.
     """
 
     status: str
@@ -39,24 +41,28 @@ class OrderedFit:
     beta: float
     covariance: FloatArray
     loglik: float
+    common_beta_p: float = np.nan
 
 
 class OrderedKernel:
-    """Multinomial counts over ordered states; parameters (a0_1 .. a0_L, a1).
+    """Multinomial counts over ordered states; parameters (a0_1 .. a0_L, a1) or (.., a1_1 .. a1_L).
 
     Args:
         ln_im: Shape (J,).
         counts: Runs that end in state 0 .. L, shape (J, L + 1).
+        common: One slope for all states; else each has its own, and the likelihood is zero where
+            curves cross at an intensity of the data.
     """
 
-    def __init__(self, ln_im: FloatArray, counts: FloatArray) -> None:
-        self._x, self._counts = ln_im, counts
+    def __init__(self, ln_im: FloatArray, counts: FloatArray, *, common: bool = True) -> None:
+        self._x, self._counts, self._common = ln_im, counts, common
         self._states = counts.shape[1] - 1
 
     def _design(self, state: int) -> FloatArray:
-        design = np.zeros((self._x.size, self._states + 1))
+        slopes = 1 if self._common else self._states
+        design = np.zeros((self._x.size, self._states + slopes))
         design[:, state - 1] = 1.0
-        design[:, -1] = self._x
+        design[:, -1 if self._common else self._states + state - 1] = self._x
         return design
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
@@ -67,8 +73,10 @@ class OrderedKernel:
             weights = self._counts[:, state]
             total.add_interval(self._design(state + 1), self._design(state), weights)
         total.add_tail(self._design(last), self._counts[:, last], 1.0)
-        ordered = np.all(np.diff(params[:, :-1], axis=1) < 0.0, axis=1)
-        loglik = np.where(ordered, total.loglik, -np.inf)
+        loglik = total.loglik
+        if self._common:
+            ordered = np.all(np.diff(params[:, :-1], axis=1) < 0.0, axis=1)
+            loglik = np.where(ordered, loglik, -np.inf)
         return Derivatives(loglik, total.score, total.hessian)
 
 
@@ -125,7 +133,24 @@ def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
         beta=1.0 / slope,
         covariance=jacobian @ best.covariance[0] @ jacobian.T,
         loglik=float(best.loglik[0]),
+        common_beta_p=_common_beta_p(x, table, params, float(best.loglik[0])),
     )
+
+
+def _common_beta_p(x: FloatArray, counts: FloatArray, params: FloatArray, loglik: float) -> float:
+    """Return the p-value of the likelihood ratio of free slopes to a common one."""
+    states = counts.shape[1] - 1
+    total = np.sum(counts, axis=1)
+    above = np.cumsum(counts[:, ::-1], axis=1)[:, ::-1]
+    alone = {existence.binomial_status(x, total, above[:, i + 1]) for i in range(states)}
+    if states < 2 or alone != {FITTED}:
+        return float("nan")
+    start = np.concatenate([params[:-1], np.full(states, params[-1])])
+    free = maximise(OrderedKernel(x, counts, common=False), start[None, :], covariance=False)
+    if not bool(free.converged[0]):
+        return float("nan")
+    ratio = max(2.0 * (float(free.loglik[0]) - loglik), 0.0)
+    return float(special.chdtrc(states - 1, ratio))
 
 
 def crossing(

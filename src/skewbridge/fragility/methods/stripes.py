@@ -30,7 +30,7 @@ from skewbridge.fragility.likelihood.parts import (
     Proportions,
     Separation,
 )
-from skewbridge.fragility.likelihood.profile import profile_ends
+from skewbridge.fragility.likelihood.profile import chi_square_quantile, profile_ends
 from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -107,7 +107,8 @@ def fit_stripes(
         line = replace(line, beta_equiv_pi_sqrt3=float(np.pi / np.sqrt(3.0) / a1))
     whole = bool(np.all(exceed == np.round(exceed)))
     wanted = interval and whole
-    ends = profile_ends(kernel, best, settings.confidence, flat) if wanted else None
+    drop = chi_square_quantile(settings.confidence)
+    ends = profile_ends(kernel, best, drop, flat) if wanted else None
     fit = estimated(unfitted, best.params[0], best.covariance[0], ends, half_width(link))
     warnings += common_warnings(fit.theta, fit.ci_theta, x, n_records or total)
     warnings += _overlap_warnings(x, runs, exceed)
@@ -123,7 +124,7 @@ def fit_stripes(
         loglik=loglik,
         warnings=tuple(warnings),
         predictor=line,
-        goodness=_goodness(terms, runs, exceed, kernel_loglik, loglik),
+        goodness=_goodness(terms, design, (runs, exceed), (kernel_loglik, loglik)),
     )
 
 
@@ -164,9 +165,11 @@ def _with_bounds(
     if fit.status in (existence.COMPLETE_SEPARATION, existence.QUASI_SEPARATION):
         hi0, lo1 = float(np.max(ln_im[n - k > 0.0])), float(np.min(ln_im[k > 0.0]))
         a0, a1 = existence.firth(ln_im, n, k, link)
+        bounds = existence.separated_bounds(ln_im, n, k, beta=assumed_beta, level=fit.level)
         separation = Separation(
             theta_interval=(float(np.exp(hi0)), float(np.exp(lo1))),
             theta_midpoint_log=float(np.exp(0.5 * (hi0 + lo1))),
+            theta_bounds_given_beta={f"{assumed_beta:g}": bounds},
             firth={"theta": float(np.exp((predictor(0.5, link) - a0) / a1)), "beta": 1.0 / a1},
         )
         return replace(fit, proportions=shares, separation=separation)
@@ -186,8 +189,13 @@ def _overlap_warnings(x: FloatArray, n: FloatArray, k: FloatArray) -> list[str]:
 
 
 def _goodness(
-    terms: LinkTerms, n: FloatArray, k: FloatArray, loglik_kernel: float, loglik: float
+    terms: LinkTerms,
+    design: FloatArray,
+    counts: tuple[FloatArray, FloatArray],
+    logliks: tuple[float, float],
 ) -> Goodness:
+    """Judge a fit by its counts (runs and exceedances) and log-likelihoods (kernel and whole)."""
+    n, k = counts
     p = np.exp(terms.log_p)
     remain = n - k
     deviance = 2.0 * np.sum(
@@ -198,11 +206,32 @@ def _goodness(
     )
     pearson = np.sum((k - n * p) ** 2 / np.maximum(n * p * np.exp(terms.log_q), 1e-300))
     dof = int(n.size - 2)
+    grouped = dof > 0 and bool(np.max(n) > 1.0)
     return Goodness(
         deviance=float(deviance),
         deviance_dof=dof,
-        deviance_p=float(special.chdtrc(dof, deviance)) if dof > 0 else float("nan"),
+        deviance_p=float(special.chdtrc(dof, deviance)) if grouped else None,
+        link_p=_link_p(terms, design, n, k),
         pearson=float(pearson),
-        loglik_kernel=loglik_kernel,
-        aic=4.0 - 2.0 * loglik,
+        loglik_kernel=logliks[0],
+        aic=4.0 - 2.0 * logliks[1],
     )
+
+
+def _link_p(terms: LinkTerms, design: FloatArray, n: FloatArray, k: FloatArray) -> float | None:
+    """Return the p-value of the score test of (ln x - mean)^2 added to the predictor.
+
+    References:
+        Rao (1948), Proc. Cambridge Phil. Soc. 44(1):50-57: score test; Pregibon (1980), Applied
+        Statistics 29(1):15-24: test of the link.
+    """
+    score = k * terms.d_log_p + (n - k) * terms.d_log_q
+    information = -(k * terms.d2_log_p + (n - k) * terms.d2_log_q)
+    square = (design[:, 1] - np.mean(design[:, 1])) ** 2
+    weighted = design * information[:, None]
+    own = np.linalg.solve(design.T @ weighted, weighted.T @ square)
+    extra = square - design @ own
+    variance = float(information @ extra**2)
+    if not variance > 1e-9:
+        return None
+    return float(special.chdtrc(1, float(score @ extra) ** 2 / variance))

@@ -6,6 +6,7 @@ References:
     Genz (1992), J. Comput. Graph. Stat. 1(2):141-149, for more components.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,59 +14,92 @@ import numpy as np
 from scipy import special
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.bootstrap import Replicates, weighted_lines
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.methods.cloud import fit_line
 
 POINTS: Final = 5003  # of the lattice for three or more components: error about 2e-5
+#: Of the lattice of bootstrap replicates, whose errors are common and small beside their scatter.
+FEW_POINTS: Final = 251
+_CHUNK: Final = 2_000_000  # numbers held at once
+_REACH: Final = (-1.4, -0.7, 0.0, 0.7, 1.4)  # probits at which a replicate is evaluated
 _JITTER: Final = 1e-10  # makes a singular correlation (equal components) factorisable
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointDemand:
-    """Demand models of the components of a system over the same runs.
+    """Demand models of the components of a system over the same runs; R of them at once.
 
     Attributes:
-        theta: Medians, shape (m,).
-        beta: Dispersions with those of the capacities, shape (m,).
-        correlation: Of the standardised ln(D/C), shape (m, m).
+        theta: Medians, shape (m,) or (R, m).
+        beta: Dispersions with those of the capacities, of the same shape.
+        correlation: Of the standardised ln(D/C), shape (m, m) or (R, m, m).
     """
 
     theta: FloatArray
     beta: FloatArray
     correlation: FloatArray
 
+    @property
+    def first(self) -> "JointDemand":
+        """The first of R models: that of the data, where the others are replicates."""
+        return JointDemand(theta=self.theta[0], beta=self.beta[0], correlation=self.correlation[0])
+
+
+def residual_correlation(x: FloatArray, y: FloatArray, weights: FloatArray) -> FloatArray:
+    """Correlate the residuals of the components about their lines, shape (R, m, m).
+
+    The covariance of ln D itself contains the trend with intensity and inflates every dispersion.
+
+    Args:
+        x: ln intensity, shape (n,).
+        y: ln demand, shape (n, m); NaN where a demand is known only to exceed a value: such a run
+            takes no part in the correlations of that component.
+        weights: How often each run enters each replicate, shape (R, n).
+    """
+    m = y.shape[1]
+    out = np.broadcast_to(np.eye(m), (weights.shape[0], m, m)).copy()
+    for i in range(m):
+        for j in range(i):
+            both = np.isfinite(y[:, i]) & np.isfinite(y[:, j])
+            if np.sum(both) < 4:
+                continue
+            own = weights[:, both]
+            first, second, total = (
+                weighted_lines(x[both], values[both], own).scatter
+                for values in (y[:, i], y[:, j], y[:, i] + y[:, j])
+            )
+            with np.errstate(divide="ignore", invalid="ignore"):
+                rho = (total**2 - first**2 - second**2) / (2.0 * first * second)
+            out[:, i, j] = out[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
+    # components observed in different runs: the nearest matrix that is a correlation
+    values, vectors = np.linalg.eigh(out)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    root /= np.linalg.norm(root, axis=2, keepdims=True)
+    return root @ np.swapaxes(root, 1, 2)
+
 
 def joint_demand(
-    im: FloatArray, demands: FloatArray, capacity: FloatArray, capacity_dispersion: FloatArray
+    lines: Sequence[Replicates], capacity_dispersion: Sequence[float], correlation: FloatArray
 ) -> JointDemand:
-    """Fit the components' log-log lines and correlate their residuals.
+    """Join the lines of the components, R fits of each, and the correlation of their residuals.
 
     R_ij = S_ij/sqrt[(S_ii + c_i^2)(S_jj + c_j^2)] for independent capacities of dispersion c.
-    S is the covariance of the residuals: that of ln D itself contains the trend with intensity
-    and inflates every dispersion.
 
-    ``demands`` are positive, shape (n, m), ``im`` has shape (n,), median capacities and their
-    dispersions have shape (m,).
+    Args:
+        lines: Per component, with slopes.
+        capacity_dispersion: c of each.
+        correlation: Of the residuals, shape (R, m, m).
     """
-    x, y = np.log(im), np.log(demands)
-    lines = [fit_line(x, y[:, i]) for i in range(y.shape[1])]
-    for i, line in enumerate(lines):
-        if not line.b > 0.0:
-            raise InputError(
-                f"component {i}: demand does not grow with intensity (b = {line.b:.3g})",
-                column=str(i),
-            )
-    a, b = np.array([line.ln_a for line in lines]), np.array([line.b for line in lines])
-    residual = y - a - np.outer(x, b)
-    scatter = residual.T @ residual / (x.size - 2)
     # ASSUME capacities of components independent of each other and of the demands
-    spread = np.sqrt(np.diag(scatter) + capacity_dispersion**2)
-    correlation = scatter / np.outer(spread, spread)
-    np.fill_diagonal(correlation, 1.0)
-    return JointDemand(
-        theta=np.exp((np.log(capacity) - a) / b), beta=spread / b, correlation=correlation
-    )
+    wide = [r.widened(c).beta for r, c in zip(lines, capacity_dispersion, strict=True)]
+    beta = np.stack(wide, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.nan_to_num(np.stack([r.beta for r in lines], axis=1) / beta)
+    scaled = correlation * share[:, :, None] * share[:, None, :]
+    scaled[:, np.arange(beta.shape[1]), np.arange(beta.shape[1])] = 1.0
+    theta = np.stack([r.theta for r in lines], axis=1)
+    return JointDemand(theta=theta, beta=beta, correlation=scaled)
 
 
 def series_system(im: FloatArray, joint: JointDemand) -> FloatArray:
@@ -74,12 +108,18 @@ def series_system(im: FloatArray, joint: JointDemand) -> FloatArray:
     Two components by quadrature (1e-12); more by separation of variables on a lattice whose points
     are common to all intensities, so that the curve is smooth.
     """
-    return _union(np.log(im[:, None] / joint.theta) / joint.beta, joint.correlation)
+    return _union(_standardised(im[:, None], joint.theta, joint.beta), joint.correlation)
+
+
+def system_bounds(im: FloatArray, joint: JointDemand) -> tuple[FloatArray, FloatArray]:
+    """Return P(any) if the components were fully correlated, and if they were independent."""
+    p = special.ndtr(_standardised(im[:, None], joint.theta, joint.beta))
+    return np.max(p, axis=1), 1.0 - np.prod(1.0 - p, axis=1)
 
 
 def contributions(im: FloatArray, joint: JointDemand) -> FloatArray:
     """Return (P - P without component i)/P, shape (n, m): what retrofitting it could save."""
-    z = np.log(im[:, None] / joint.theta) / joint.beta
+    z = _standardised(im[:, None], joint.theta, joint.beta)
     m = joint.theta.size
     union = _union(z, joint.correlation)
     without = np.zeros((im.size, m))
@@ -87,6 +127,38 @@ def contributions(im: FloatArray, joint: JointDemand) -> FloatArray:
         rest = [j for j in range(m) if j != i]
         without[:, i] = _union(z[:, rest], joint.correlation[np.ix_(rest, rest)])
     return 1.0 - without / np.maximum(union, 1e-300)[:, None]
+
+
+def replicate_medians(
+    joint: JointDemand, theta: float, beta: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return ln median and dispersion of the systems of R models near a known one, shape (R,).
+
+    The curve of each is read at five intensities about (theta, beta) of the known system and taken
+    as linear in between on the scale of the probit, on which systems are nearly straight.
+    """
+    ln_x = np.log(theta) + beta * np.array(_REACH)
+    z = _standardised(np.exp(ln_x)[:, None, None], joint.theta, joint.beta)
+    p = np.stack([_union_of_each(row, joint.correlation, FEW_POINTS) for row in z], axis=1)
+    probit = special.ndtri(np.clip(p, 1e-12, 1.0 - 1e-12))
+    line = np.stack([_crossing(ln_x, probit, level) for level in (-1.0, 0.0, 1.0)])
+    return line[1], 0.5 * (line[2] - line[0])
+
+
+def _crossing(ln_x: FloatArray, probit: FloatArray, level: float) -> FloatArray:
+    """Return where curves of shape (R, k) reach a level; beyond their ends, the end piece."""
+    at = np.clip(np.sum(probit < level, axis=1), 1, ln_x.size - 1)
+    rows = np.arange(probit.shape[0])
+    low, high = probit[rows, at - 1], probit[rows, at]
+    rise = np.maximum(high - low, 1e-9)
+    return ln_x[at - 1] + (level - low) / rise * (ln_x[at] - ln_x[at - 1])
+
+
+def _standardised(im: FloatArray, theta: FloatArray, beta: FloatArray) -> FloatArray:
+    """Return ln(x/theta)/beta; far below zero where a component has no rising line."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        z = np.log(im / theta) / beta
+    return np.where(np.isfinite(theta) & np.isfinite(beta) & (beta > 0.0), z, -40.0)
 
 
 def lognormal_of_system(im: FloatArray, p: FloatArray) -> tuple[float, float, float]:
@@ -115,29 +187,42 @@ def bivariate_upper(h: FloatArray, k: FloatArray, rho: float) -> FloatArray:
 
 
 def _union(z: FloatArray, correlation: FloatArray) -> FloatArray:
+    """Return P(any Z_i <= z_i) of rows of z, shape (n, m), with one correlation."""
     m = z.shape[1]
     if m == 1:
         return np.asarray(special.ndtr(z[:, 0]))
     if m == 2:
         return 1.0 - bivariate_upper(-z[:, 0], -z[:, 1], float(correlation[0, 1]))
-    return np.array([1.0 - _all_below(-row, correlation) for row in z])
+    return _union_of_each(z, np.broadcast_to(correlation, (z.shape[0], m, m)), POINTS)
 
 
-def _all_below(limit: FloatArray, correlation: FloatArray) -> float:
-    """Return P(Z_i <= limit_i for all i) by Genz's separation of variables."""
-    m = limit.size
-    order = np.argsort(limit)  # the most restrictive first: less variance
-    matrix = correlation[np.ix_(order, order)] + _JITTER * np.eye(m)
-    root, top = np.linalg.cholesky(matrix), limit[order]
+def _union_of_each(z: FloatArray, correlation: FloatArray, points: int) -> FloatArray:
+    """Return P(any Z_i <= z_i) of rows of z, shape (n, m), each with its own correlation."""
+    n, m = z.shape
+    if m == 1:
+        return np.asarray(special.ndtr(z[:, 0]))
+    rows = max(_CHUNK // (points * m), 1)
+    parts = [slice(first, first + rows) for first in range(0, n, rows)]
+    return 1.0 - np.concatenate([_all_below(-z[s], correlation[s], points) for s in parts])
+
+
+def _all_below(limit: FloatArray, correlation: FloatArray, points: int) -> FloatArray:
+    """Return P(Z_i <= limit_i for all i) of each row by Genz's separation of variables."""
+    n, m = limit.shape
+    order = np.argsort(limit, axis=1)  # the most restrictive first: less variance
+    row = np.arange(n)[:, None, None]
+    matrix = correlation[row, order[:, :, None], order[:, None, :]] + _JITTER * np.eye(m)
+    root, top = np.linalg.cholesky(matrix), np.take_along_axis(limit, order, axis=1)
     # Richtmyer's lattice with the tent transform
-    primes = np.array([n for n in range(2, 12 * m + 20) if all(n % d for d in range(2, n))])
+    primes = np.array([k for k in range(2, 12 * m + 20) if all(k % d for d in range(2, k))])
     step = np.sqrt(primes[: m - 1].astype(np.float64)) % 1.0
-    points = np.abs(2.0 * (np.outer(np.arange(1, POINTS + 1), step) % 1.0) - 1.0)
-    e = np.full(POINTS, special.ndtr(top[0] / root[0, 0]))
+    lattice = np.abs(2.0 * (np.outer(step, np.arange(1, points + 1)) % 1.0) - 1.0)
+    e = np.repeat(special.ndtr(top[:, :1] / root[:, :1, 0]), points, axis=1)
     product = e.copy()
-    y = np.zeros((POINTS, m - 1))
+    y = np.zeros((n, m - 1, points))
     for i in range(1, m):
-        y[:, i - 1] = special.ndtri(np.clip(points[:, i - 1] * e, 1e-300, 1.0 - 1e-16))
-        e = special.ndtr((top[i] - y[:, :i] @ root[i, :i]) / root[i, i])
+        y[:, i - 1] = special.ndtri(np.clip(lattice[i - 1] * e, 1e-300, 1.0 - 1e-16))
+        inner = np.einsum("nk,nkp->np", root[:, i, :i], y[:, :i])
+        e = special.ndtr((top[:, i, None] - inner) / root[:, i, i, None])
         product *= e
-    return float(np.mean(product))
+    return np.mean(product, axis=1)

@@ -24,7 +24,7 @@ from skewbridge.fragility.likelihood.fit import (
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, Restricted, maximise
 from skewbridge.fragility.likelihood.parts import LineFit, RunCounts
-from skewbridge.fragility.likelihood.profile import profile_ends
+from skewbridge.fragility.likelihood.profile import profile_ends, student_quantile
 from skewbridge.fragility.likelihood.validate import as_column, positive, same_length
 from skewbridge.fragility.methods.cloud import cloud_columns
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -61,7 +61,9 @@ def fit_tobit(
 
     l = sum over observed [ln phi(z) - ln sigma] + sum over censored ln Phi(-z),
     z = (ln D - ln a - b ln x)/sigma. The parameters are a0 = (ln a - ln c)/sigma,
-    a1 = b/sigma and h = 1/sigma, so that theta = exp(-a0/a1) and beta = 1/a1.
+    a1 = b/sigma and h = 1/sigma, so that theta = exp(-a0/a1) and beta = 1/a1. The intervals are of
+    the profile with Student's t(n - 2), n the observed demands (`student_quantile`): without
+    censoring that of theta is Fieller's.
 
     Args:
         im: Intensities, shape (n,).
@@ -103,9 +105,10 @@ def fit_tobit(
     if interval:
         profiled = ProfiledKernel(kernel, h)
         reduced = maximise(profiled, best.params[:, :2])
+        drop = student_quantile(int(np.sum(seen)), settings.confidence)
         level_only = Restricted(profiled, np.zeros(2), np.eye(2)[:1])
         flat = maximise(level_only, np.array([[0.0]]), covariance=False).params[0, 0]
-        ends = profile_ends(profiled, reduced, settings.confidence, float(flat))
+        ends = profile_ends(profiled, reduced, drop, float(flat))
     fit = estimated(blank, best.params[0][:2], best.covariance[0][:2, :2], ends, widen)
     warnings = common_warnings(fit.theta, fit.ci_theta, np.exp(x), n)
     return replace(fit, loglik=float(best.loglik[0]), warnings=tuple(warnings))
@@ -157,12 +160,13 @@ def refit_tobit(
     kernel = CensoredKernel(design, y - ln_c, top - ln_c, weights)
     start = np.tile(_start(x, y, top == y, ln_c), (weights.shape[0], 1))
     best = maximise(kernel, start, covariance=False)
-    a0, a1 = best.params[:, 0], best.params[:, 1]
+    a0, a1, h = best.params.T
     good = best.converged & (a1 > FLATTEST_SLOPE)
     with np.errstate(all="ignore"):
         theta = np.where(good, np.exp(-a0 / a1), np.inf)
         beta = np.where(good, 1.0 / a1, np.inf)
-    return Replicates(theta=theta, beta=beta, separated=float(1.0 - np.mean(good)))
+    separated = float(1.0 - np.mean(good))
+    return Replicates(theta=theta, beta=beta, separated=separated, slope=a1 / h)
 
 
 def _start(x: FloatArray, y: FloatArray, seen: NDArray[np.bool_], ln_c: float) -> FloatArray:

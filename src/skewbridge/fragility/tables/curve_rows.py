@@ -19,7 +19,7 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     **{axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -") for axis in AXES},
     "component": "component of the limit state",
     "limit_state": "degree of damage",
-    "method": "cloud | exceedance | ida_interval",
+    "method": "cloud | exceedance | ida_interval | ordered (one dispersion for all states)",
     "model": "estimator behind the method (cloud_ols, cloud_tobit, stripes, ida_interval)",
     "status": "ok, or why there is no estimate",
     "theta": "median of the intensity measure at which the median capacity is reached",
@@ -48,8 +48,11 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "beta_all_exceed": "dispersion if all unknown outcomes exceed",
     "theta_none_exceed": "median if no unknown outcome exceeds",
     "beta_none_exceed": "dispersion if no unknown outcome exceeds",
-    "theta_bound": "one-sided bound of theta where nothing (lower) or everything (upper) exceeds",
-    "theta_bound_beta": "dispersion assumed for that bound",
+    "theta_bracket_low": "separated data: last level without an exceedance; theta lies above it",
+    "theta_bracket_high": "separated data: first level with an exceedance; theta lies below it",
+    "theta_bound_low": "one-sided lower bound of theta where nothing exceeds or the data separate",
+    "theta_bound_high": "one-sided upper bound where everything exceeds or the data separate",
+    "theta_bound_beta": "dispersion assumed for these bounds",
     "theta_firth": "penalised (Firth) median of separated data, not the maximum likelihood",
     "beta_firth": "penalised (Firth) dispersion of separated data",
     "ln_a": "intercept of ln demand on ln intensity",
@@ -57,6 +60,16 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "sigma": "scatter of ln demand about that line",
     "curvature_p": "p-value of the curvature test",
     "scatter_p": "p-value of the test of constant scatter",
+    "normal_p": "p-value of Lilliefors' test that the scatter is normal",
+    "link_p": "p-value of the test of a curvature in the predictor of an exceedance fit",
+    "common_beta_p": "ordered: p-value against states with dispersions of their own",
+    "aic": "Akaike's criterion; compares models of one method on the same runs",
+    "plateau": "demand at which the runs level off; empty where a straight line does as well",
+    "plateau_im": "intensity from which they do",
+    "plateau_gain": "Akaike's criterion of the straight line less that of line and plateau",
+    "mechanism": "why no run reached the state: plastic_hinge ... | plateau | weak_motions | "
+    "no_demand",
+    "reach": "the same as a sentence",
     "im": "intensity measure",
     "demand": "demand column",
     "threshold": "median capacity, in the unit of the demand column",
@@ -64,7 +77,10 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "collapse_rule": "exceeds | peak: whether a collapsed run exceeds by definition",
     "citation": "source of the capacity",
 }
-_LINE: Final = ("ln_a", "b", "sigma", "curvature_p", "scatter_p")
+_LINE: Final = ("ln_a", "b", "sigma", "curvature_p", "scatter_p", "normal_p")
+_PLATEAU: Final = ("plateau", "plateau_im", "plateau_gain")
+_TOLD: Final = ("mechanism", "reach")
+_CLOUD_PARAMETERS: Final = 3
 _BOUNDS: Final = tuple(
     f"{parameter}_{treatment}" for treatment in TREATMENTS for parameter in ("theta", "beta")
 )
@@ -74,29 +90,26 @@ def curve_row(
     fit: FragilityFit,
     state: LimitState,
     im_column: str,
-    counts: Mapping[str, int],
+    facts: Mapping[str, Any],
     *,
     slope: float | None = None,
 ) -> dict[str, Any]:
     """Return the row of one fit (without the columns that name the variant).
 
-    ``counts`` are n_runs, n_records, n_exceed, n_unknown, n_collapse, n_beyond_model;
-    ``slope`` is b of the log-
-    log line, which carries the dispersion of the capacity over to the intensity measure, if there
-    is one.
+    ``facts`` are n_runs, n_records, n_exceed, n_unknown, n_collapse, n_beyond_model and the
+    columns of `skewbridge.fragility.tables.reach`; ``slope`` is b of the log-log line, which
+    carries the dispersion of the capacity over to the intensity measure, if there is one.
     """
     total = nan
     if slope is not None and slope > 0.0:
         # ASSUME capacity independent of demand; b carries its dispersion over to the intensity
         total = float(np.hypot(fit.beta, state.dispersion / slope))
-    bound, bound_beta = fit.bound.headline if fit.bound else (nan, nan)
+    link_p = fit.goodness.link_p if fit.goodness else None
     firth = (fit.separation.firth if fit.separation else None) or {}
     line = fit.line or LineFit()
     row: dict[str, Any] = {
         **{name: getattr(fit, name) for name in CURVE_COLUMNS if hasattr(fit, name)},
-        **{
-            name: getattr(line, name) for name in ("ln_a", "b", "sigma", "curvature_p", "scatter_p")
-        },
+        **{name: getattr(line, name) for name in _LINE},
         "component": state.component,
         "limit_state": state.name,
         "model": _model(fit),
@@ -106,9 +119,10 @@ def curve_row(
         "beta_low": fit.ci_beta[0],
         "beta_high": fit.ci_beta[1],
         "warnings": ";".join(dict.fromkeys((*fit.warnings, *state.warnings))),
-        **counts,
-        "theta_bound": bound,
-        "theta_bound_beta": bound_beta,
+        **facts,
+        **_bounds_of(fit),
+        "link_p": nan if link_p is None else link_p,
+        "aic": _aic(fit),
         "theta_firth": firth.get("theta", nan),
         "beta_firth": firth.get("beta", nan),
         "im": im_column,
@@ -117,10 +131,37 @@ def curve_row(
         "capacity_dispersion": state.dispersion,
         "collapse_rule": state.collapse,
         "citation": state.citation,
+        "common_beta_p": facts.get("common_beta_p", nan),
+        **{name: facts.get(name, nan) for name in _PLATEAU},
+        **{name: facts.get(name, "") for name in _TOLD},
         **dict.fromkeys(_BOUNDS, nan),
         **((fit.counts.bounds if fit.counts else None) or {}),
     }
     return {name: row[name] for name in CURVE_COLUMNS if name in row}
+
+
+def _bounds_of(fit: FragilityFit) -> dict[str, float]:
+    """Return bracket and one-sided bounds of the median of a fit without an estimate."""
+    found = dict.fromkeys(
+        ("theta_bracket_low", "theta_bracket_high", "theta_bound_low", "theta_bound_high"), nan
+    )
+    beta = nan
+    if fit.bound is not None:
+        bound, beta = fit.bound.headline
+        found["theta_bound_low" if fit.bound.side == "lower" else "theta_bound_high"] = bound
+    if fit.separation is not None:
+        found["theta_bracket_low"], found["theta_bracket_high"] = fit.separation.theta_interval
+        for name, ends in (fit.separation.theta_bounds_given_beta or {}).items():
+            beta, (found["theta_bound_low"], found["theta_bound_high"]) = float(name), ends
+    return found | {"theta_bound_beta": beta}
+
+
+def _aic(fit: FragilityFit) -> float:
+    """Return Akaike's criterion of an estimate, NaN without one."""
+    if fit.goodness is not None:
+        return fit.goodness.aic
+    parameters = _CLOUD_PARAMETERS if fit.method == "cloud" else 2
+    return 2.0 * parameters - 2.0 * fit.loglik
 
 
 def _model(fit: FragilityFit) -> str:

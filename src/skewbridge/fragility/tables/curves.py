@@ -1,6 +1,7 @@
 """Fits of a whole study: every variant and limit state of a demands table, by every method."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -8,13 +9,14 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.methods import cloud
 from skewbridge.fragility.methods.ordered import crossing
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.beyond_model import is_beyond_model
 from skewbridge.fragility.tables.curve_rows import curve_row
-from skewbridge.fragility.tables.key_columns import motion_codes, variant_values
+from skewbridge.fragility.tables.key_columns import variant_values
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import Runs, check_demands, outcomes_of
+from skewbridge.fragility.tables.outcomes import Runs, check_demands, outcomes_of, runs_of
+from skewbridge.fragility.tables.reach import VariantReach
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.statuses import COLLAPSE
@@ -50,15 +52,11 @@ def fit_study(
     check_demands(demands, im_column, columns)
     rows: list[dict[str, Any]] = []
     for _, part in demands.reset_index(drop=True).groupby("variant", sort=True):
-        runs = Runs(
-            im=part[im_column].to_numpy(dtype=np.float64),
-            status=part["status"].to_numpy(dtype=str),
-            beyond=is_beyond_model(part),
-            records=motion_codes(part),
-        )
-        variant = variant_values(part)
+        runs = runs_of(part, im_column)
+        variant, reach = variant_values(part), VariantReach(part, im_column)
         for state in limit_states:
-            rows += [variant | row for row in _variant_rows(runs, part, state, im_column, settings)]
+            found = _variant_rows(runs, part, state, reach, settings)
+            rows += [variant | curve_row(fit, state, im_column, **facts) for fit, facts in found]
     return _flag_crossings(pd.DataFrame(rows), demands[im_column])
 
 
@@ -77,12 +75,13 @@ def _flag_crossings(curves: pd.DataFrame, im: pd.Series) -> pd.DataFrame:
 
 
 def _variant_rows(
-    runs: Runs, part: pd.DataFrame, state: LimitState, im_column: str, settings: FitSettings
-) -> list[dict[str, Any]]:
+    runs: Runs, part: pd.DataFrame, state: LimitState, reach: VariantReach, settings: FitSettings
+) -> Iterator[tuple[FragilityFit, dict[str, Any]]]:
+    """Yield the fits of one variant and limit state with what `curve_row` takes beside them."""
     demand = part[state.demand].to_numpy(dtype=np.float64)
     outcomes = outcomes_of(demand, runs.status, runs.beyond, state)
     missing = np.isnan(demand) & outcomes.complete
-    counts = {
+    facts: dict[str, Any] = {
         "n_runs": int(runs.im.size),
         "n_records": int(np.max(runs.records)) + 1,
         "n_exceed": int(np.sum(outcomes.exceed)),
@@ -99,16 +98,17 @@ def _variant_rows(
                 row=row,
                 column=state.demand,
             )
-        absent = [
-            FragilityFit(method=name, status=NOT_APPLICABLE, level=settings.confidence)
-            for name in ("cloud", "exceedance")
-        ]
-        return [curve_row(fit, state, im_column, counts) for fit in absent]
-    fits = [
-        fit_variant_cloud(runs, outcomes, state, settings),
-        fit_exceedance(runs, outcomes, settings),
-    ]
+        for name in ("cloud", "exceedance"):
+            absent = FragilityFit(method=name, status=NOT_APPLICABLE, level=settings.confidence)
+            yield absent, {"facts": facts}
+        return
+    facts |= reach.columns(state, reached=bool(np.any(outcomes.exceed)))
+    line = fit_variant_cloud(runs, outcomes, state, settings)
+    if not np.isnan(facts["plateau"]):
+        others = (name for name in line.warnings if name not in (cloud.SATURATING, cloud.CURVED))
+        line = replace(line, warnings=(*others, cloud.SATURATING))
+    fits = [line, fit_exceedance(runs, outcomes, settings)]
     if (pd.Series(runs.im).groupby(runs.records).nunique() > 1).any():
         fits.append(fit_record_brackets(runs, outcomes, settings))
-    slope = fits[0].line.b if fits[0].line else None
-    return [curve_row(fit, state, im_column, counts, slope=slope) for fit in fits]
+    for fit in fits:
+        yield fit, {"facts": facts, "slope": line.line.b if line.line else None}

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy import special
 
+from skewbridge.demands.columns import demands_for
 from skewbridge.fragility.likelihood.bootstrap import record_weights, weighted_lines
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray
@@ -21,7 +22,7 @@ from skewbridge.fragility.likelihood.validate import require_all
 from skewbridge.fragility.methods.cloud import fit_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.beyond_model import is_complete
-from skewbridge.fragility.tables.key_columns import motion_codes, need_columns
+from skewbridge.fragility.tables.key_columns import BRIDGE_COLUMNS, motion_codes, need_columns
 
 # Measures for which ground-motion models and hazard curves are in common use.
 HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
@@ -79,6 +80,34 @@ def rank_measures(
     return out.sort_values("proficiency", na_position="last").reset_index(drop=True)
 
 
+def measure_table(
+    demands: pd.DataFrame, motions: pd.DataFrame, settings: FitSettings = DEFAULTS
+) -> pd.DataFrame:
+    """Rank the intensity measures of a study for its headline demands.
+
+    Per bridge and abutment model, over the completed runs of all its variants; a demand that is
+    missing or zero in one of them is left out. ``motions`` are those of the suite.
+
+    Raises:
+        InputError: A column is missing.
+    """
+    known = {"motion_id", "magnitude", "distance_km"} <= set(motions.columns)
+    done = demands[is_complete(demands)]
+    tables: list[pd.DataFrame] = []
+    for (bridge, abutment), part in done.groupby(list(BRIDGE_COLUMNS), sort=True):
+        for column in demands_for("headline", demands.columns):
+            if not (part[column] > 0.0).all():
+                continue
+            ranked = rank_measures(
+                part, column, motions=motions if known else None, settings=settings
+            )
+            ranked.insert(0, "demand", column)
+            ranked.insert(0, "abutment", str(abutment))
+            ranked.insert(0, "bridge", str(bridge))
+            tables.append(ranked)
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+
+
 def _row(name: str, line: LineFit) -> dict[str, Any]:
     return {
         "im": name,
@@ -107,15 +136,19 @@ def _sufficiency(
     )
     out: dict[str, float] = {}
     distance = joined["distance_km"].to_numpy(dtype=np.float64)
-    for name, values in (
+    codes = motion_codes(table)
+    runs = np.bincount(codes)
+    per_motion = np.bincount(codes, residual) / runs  # runs of one motion are not independent
+    for name, each in (
         ("magnitude", joined["magnitude"].to_numpy(dtype=np.float64)),
         ("ln_distance", np.log(np.where(distance > 0.0, distance, np.nan))),
     ):
+        values = np.bincount(codes, each) / runs
         good = np.isfinite(values)
         if np.sum(good) < 4 or np.ptp(values[good]) == 0.0:
             out |= {f"p_{name}": np.nan, f"effect_{name}": np.nan}
             continue
-        line = fit_line(values[good], residual[good])
+        line = fit_line(values[good], per_motion[good])
         t = line.b / (line.sigma / np.sqrt(line.sxx))
         out[f"p_{name}"] = float(2.0 * special.stdtr(line.n - 2, -abs(t)))
         out[f"effect_{name}"] = line.b * float(np.std(values[good]))

@@ -66,6 +66,8 @@ class LimitState:
         unit: Unit of the demand column.
         collapse: ``exceeds`` or ``peak``: whether a collapsed run exceeds by definition.
         citation: Where the numbers come from.
+        degree: Degree of damage of the bridge that it belongs to, for system curves; empty for
+            none, None for its own name.
     """
 
     component: str
@@ -76,6 +78,12 @@ class LimitState:
     unit: str = ""
     collapse: str = COLLAPSE_EXCEEDS
     citation: str = ""
+    degree: str | None = None
+
+    @property
+    def system_degree(self) -> str:
+        """Degree of damage of the bridge at which it takes part in a system; empty for none."""
+        return self.name if self.degree is None else self.degree
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -134,6 +142,22 @@ class LimitStateEntry(BaseModel):
             StateEntry, BeforeValidator(_median_alone, json_schema_input_type=float | StateEntry)
         ],
     ] = Field(min_length=1, description="median by degree of damage")
+    degrees: dict[str, str] | None = Field(
+        default=None,
+        description="degree of damage of the bridge by state, for the system curves, where the "
+        "states have names of their own; a state that is not named takes no part. "
+        "null: each state has the name of its degree",
+    )
+
+    @field_validator("degrees")
+    @classmethod
+    def _of_states_that_are_there(
+        cls, degrees: dict[str, str] | None, info: ValidationInfo
+    ) -> dict[str, str] | None:
+        unknown = set(degrees or {}) - set(info.data.get("states", {}))
+        if unknown:
+            raise ValueError(f"names no state of the entry: {', '.join(sorted(unknown))}")
+        return degrees
 
     @field_validator("unit")
     @classmethod
@@ -169,6 +193,7 @@ class LimitStateEntry(BaseModel):
                     unit=own_unit,
                     collapse=self.collapse,
                     citation=self.citation,
+                    degree=None if self.degrees is None else self.degrees.get(name, ""),
                 )
             )
         return out

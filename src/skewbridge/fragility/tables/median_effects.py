@@ -1,24 +1,34 @@
 """Paired effects on median capacities: ratios of theta with the motions drawn jointly."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import nan
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_lines
+from skewbridge.fragility.likelihood.bootstrap import record_weights, student_reach
+from skewbridge.fragility.likelihood.fit import exp_end
+from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.fragility.tables.effects import effect_table
 from skewbridge.fragility.tables.key_columns import motion_codes
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import check_demands
+from skewbridge.fragility.tables.outcomes import (
+    CensoredDemands,
+    Outcomes,
+    check_demands,
+    outcomes_of,
+)
 from skewbridge.fragility.tables.paired_runs import (
     ended_apart,
     pair_counts,
     pair_groups,
-    usable_pairs,
 )
+from skewbridge.fragility.tables.variant_cloud import refit_censored
 
 _MIN_MOTIONS: Final = 5
 
@@ -32,8 +42,9 @@ def paired_capacity_effects(
     """Return the paired ratios of the cloud median theta along every axis of a study.
 
     theta of both variants is fitted to the same motions; a bootstrap replicate draws motions once
-    for both, so that what the motions share cancels in the ratio. A limit state that no run of
-    one of the variants exceeds (or every run) has no ratio.
+    for both, so that what the motions share cancels in the ratio. Runs that collapsed, failed or
+    went beyond the model are demands known only to exceed a value (Tobit). A limit state that no
+    run of one of the variants is known to exceed (or every run) has no ratio.
 
     Returns:
         Rows with the columns of `effect_columns`, scope ``variant``.
@@ -57,42 +68,71 @@ def _ratio(
     part: pd.DataFrame, state: LimitState, im_column: str, settings: FitSettings
 ) -> dict[str, Any] | None:
     """Return ratio and interval, or None where a variant has no median."""
-    top, bottom, usable = usable_pairs(part, state.demand)
-    ends = {"to": top, "from": bottom}
-    for values in ends.values():
-        above = values[usable] > state.threshold
-        if not np.any(above) or np.all(above):
+    ends = {name: _End.of(part, name, state, im_column) for name in ("to", "from")}
+    usable = ends["to"].usable & ends["from"].usable
+    for end in ends.values():
+        known = end.outcomes.exceed[usable]
+        if not np.any(known) or np.all(known):
             return None
     motions = motion_codes(part[usable])
-    if np.unique(motions).size < _MIN_MOTIONS:
+    count = int(np.unique(motions).size)
+    if count < _MIN_MOTIONS:
         return None
-    x = np.log(part[f"{im_column}_to"].to_numpy(dtype=np.float64)[usable])
     weights = record_weights(motions, settings.bootstrap, settings.seed)
     weights = np.vstack([np.ones(motions.size), weights])
-    theta = {
-        end: refit_lines(x, np.log(values[usable]), weights, np.log(state.threshold)).theta
-        for end, values in ends.items()
-    }
-    with np.errstate(invalid="ignore"):
+    theta = {name: end.medians(usable, state.threshold, weights) for name, end in ends.items()}
+    with np.errstate(invalid="ignore", divide="ignore"):
         ratio = theta["to"] / theta["from"]
-    good = np.isfinite(ratio) & (ratio > 0.0)
-    if not good[0]:
+        logs = np.log(ratio)
+    if not np.isfinite(logs[0]):
         return None
-    tail = 0.5 * (1.0 - settings.effect_confidence)
-    low, high = nan, nan
-    if np.mean(good) > 0.95:
-        # basic interval on the logarithm: theta is a ratio, and its replicates are skewed
-        log_low, log_high = np.quantile(np.log(ratio[good]), [tail, 1.0 - tail])
-        low = float(ratio[0] ** 2 / np.exp(log_high))
-        high = float(ratio[0] ** 2 / np.exp(log_low))
+    reach = exp_end(student_reach(logs[1:], count, settings.effect_confidence))
+    low, high = (float(ratio[0]) / reach, float(ratio[0]) * reach)
     return {
         "ratio": float(ratio[0]),
         "from_mean": float(theta["from"][0]),
-        "ci_low": low,
-        "ci_high": high,
+        "ci_low": low if np.isfinite(reach) else nan,
+        "ci_high": high if np.isfinite(reach) else nan,
         "level": settings.effect_confidence,
         "margin": settings.margin,
-        "n_motions": int(np.unique(motions).size),
-        "n_discordant": int(np.sum(ended_apart(part))),
+        "n_motions": count,
+        "n_discordant": int(np.sum(ended_apart(part) & ~usable)),
         **pair_counts(part, usable),
     }
+
+
+@dataclass(frozen=True, slots=True)
+class _End:
+    """One side of the pairs, arrays of shape (n,): intensities, outcomes, demands of a line.
+
+    ``usable`` are the runs that left a positive demand.
+    """
+
+    im: FloatArray
+    outcomes: Outcomes
+    data: CensoredDemands
+    usable: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, part: pd.DataFrame, name: str, state: LimitState, im_column: str) -> "_End":
+        """Return the side ``to`` or ``from`` of a table of pairs."""
+        demand = part[f"{state.demand}_{name}"].to_numpy(dtype=np.float64)
+        outcomes = outcomes_of(
+            demand,
+            part[f"status_{name}"].to_numpy(dtype=str),
+            part[f"{BEYOND_MODEL}_{name}"].to_numpy(dtype=np.bool_),
+            state,
+        )
+        data = outcomes.censored(state.threshold)
+        im = part[f"{im_column}_{name}"].to_numpy(dtype=np.float64)
+        return cls(im, outcomes, data, data.used)
+
+    def medians(
+        self, usable: NDArray[np.bool_], threshold: float, weights: FloatArray
+    ) -> FloatArray:
+        """Return the medians of the weighted replicates, the data first; NaN without a line."""
+        complete = self.outcomes.complete & usable
+        if np.sum(complete) < _MIN_MOTIONS or np.ptp(self.im[complete]) == 0.0:
+            return np.full(weights.shape[0], nan)
+        kept = CensoredDemands(self.data.lower[usable], self.data.upper[usable], usable[usable])
+        return refit_censored(self.im[usable], kept, threshold, weights).theta

@@ -15,13 +15,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import Replicates
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.parts import RunCounts
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.tables.beyond_model import is_of_column
-from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, need_columns
+from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_of_column
+from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, motion_codes, need_columns
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.statuses import COLLAPSE, OK, STATUSES
 
@@ -55,6 +56,21 @@ class Runs:
         return int(np.max(self.records)) + 1 < self.records.size
 
 
+@dataclass(frozen=True, slots=True)
+class CensoredDemands:
+    """Demands of the runs of one variant as a log-log line sees them, arrays of shape (n,).
+
+    Attributes:
+        lower: Demand, or the value that it exceeds.
+        upper: Equal to it where the demand is known; infinity, or a bound that was assumed.
+        used: Runs that take part: those that left a positive demand.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    used: NDArray[np.bool_]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcomes:
     """Outcomes of the runs of one variant for one limit state, arrays of shape (n,).
@@ -74,6 +90,28 @@ class Outcomes:
     unknown: NDArray[np.bool_]
     demand: FloatArray
     complete: NDArray[np.bool_]
+
+    @property
+    def one_sided(self) -> str | None:
+        """Status of known outcomes that hold no median: none exceeds, or all do."""
+        known = self.exceed[~self.unknown]
+        if not np.any(known):
+            return existence.NO_EXCEEDANCE
+        return existence.ALL_EXCEED if np.all(known) else None
+
+    def assuming(self, exceed: NDArray[np.bool_]) -> "Outcomes":
+        """Return the outcomes if those unknown were known."""
+        return replace(self, exceed=exceed, unknown=np.zeros_like(self.unknown))
+
+    def censored(self, threshold: float) -> "CensoredDemands":
+        """Return the demands as a line sees them; a run that is not complete has no upper end.
+
+        A run that exceeds by definition is known to lie above the threshold, any other above its
+        peak so far.
+        """
+        peak = np.nan_to_num(self.demand, nan=0.0)
+        lower = np.where(self.defined, np.maximum(peak, threshold), peak)
+        return CensoredDemands(lower, np.where(self.complete, lower, inf), lower > 0.0)
 
     def judge(
         self,
@@ -110,6 +148,16 @@ class Outcomes:
         ratio = max(pair) / min(pair) if all(np.isfinite(pair)) else inf
         wide = ratio > MAX_BOUNDS_RATIO and not settings.accept_bounds
         return fit.without_estimate(BOUNDS_TOO_WIDE) if wide else fit
+
+
+def runs_of(part: pd.DataFrame, im_column: str) -> Runs:
+    """Return the runs of one variant of a demands table."""
+    return Runs(
+        im=part[im_column].to_numpy(dtype=np.float64),
+        status=part["status"].to_numpy(dtype=str),
+        beyond=is_beyond_model(part),
+        records=motion_codes(part),
+    )
 
 
 def bootstrapped(fit: FragilityFit, again: Replicates) -> FragilityFit:

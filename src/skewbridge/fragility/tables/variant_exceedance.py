@@ -9,45 +9,47 @@ References:
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.likelihood.links import FloatArray, predictor
 from skewbridge.fragility.likelihood.parts import RunCounts
-from skewbridge.fragility.likelihood.validate import positive, same_length
 from skewbridge.fragility.methods import ida
 from skewbridge.fragility.methods.stripes import fit_stripes
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.limit_states import exceedance_probability
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.tables.limit_states import LimitState, exceedance_probability
 from skewbridge.fragility.tables.outcomes import Outcomes, Runs, bootstrapped
 
 
-def fit_exceedance(runs: Runs, outcomes: Outcomes, settings: FitSettings) -> FragilityFit:
+def fit_exceedance(
+    runs: Runs, outcomes: Outcomes, settings: FitSettings, *, link: str = "probit"
+) -> FragilityFit:
     """Fit the probability of exceedance to the known outcomes.
 
     The interval is of the profile where every motion ran once, by record bootstrap otherwise:
     runs of one motion are not independent.
     """
     known = ~outcomes.unknown
-    fit = _probit(runs, outcomes.exceed, known, settings, interval=not runs.repeated)
+    fit = _binary(runs, outcomes.exceed, known, settings, link, interval=not runs.repeated)
     if fit.status == FITTED and runs.repeated:
         fit = with_record_bootstrap(
             fit, runs.im[known], outcomes.exceed[known], runs.records[known], settings
         )
 
     def assume(exceed: NDArray[np.bool_]) -> FragilityFit:
-        return _probit(runs, exceed, np.ones_like(known), settings, interval=False)
+        return _binary(runs, exceed, np.ones_like(known), settings, link, interval=False)
 
     return outcomes.judge(replace(fit, method="exceedance"), settings, assume)
 
 
-def _probit(
+def _binary(
     runs: Runs,
     exceed: NDArray[np.bool_],
     used: NDArray[np.bool_],
     settings: FitSettings,
+    link: str,
     *,
     interval: bool,
 ) -> FragilityFit:
@@ -58,6 +60,7 @@ def _probit(
         runs.im[used],
         np.ones(count),
         exceed[used].astype(np.float64),
+        link=link,
         settings=settings,
         n_records=int(np.unique(runs.records[used]).size),
         interval=interval,
@@ -79,8 +82,9 @@ def with_record_bootstrap(
     if fit.predictor is None or fit.predictor.a0 is None or fit.predictor.a1 is None:
         return fit
     weights = record_weights(records, settings.bootstrap, settings.seed)
-    start = np.array([fit.predictor.a0, fit.predictor.a1])
-    return bootstrapped(fit, refit_exceedance(np.log(im), weights, weights * exceed, start))
+    link = fit.predictor.link or "probit"
+    start = np.array([fit.predictor.a0 - predictor(0.5, link), fit.predictor.a1])
+    return bootstrapped(fit, refit_exceedance(np.log(im), weights, weights * exceed, start, link))
 
 
 def fit_record_brackets(runs: Runs, outcomes: Outcomes, settings: FitSettings) -> FragilityFit:
@@ -107,39 +111,42 @@ def fit_record_brackets(runs: Runs, outcomes: Outcomes, settings: FitSettings) -
 
 
 def fit_uncertain_capacity(
-    im: ArrayLike,
-    edp: ArrayLike,
-    capacity: float,
-    dispersion: float,
+    runs: Runs,
+    outcomes: Outcomes,
+    state: LimitState,
+    settings: FitSettings,
     *,
-    records: NDArray[np.intp] | None = None,
-    settings: FitSettings = DEFAULTS,
+    link: str = "probit",
 ) -> FragilityFit:
-    """Fit a curve to p_i = Phi[(ln D_i - ln C)/beta_c] in place of 0 or 1 per run.
+    """Fit a curve to p_i = Phi[(ln D_i - ln C)/dispersion] in place of 0 or 1 per run.
 
     beta then holds the scatter of the motions and of the capacity; unlike the cloud it needs no
     line of ln D on ln x. The likelihood is a quasi-likelihood, so that the interval comes from the
-    bootstrap over motions alone.
-
-    Args:
-        im: Intensities, shape (n,).
-        edp: Demands in the unit of ``capacity``, shape (n,), positive.
-        capacity: Median capacity.
-        dispersion: Dispersion of the capacity; 0 gives the plain exceedance fit.
-        records: Number of the motion of each run; None: every run has its own.
-        settings: Level, replicates and seed of the bootstrap.
-
-    Raises:
-        InputError: A value is missing or not positive; names the rows.
+    bootstrap over motions alone. A run that exceeds by definition has p = 1.
     """
-    x, demand = positive(im, "im"), positive(edp, "edp")
-    same_length(im=x, edp=demand)
-    p = exceedance_probability(np.log(demand), float(np.log(capacity)), dispersion)
-    fit = fit_stripes(x, np.ones(x.size), p, settings=settings, interval=False)
-    fit = replace(fit, method="stripes_uncertain_capacity")
-    if fit.status != FITTED:
-        return fit
-    codes = np.arange(x.size) if records is None else records
-    fit = with_record_bootstrap(fit, x, p, codes, settings)
-    kept = tuple(name for name in fit.warnings if name != "fractional_counts_no_interval")
-    return replace(fit, warnings=kept)
+    peak = np.nan_to_num(outcomes.demand, nan=0.0)
+    with np.errstate(divide="ignore"):
+        share = exceedance_probability(
+            np.log(peak), float(np.log(state.threshold)), state.dispersion
+        )
+    p = np.where(outcomes.defined, 1.0, share)
+    known = ~outcomes.unknown
+
+    def fitted(values: FloatArray, used: NDArray[np.bool_]) -> FragilityFit:
+        kept = values[used]
+        found = fit_stripes(
+            runs.im[used], np.ones(kept.size), kept, link=link, settings=settings, interval=False
+        )
+        # the link test and the deviance are of outcomes, not of probabilities
+        return replace(found, method="stripes_uncertain_capacity", goodness=None)
+
+    fit = fitted(p, known)
+    if fit.status == FITTED:
+        fit = with_record_bootstrap(fit, runs.im[known], p[known], runs.records[known], settings)
+        left = tuple(name for name in fit.warnings if name != "fractional_counts_no_interval")
+        fit = replace(fit, warnings=left)
+
+    def assume(exceed: NDArray[np.bool_]) -> FragilityFit:
+        return fitted(np.where(outcomes.unknown & exceed, 1.0, p), np.ones_like(known))
+
+    return outcomes.judge(fit, settings, assume)

@@ -24,7 +24,10 @@ from skewbridge.variant.axes import axes_of
 ESTIMATES: Final = tuple(f"{of}{end}" for of in ("theta", "beta") for end in ("", "_low", "_high"))
 COUNTS: Final = ("n_runs", "n_exceed", "n_collapse", "n_beyond_model", "n_unknown")
 CURVE_NAMES: Final = ("variant", "component", "limit_state", "method", "status")
-CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, "theta_bound", "warnings"]
+BOUNDS: Final = tuple(
+    f"theta_{kind}_{end}" for kind in ("bracket", "bound") for end in ("low", "high")
+)
+CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, *BOUNDS, "warnings"]
 EFFECT_COUNTS: Final = ("n_motions", "n_bounds", "n_left_out", "n_beyond_model")
 RATIOS: Final = ("ratio", "ci_low", "ci_high")
 DIFFERENCES: Final = ("difference", "difference_low", "difference_high", "unit")
@@ -32,7 +35,7 @@ JUDGED: Final = ("verdict", "direction", "verdict_family")
 POOLED_RESULTS: Final = (*RATIOS, *DIFFERENCES, *JUDGED, "p_cells", *EFFECT_COUNTS)
 EFFECT_RESULTS: Final = (*RATIOS, "shrunk_ratio", *DIFFERENCES, *JUDGED, *EFFECT_COUNTS)
 MEDIAN_RESULTS: Final = (*RATIOS, *JUDGED, *EFFECT_COUNTS)
-WHOLE: Final = ("factors", "system", "gate", "sensitivity")
+WHOLE: Final = ("factors", "system", "measures", "gate", "sensitivity")
 
 
 def write_report(
@@ -46,7 +49,8 @@ def write_report(
     """Write the report.
 
     Args:
-        tables: Paths by name: demands, curves, medians, system, effects, needed_motions, factors,
+        tables: Paths by name: demands, curves, medians, system, measures, effects,
+            needed_motions, factors,
             gate, sensitivity, checks, captions.
         figures: Folder of the figures.
         config: The configuration as plain values.
@@ -59,7 +63,6 @@ def write_report(
     pooled, cells = (effects[effects["scope"] == scope] for scope in ("pooled", "variant"))
     needed = read_frame(tables["needed_motions"])
     medians = read_frame(tables["medians"])
-    missed = curves.loc[curves["status"] == "no_exceedance", "limit_state"]
     captions = read_captions(tables["captions"])
     drawn = [base64.b64encode((figures / f"{c.name}.svg").read_bytes()).decode() for c in captions]
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
@@ -85,7 +88,7 @@ def write_report(
         needed=needed.to_dict("records"),
         **{name: read_frame(tables[name]).to_dict("records") for name in WHOLE},
         choices=[] if choices is None else _choices(read_frame(choices)),
-        no_exceedance=sorted(set(missed)),
+        unreached=_unreached(curves),
         config=yaml.safe_dump(dict(config), sort_keys=False),
         provenance=dict(sorted(read_stamp(tables["demands"]).items())),
     )
@@ -108,6 +111,22 @@ def _summary(demands: pd.DataFrame) -> dict[str, Any]:
         "cone": demands["cone_violation_ratio"].max(),
         "energy": demands["energy_residual_ratio"].abs().median(),
     }
+
+
+def _unreached(curves: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the states that no run of some variant reached, with what limits their demand."""
+    told = curves[(curves["reach"] != "") & (curves["method"] == "cloud")]
+    variants = curves["variant"].nunique()
+    return [
+        {
+            "state": f"{component}, {state}".replace("_", " "),
+            "variants": f"{len(own)} of {variants}",
+            "reason": own["reach"].iloc[0],
+        }
+        for (component, state, _), own in told.groupby(
+            ["component", "limit_state", "mechanism"], sort=False
+        )
+    ]
 
 
 def _effect_columns(table: pd.DataFrame, results: Sequence[str]) -> list[str]:
