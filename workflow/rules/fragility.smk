@@ -6,6 +6,8 @@ rule fit_fragility:
         curves=FOLDER.fragility("curves"),
         medians=FOLDER.fragility("median_effects"),
         system=FOLDER.fragility("system"),
+        joint=FOLDER.fragility("joint"),
+        paper=[FOLDER.fragility("table", ending) for ending in ("csv", "tex")],
     log:
         FOLDER.log("fit_fragility"),
     params:

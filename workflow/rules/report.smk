@@ -58,6 +58,7 @@ rule report:
         factors=rules.paired_effects.output.factors,
         medians=rules.fit_fragility.output.medians,
         system=rules.fit_fragility.output.system,
+        joint=rules.fit_fragility.output.joint,
         checks=rules.check_results.output.checks,
         sensitivity=rules.sensitivity.output.table,
     output:

@@ -14,6 +14,7 @@ class _Commands(DeferredGroup):
         "skewbridge.cli.design",
         "skewbridge.cli.contact",
         "skewbridge.cli.fragility",
+        "skewbridge.cli.statistics",
     )
 
 

@@ -1,10 +1,9 @@
 """The two fits of a limit state over the axes: from continuous demands, from exceeded or not.
 
-A demand is censored where a run collapsed, failed or went beyond the model: it is known to exceed its
-last value, or the threshold where the limit state counts as exceeded.
+A demand is censored where a run collapsed, failed or went beyond the model: it is known to exceed
+its last value, or the threshold where the limit state counts as exceeded.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -133,8 +132,8 @@ def fit_outcomes(
 ) -> JointFit:
     """Fit exceeded or not over intensity and axes, without slopes that differ.
 
-    The models on the path of the demand (``like``), or from main effects to all products where it has
-    none, are compared by the log-likelihood of left-out variants.
+    The models on the path of the demand (``like``), or from main effects to all products where it
+    has none, are compared by the log-likelihood of left-out variants.
     """
     hit = exceed[known].astype(np.float64)
     if hit.size == 0 or not np.any(hit) or np.all(hit):
@@ -207,5 +206,3 @@ def _left_out_score(
     eta = np.sum(design * without[variant], axis=1)
     score = special.log_ndtr(np.where(hit > 0.0, eta, -eta))
     return float(np.sum(score)) if np.all(np.isfinite(eta)) else -np.inf
-
-

@@ -1,9 +1,9 @@
 """Demand over intensity and axes with the motion as random effect, some demands censored.
 
-y = X delta + u_i + e with u_i ~ N(0, tau^2) of motion i and e ~ N(0, sigma^2) of the run; y is known,
-or known only to exceed a value. The likelihood of a motion is integrated over u_i by Gauss-Legendre
-panels about its mode, a narrow one on either side and a wide one for the tail that a motion with
-nothing but censored runs has; without censored runs it has a closed form.
+y = X delta + u_i + e with u_i ~ N(0, tau^2) of motion i and e ~ N(0, sigma^2) of the run; y is
+known, or known only to exceed a value. The likelihood of a motion is integrated over u_i by
+Gauss-Legendre panels about its mode, a narrow one on either side and a wide one for the tail that a
+motion with nothing but censored runs has; without censored runs it has a closed form.
 
 References:
     Laird and Ware (1982), Biometrics 38(4):963-974, for the model and the updates of the variances;

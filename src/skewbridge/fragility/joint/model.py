@@ -44,9 +44,12 @@ class JointModel:
         """Return the model of a row of results/fragility/joint.parquet."""
         coefficients = np.asarray(row["coefficients"], dtype=np.float64)
         size = coefficients.size + 1
-        told = json.loads(row["box"])
+        ends = {
+            name: (float(low), float(high)) for name, (low, high) in json.loads(row["box"]).items()
+        }
         box = AxisBox(
-            limits={name: (float(low), float(high)) for name, (low, high) in told.items()},
+            limits={name: (low, high) for name, (low, high) in ends.items() if low < high},
+            fixed={name: (low, high) for name, (low, high) in ends.items() if low == high},
             signed_skew=bool(row["signed_skew"]),
             log_gap=bool(row["log_gap"]),
         )
@@ -77,12 +80,11 @@ class JointModel:
     @property
     def ci_beta(self) -> tuple[float, float]:
         """Interval of the dispersion."""
-        half = self._quantile * float(np.sqrt(self.covariance[-1, -1]))
+        half = self._quantile(self.level) * float(np.sqrt(self.covariance[-1, -1]))
         return self.beta * float(np.exp(-half)), self.beta * float(np.exp(half))
 
-    @property
-    def _quantile(self) -> float:
-        return float(stats.t.ppf(0.5 + 0.5 * self.level, self.freedom))
+    def _quantile(self, level: float) -> float:
+        return float(stats.t.ppf(0.5 + 0.5 * level, self.freedom))
 
     def vector(self, values: Mapping[str, float]) -> FloatArray:
         """Return the terms at values of the axes, shape (1 + q,)."""
@@ -91,18 +93,18 @@ class JointModel:
 
     def median(self, values: Mapping[str, float]) -> tuple[float, float, float]:
         """Return theta and the ends of its interval at values of the axes."""
-        return self._exponential(self.vector(values))
+        return self._exponential(self.vector(values), self.level)
 
     def ratio(
-        self, below: Mapping[str, float], above: Mapping[str, float]
+        self, below: Mapping[str, float], above: Mapping[str, float], level: float
     ) -> tuple[float, float, float]:
         """Return the ratio of the medians at two places, above over below, and its interval."""
-        return self._exponential(self.vector(above) - self.vector(below))
+        return self._exponential(self.vector(above) - self.vector(below), level)
 
-    def _exponential(self, vector: FloatArray) -> tuple[float, float, float]:
+    def _exponential(self, vector: FloatArray, level: float) -> tuple[float, float, float]:
         estimate = float(vector @ self.coefficients)
         variance = float(vector @ self.covariance[:-1, :-1] @ vector)
-        half = self._quantile * float(np.sqrt(variance)) if variance >= 0.0 else nan
+        half = self._quantile(level) * float(np.sqrt(variance)) if variance >= 0.0 else nan
         low, middle, high = (float(np.exp(estimate + shift)) for shift in (-half, 0.0, half))
         return middle, low, high
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.fragility.joint.terms import further_terms, independent, split_terms
 from skewbridge.fragility.joint.surface import Surface
+from skewbridge.fragility.joint.terms import further_terms, independent, split_terms
 from skewbridge.fragility.likelihood.links import FloatArray
 
 _SMALLEST_SQUARE = 1e-300
@@ -69,7 +69,9 @@ class Products:
         self._others, self._left = whole - cell, number - count
         ratio = cells.tau**2 / (cells.sigma**2 + self._left * cells.tau**2)
         order = np.argsort(cells.variant, kind="stable")
-        parts = np.split(values[order], np.cumsum(np.bincount(cells.variant, minlength=variants))[:-1])
+        parts = np.split(
+            values[order], np.cumsum(np.bincount(cells.variant, minlength=variants))[:-1]
+        )
         own = np.stack([part.T @ part for part in parts])
         shrunk = self._others * np.sqrt(ratio)[:, :, None]
         self._without = total - own - np.swapaxes(shrunk, 1, 2) @ shrunk

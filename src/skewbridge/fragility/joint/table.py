@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.fragility.joint.by_motion import jackknife_covariance
+from skewbridge.fragility.joint.columns import JOINT_COLUMNS
 from skewbridge.fragility.joint.fits import (
     NO_AXIS,
     JointFit,
@@ -34,55 +35,38 @@ SOURCES: Final = {"demand": "cloud", "exceedance": "exceedance"}
 # Standard errors by which the outcomes must predict better than the demands to be preferred.
 _CLEARLY: Final = 2.0
 
-JOINT_COLUMNS: Final[dict[str, str]] = {
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    "component": "component of the limit state",
-    "limit_state": "degree of damage",
-    "source": "demand (ln demand, motion as random effect) | exceedance (probit on 0 or 1)",
-    "preferred": "whether this is the one to use: demand, unless exceedance predicts left-out "
-    "variants better, their outcomes by two standard errors and their medians",
-    "status": "ok, or why there is no estimate",
-    "theta": "median in the middle of the box",
-    "theta_low": "lower end of its interval (jackknife by motion, Student's t)",
-    "theta_high": "upper end",
-    "beta": "record-to-record dispersion, common to all variants",
-    "beta_low": "lower end of its interval",
-    "beta_high": "upper end",
-    "beta_total": "dispersion with that of the capacity, sqrt(beta^2 + (dispersion/slope)^2)",
-    "level": "confidence level of the intervals",
-    "loo_error": "median over the variants of the relative error of theta where the variant was "
-    "left out, against its own fit; where none has one, of the demand over the slope",
-    "loo_error_max": "largest of these errors",
-    "loo_error_max_variant": "the variant that has it",
-    "loo_error_max_se": "standard error of ln theta of that variant's own fit",
-    "loo_variants": "variants with a fit of their own that were left out",
-    "log_loss": "mean of -ln of the predicted probability of what left-out runs did",
-    "terms": "terms of ln theta after the constant, joined by semicolons",
-    "coefficients": "of ln theta: constant, then the terms",
-    "covariance": "of coefficients and ln beta, row by row; jackknife by motion",
-    "se_ln_theta": "standard error of ln theta in the middle of the box",
-    "se_bootstrap": "the same by bootstrap over motions",
-    "box": "smallest and largest value of each axis that enters",
-    "signed_skew": "whether the sign of the skew counts; else its size enters",
-    "log_gap": "whether the gap enters as ln(gap/50.8 mm); else as gap/50.8 mm",
-    "model_terms": "terms of ln demand after the constant and ln im; with ln_im: slopes",
-    "slope": "mean slope of ln demand on ln intensity",
-    "tau": "scatter of ln demand between motions",
-    "sigma": "scatter of ln demand within motions",
-    "criterion": "Akaike's criterion, up to a constant of the data",
-    "press": "root mean square error of ln demand of left-out runs",
-    "n_variants": "variants",
-    "n_runs": "runs",
-    "n_motions": "motions",
-    "n_exceed": "runs known to exceed",
-    "n_unknown": "runs whose outcome is unknown",
-    "n_censored": "runs whose demand is known only to exceed a value",
-    "im": "intensity measure",
-    "demand": "demand column",
-    "threshold": "median capacity, in the unit of the demand column",
-    "capacity_dispersion": "dispersion of the capacity",
-}
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Fitted:
+    """A fit with its estimate, without each motion and by bootstrap: parameters and scatter^2."""
+
+    fit: JointFit
+    best: tuple[FloatArray, FloatArray] | None = None
+    left_out: tuple[FloatArray, FloatArray] | None = None
+    again: tuple[FloatArray, FloatArray] | None = None
+
+
+class _Draws:
+    """Weights of the bootstrap, made once per number of motions."""
+
+    def __init__(self, settings: FitSettings) -> None:
+        self._settings = settings
+        self._weights: dict[int, FloatArray] = {}
+
+    def fitted(self, fit: JointFit) -> _Fitted:
+        """Return a fit with its replicates."""
+        if fit.sums is None:
+            return _Fitted(fit=fit)
+        count = fit.sums.score.shape[0]
+        if count not in self._weights:
+            draw = (self._settings.bootstrap, self._settings.seed)
+            self._weights[count] = record_weights(np.arange(count), *draw)
+        return _Fitted(
+            fit=fit,
+            best=fit.sums.best(),
+            left_out=fit.sums.one_left_out(),
+            again=fit.sums.reweighted(self._weights[count]),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,16 +112,22 @@ def joint_table(
 def _rows(
     runs: JointRuns, states: Sequence[LimitState], own: pd.DataFrame, settings: FitSettings
 ) -> Iterator[dict[str, Any]]:
-    kept: dict[tuple[str, bytes], JointFit] = {}
+    kept: dict[tuple[str, bytes], _Fitted] = {}
+    draws = _Draws(settings)
+    fitted = own[own["status"] == FITTED]
+    names = ["component", "limit_state", "method"]
+    theirs = {key: part.set_index("variant") for key, part in fitted.groupby(names)}
     for state in states:
         outcomes = runs.outcomes(state)
-        if runs.box.limits:
-            fits = _fits(runs, outcomes, state, kept)
-        else:
-            fits = dict.fromkeys(SOURCES, JointFit(status=NO_AXIS))
         judged = {
-            source: _judged(runs, outcomes, state, (source, fit), own, settings)
-            for source, fit in fits.items()
+            source: _judged(
+                runs,
+                outcomes,
+                (state, source, each),
+                theirs.get((state.component, state.name, SOURCES[source])),
+                settings,
+            )
+            for source, each in _fits(runs, outcomes, state, (kept, draws)).items()
         }
         chosen = _preferred(judged, runs.motion[~outcomes.unknown])
         for source, each in judged.items():
@@ -148,28 +138,31 @@ def _fits(
     runs: JointRuns,
     outcomes: Outcomes,
     state: LimitState,
-    kept: dict[tuple[str, bytes], JointFit],
-) -> dict[str, JointFit]:
+    cache: tuple[dict[tuple[str, bytes], _Fitted], _Draws],
+) -> dict[str, _Fitted]:
+    if not runs.box.limits:
+        return dict.fromkeys(SOURCES, _Fitted(fit=JointFit(status=NO_AXIS)))
+    kept, draws = cache
     peak = np.nan_to_num(outcomes.demand, nan=0.0)
     lower = np.where(outcomes.defined, np.maximum(peak, state.threshold), peak)
     used = np.where(outcomes.complete, np.isfinite(outcomes.demand), lower > 0.0)
     key = (state.demand, lower.tobytes())  # states of one demand share the fit
     if key not in kept:
-        kept[key] = fit_demand(runs, lower, outcomes.complete, used)
+        kept[key] = draws.fitted(fit_demand(runs, lower, outcomes.complete, used))
     known = ~outcomes.unknown & (np.isfinite(outcomes.demand) | outcomes.exceed)
-    demand = kept[key]
-    return {"demand": demand, "exceedance": fit_outcomes(runs, outcomes.exceed, known, demand)}
+    outcome = fit_outcomes(runs, outcomes.exceed, known, kept[key].fit)
+    return {"demand": kept[key], "exceedance": draws.fitted(outcome)}
 
 
 def _judged(
     runs: JointRuns,
     outcomes: Outcomes,
-    state: LimitState,
-    named: tuple[str, JointFit],
-    own: pd.DataFrame,
+    named: tuple[LimitState, str, _Fitted],
+    own: pd.DataFrame | None,
     settings: FitSettings,
 ) -> _Judged:
-    source, fit = named
+    state, source, fitted = named
+    fit = fitted.fit
     known = ~outcomes.unknown
     hit = outcomes.exceed[known]
     row: dict[str, Any] = {
@@ -192,26 +185,25 @@ def _judged(
         "threshold": state.threshold,
         "capacity_dispersion": state.dispersion,
     }
-    if fit.surface is None or fit.sums is None or fit.without is None:
+    best, left_out, again = fitted.best, fitted.left_out, fitted.again
+    if fit.surface is None or fit.without is None or not (best and left_out and again):
         return _Judged(row=row)
     # ASSUME a study states no median that none of its runs reached, or all of them passed
     if not np.any(hit) or np.all(hit):
         return _Judged(row=row | {"status": ALL_EXCEED if np.any(hit) else NO_EXCEEDANCE})
     ln_capacity = float(np.log(state.threshold)) if source == "demand" else 0.0
-    coefficients, ln_beta = fit.surface.curves(*fit.sums.best(), ln_capacity)
-    slope = float(np.mean(fit.surface.medians(fit.sums.best()[0], ln_capacity)[1]))
+    coefficients, ln_beta = fit.surface.curves(*best, ln_capacity)
+    slope = float(np.mean(fit.surface.medians(best[0], ln_capacity)[1]))
     if not (np.all(np.isfinite(coefficients)) and np.isfinite(ln_beta[0])):
         return _Judged(row=row | {"status": "slope_not_positive"})
-    left_out = np.column_stack(fit.surface.curves(*fit.sums.one_left_out(), ln_capacity))
-    weights = record_weights(np.arange(fit.sums.score.shape[0]), settings.bootstrap, settings.seed)
-    again, _ = fit.surface.curves(*fit.sums.reweighted(weights), ln_capacity)
+    without = np.column_stack(fit.surface.curves(*left_out, ln_capacity))
     row |= {
         "status": FITTED,
         "beta": float(np.exp(ln_beta[0])),
         "terms": ";".join(fit.surface.median_terms),
         "coefficients": coefficients[0].tolist(),
-        "covariance": jackknife_covariance(left_out).ravel().tolist(),
-        "box": json.dumps(fit.surface.box.limits),
+        "covariance": jackknife_covariance(without).ravel().tolist(),
+        "box": json.dumps({**fit.surface.box.fixed, **fit.surface.box.limits}),
         "signed_skew": fit.surface.box.signed_skew,
         "log_gap": fit.surface.box.log_gap,
         "model_terms": ";".join(fit.surface.terms),
@@ -219,8 +211,9 @@ def _judged(
     }
     medians = fit.surface.left_out_medians(fit.without, ln_capacity)
     loss = _loss(runs, known, hit, medians, row["beta"])
-    row |= _middle(row, again) | {"log_loss": float(np.mean(loss))}
-    return _Judged(row=row | _left_out_errors(runs, fit, medians, _own(own, row)), loss=loss)
+    row |= _middle(row, fit.surface.curves(*again, ln_capacity)[0])
+    row |= _left_out_errors(runs, fit, medians, own) | {"log_loss": float(np.mean(loss))}
+    return _Judged(row=row, loss=loss)
 
 
 def _middle(row: dict[str, Any], again: FloatArray) -> dict[str, Any]:
@@ -243,29 +236,23 @@ def _middle(row: dict[str, Any], again: FloatArray) -> dict[str, Any]:
     }
 
 
-def _own(own: pd.DataFrame, row: dict[str, Any]) -> pd.DataFrame:
-    """Return the fits of the single variants to the same state and kind of data."""
-    same = (own["component"] == row["component"]) & (own["limit_state"] == row["limit_state"])
-    same &= (own["method"] == SOURCES[row["source"]]) & (own["status"] == FITTED)
-    return own[same].set_index("variant")[["theta", "var_ln_theta"]]
-
-
 def _left_out_errors(
-    runs: JointRuns, fit: JointFit, medians: FloatArray, own: pd.DataFrame
+    runs: JointRuns, fit: JointFit, medians: FloatArray, own: pd.DataFrame | None
 ) -> dict[str, Any]:
-    theirs = own.reindex(runs.variants["variant"])
-    error = np.exp(medians) / theirs["theta"].to_numpy(dtype=np.float64) - 1.0
-    size = np.abs(error)
-    if np.any(np.isfinite(size)):
-        worst = int(np.nanargmax(size))
-        return {
-            "loo_error": float(np.nanmedian(size)),
-            "loo_error_max": float(size[worst]),
-            "loo_error_max_variant": str(runs.variants["variant"].iloc[worst]),
-            "loo_error_max_se": float(np.sqrt(theirs["var_ln_theta"].iloc[worst])),
-            "loo_variants": int(np.sum(np.isfinite(size))),
-        }
-    found = {"loo_error": nan, "loo_error_max": nan, "loo_variants": 0}
+    """Return the errors of the medians of left-out variants against their ``own`` fits."""
+    found: dict[str, Any] = {"loo_error": nan, "loo_error_max": nan, "loo_variants": 0}
+    if own is not None:
+        theirs = own[["theta", "var_ln_theta"]].reindex(runs.variants["variant"])
+        size = np.abs(np.exp(medians) / theirs["theta"].to_numpy(dtype=np.float64) - 1.0)
+        if np.any(np.isfinite(size)):
+            worst = int(np.nanargmax(size))
+            return {
+                "loo_error": float(np.nanmedian(size)),
+                "loo_error_max": float(size[worst]),
+                "loo_error_max_variant": str(runs.variants["variant"].iloc[worst]),
+                "loo_error_max_se": float(np.sqrt(theirs["var_ln_theta"].iloc[worst])),
+                "loo_variants": int(np.sum(np.isfinite(size))),
+            }
     if fit.level_error is not None and np.any(np.isfinite(fit.level_error)):
         shift = np.abs(np.expm1(fit.level_error))
         found |= {"loo_error": float(np.nanmedian(shift)), "loo_error_max": float(np.nanmax(shift))}

@@ -5,7 +5,7 @@ gap/50.8 mm or its logarithm, friction as it is, every other axis as the share o
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Final
 
@@ -28,16 +28,18 @@ _SLACK: Final = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AxisBox:
-    """The axes that differ between the variants of one bridge and abutment model.
+    """The axes of the variants of one bridge and abutment model.
 
     Attributes:
-        limits: Smallest and largest value in the study by axis; of the skew's size where it is
-            meant.
+        limits: Smallest and largest value in the study by axis that differs; of the skew's size
+            where it is meant.
+        fixed: The same of the axes that do not differ.
         signed_skew: Whether skews of both signs are in the study, so that its sign counts.
         log_gap: Whether the gap enters by its logarithm.
     """
 
     limits: Mapping[str, tuple[float, float]]
+    fixed: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     signed_skew: bool = False
     log_gap: bool = False
 
@@ -65,15 +67,25 @@ class AxisBox:
         return value / told.high
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Check that a point lies inside the box.
+        """Check that a point lies inside the box; axes that the model lacks do not count.
 
         Raises:
-            InputError: A value is missing or outside; names the axis and its limits.
+            InputError: A value is missing or outside, or of an axis that the study does not know;
+                names the axis and its limits.
         """
-        for name, (low, high) in self.limits.items():
+        known = {**self.fixed, **self.limits}
+        lacking = {each.name for each in AXES}
+        for name in values:
+            if name not in known and name not in lacking:
+                raise InputError(f"{name} is no axis of the study", column=name)
+        for name, (low, high) in known.items():
             if name not in values:
-                raise InputError(f"{name} is missing: the study varies it within {low:g}..{high:g}")
-            value = float(self.measured(name, np.float64(values[name])))
+                if name in self.fixed:
+                    continue
+                raise InputError(
+                    f"{name} is missing: the study varies it within {low:g}..{high:g}", column=name
+                )
+            value = float(self.measured(name, np.array(values[name], dtype=np.float64)))
             if not low - _SLACK <= value <= high + _SLACK:
                 raise InputError(
                     f"{name} must be within {low:g}..{high:g}, the box of the study, got "
@@ -92,7 +104,7 @@ def axes_of_model(table: pd.DataFrame, abutment: str) -> list[str]:
 
 
 def box_of(variants: pd.DataFrame, names: Iterable[str]) -> AxisBox:
-    """Return the box of the axes in which variants (one row each) differ."""
+    """Return the box of some axes over variants, one row each."""
     signed = False
     limits: dict[str, tuple[float, float]] = {}
     for name in names:
@@ -100,9 +112,11 @@ def box_of(variants: pd.DataFrame, names: Iterable[str]) -> AxisBox:
         if name == SKEW:
             signed = bool(np.any(value > 0.0) and np.any(value < 0.0))
             value = value if signed else np.abs(value)
-        if np.ptp(value) > 0.0:
+        if np.all(np.isfinite(value)):
             limits[name] = (float(np.min(value)), float(np.max(value)))
-    return AxisBox(limits=limits, signed_skew=signed)
+    differ = {name: ends for name, ends in limits.items() if ends[0] < ends[1]}
+    fixed = {name: ends for name, ends in limits.items() if name not in differ}
+    return AxisBox(limits=differ, fixed=fixed, signed_skew=signed)
 
 
 def further_terms(variables: Mapping[str, FloatArray]) -> tuple[str, ...]:
@@ -129,10 +143,8 @@ def split_terms(terms: Sequence[str]) -> tuple[list[str], list[str]]:
 def term_matrix(terms: Sequence[str], variables: Mapping[str, FloatArray]) -> FloatArray:
     """Return a column of ones and one column per term (names joined by colons), shape (V, 1+q)."""
     size = next((value.size for value in variables.values()), 1)
-    columns = [np.ones(size)]
-    for term in terms:
-        columns.append(np.prod([variables[name] for name in term.split(":")], axis=0))
-    return np.column_stack(columns)
+    products = [np.prod([variables[name] for name in term.split(":")], axis=0) for term in terms]
+    return np.column_stack([np.ones(size), *products])
 
 
 def independent(terms: Sequence[str], variables: Mapping[str, FloatArray]) -> tuple[str, ...]:

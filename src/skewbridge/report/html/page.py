@@ -28,6 +28,9 @@ CURVE_NAMES: Final = ("variant", "component", "limit_state", "method", "status")
 CURVE_COLUMNS: Final = [*CURVE_NAMES, *ESTIMATES, *COUNTS, "theta_bound", "warnings"]
 EFFECT_COUNTS: Final = ("n_motions", "n_left_out", "n_beyond_model")
 EFFECT_RESULTS: Final = ("ratio", "ci_low", "ci_high", *EFFECT_COUNTS, "verdict")
+JOINT_NAMES: Final = ("bridge", "abutment", "component", "limit_state", "source")
+JOINT_ERRORS: Final = ("loo_error", "loo_error_max", "loo_error_max_se", "loo_variants")
+JOINT_COLUMNS: Final = [*JOINT_NAMES, *ESTIMATES, "beta_total", *JOINT_ERRORS, "terms"]
 WHOLE: Final = ("factors", "system", "gate", "sensitivity")
 VERDICTS: Final = (NEGLIGIBLE, MATTERS, UNDECIDED)
 
@@ -43,7 +46,7 @@ def write_report(
     """Write the report.
 
     Args:
-        tables: Paths by name: demands, curves, medians, system, effects, factors, gate,
+        tables: Paths by name: demands, curves, medians, system, joint, effects, factors, gate,
             sensitivity, checks, captions.
         figures: Folder of the figures.
         config: The configuration as plain values.
@@ -55,6 +58,7 @@ def write_report(
     effects = read_frame(tables["effects"])
     effects = effects[effects["scope"] == "variant"]
     medians = read_frame(tables["medians"])
+    joint = read_frame(tables["joint"])
     missed = curves.loc[curves["status"] == "no_exceedance", "limit_state"]
     captions = read_captions(tables["captions"])
     drawn = [base64.b64encode((figures / f"{c.name}.svg").read_bytes()).decode() for c in captions]
@@ -76,6 +80,7 @@ def write_report(
         captions=list(zip(captions, drawn, strict=True)),
         curves=curves[CURVE_COLUMNS].to_dict("records"),
         effects=effects[_effect_columns(effects)].to_dict("records"),
+        joint=joint.loc[joint["preferred"], JOINT_COLUMNS].to_dict("records"),
         medians=medians[_effect_columns(medians)].to_dict("records"),
         **{name: read_frame(tables[name]).to_dict("records") for name in WHOLE},
         choices=[] if choices is None else _choices(read_frame(choices)),
