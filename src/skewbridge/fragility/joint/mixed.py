@@ -2,8 +2,8 @@
 
 y = X delta + u_i + e with u_i ~ N(0, tau^2) of motion i and e ~ N(0, sigma^2) of the run; y is
 known, or known only to exceed a value. The likelihood of a motion is integrated over u_i by
-Gauss-Legendre panels about its mode, a narrow one on either side and a wide one for the tail that a
-motion with nothing but censored runs has; without censored runs it has a closed form.
+Gauss-Legendre panels about its mode and about its highest censored value; without censored runs it
+has a closed form.
 
 References:
     Laird and Ware (1982), Biometrics 38(4):963-974, for the model and the updates of the variances;
@@ -20,8 +20,12 @@ from scipy import special
 from skewbridge.fragility.joint.by_motion import MotionSums
 from skewbridge.fragility.likelihood.links import FloatArray, mills_ratio
 
-_NODES: Final = 12
-_PANEL_WIDTHS: Final = 7.0
+# Panels of the integral: nodes of each, and where they end, in widths about the mode and in sigma
+# about the highest censored value.
+_NODES: Final = 8
+_REACH: Final = 7.0
+_SHOULDER: Final = 2.5
+_EDGE: Final = (-6.0, -1.0, 4.0)
 _NEWTON_STEPS: Final = 20
 _SAFE_ROUNDS: Final = 6
 _ROUNDS: Final = 200
@@ -215,7 +219,9 @@ def _integrate(
         first, second = slopes(mode)
         mode = mode + first / second
     width = 1.0 / np.sqrt(slopes(mode)[1])
-    u, weights = _panels(mode, width, np.sqrt(variance))
+    edge = np.full(count, -np.inf)
+    np.maximum.at(edge, code, -above)
+    u, weights = _panels(mode, width, np.sqrt(variance), edge, sigma)
     t = (above[:, None] + u[code]) / sigma
     ratio = mills_ratio(t)
     ln_tail = special.log_ndtr(t)
@@ -246,13 +252,20 @@ def _integrate(
 
 
 def _panels(
-    mode: FloatArray, width: FloatArray, prior_width: FloatArray
+    mode: FloatArray, width: FloatArray, prior_width: FloatArray, edge: FloatArray, sigma: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return nodes and weights of an integral over u, shapes (G, Q): no end cuts any mass."""
+    """Return nodes and weights of an integral over u, shapes (G, Q): no end cuts any mass.
+
+    ``edge`` is where the highest of a motion's censored values lies: there its probability rises
+    from 0 to 1 within a few ``sigma``.
+    """
+    low, near = mode - _REACH * width, mode + _REACH * width
+    far = np.maximum(mode + _REACH * prior_width, near)
+    breaks = [low, mode - _SHOULDER * width, mode, mode + _SHOULDER * width, near, far]
+    breaks += [near + (far - near) / 3.0]
+    breaks += [np.clip(edge + share * sigma, low, far) for share in _EDGE]
+    ends = np.sort(np.stack(breaks), axis=0)
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    near = _PANEL_WIDTHS * width
-    far = np.maximum(_PANEL_WIDTHS * prior_width, near * (1.0 + 1e-6))
-    ends = np.stack([mode - near, mode, mode + near, mode + far])
     half, middle = 0.5 * np.diff(ends, axis=0), 0.5 * (ends[1:] + ends[:-1])
     u = middle[:, :, None] + half[:, :, None] * nodes
     return np.concatenate(list(u), axis=1), np.concatenate(list(half[:, :, None] * weights), axis=1)
