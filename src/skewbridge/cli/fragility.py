@@ -12,7 +12,7 @@ from skewbridge.errors import InputError
 @clear_errors
 def fit(
     data: Annotated[Path, typer.Argument(help="Data: .json, .csv or .parquet.")],
-    method: Annotated[str, typer.Option(help="stripes, ida or cloud.")],
+    method: Annotated[str | None, typer.Option(help="stripes, ida or cloud.")] = None,
     model: Annotated[
         str | None, typer.Option(help="Cloud: ols, tobit, modified or heteroscedastic.")
     ] = None,
@@ -29,16 +29,31 @@ def fit(
     accept_bounds: Annotated[
         bool, typer.Option("--accept-bounds", help="Fit though failed runs decide the result.")
     ] = False,
+    paper_table: Annotated[
+        bool,
+        typer.Option(
+            "--paper-table", help="Table of demands: the table a paper prints, all limit states."
+        ),
+    ] = False,
+    limit_states: Annotated[
+        Path, typer.Option("--limit-states", help="File of limit states of the paper's table.")
+    ] = Path("config/limit_states.yaml"),
     as_json: JsonOption = False,
 ) -> None:
     """Fit a fragility curve: theta, beta, intervals and a status that says what they are worth."""
     from skewbridge.fragility.exchange.fit_file import FitOptions, fit_file
 
+    if paper_table:
+        from skewbridge.fragility.tables.any_demands import paper_rows
+
+        table = paper_rows(data, limit_states, im)
+        emit({"rows": table.rows}, table.shown, as_json=as_json, title=table.title)
+        return
     try:
         result = fit_file(
             data,
             FitOptions(
-                method=method,
+                method=method or "",
                 model=model,
                 link=link,
                 level=level,

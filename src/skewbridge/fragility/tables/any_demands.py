@@ -1,5 +1,7 @@
 """Statistics of a table of demands that somebody else's analyses may have made."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,10 +12,16 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.data_files import read_table
 from skewbridge.fragility.exchange.foreign import read_foreign
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.all_tables import effect_tables, fit_tables, write_tables
+from skewbridge.fragility.tables.all_tables import (
+    PAPER_TABLE,
+    effect_tables,
+    fit_tables,
+    write_tables,
+)
 from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, axis_names
 from skewbridge.fragility.tables.limit_states import LimitState, load_limit_states
+from skewbridge.fragility.tables.paper_table import printed_rows
 from skewbridge.provenance.files import writable_folder
 
 _IM: Final = "im_"
@@ -43,15 +51,10 @@ def statistics_of(
     Raises:
         InputError: A file, column or value is unusable; names row and column.
     """
-    states = load_limit_states(limit_states)
-    table = read_demands(demands, im, [state.demand for state in states])
-    measure = _measure(table, im)
-    known = [state for state in states if state.demand in table.columns]
-    if not known:
-        wanted = ", ".join(dict.fromkeys(state.demand for state in states))
-        raise InputError(f"{demands.name} has none of the demands of the limit states: {wanted}")
     if margin is not None and not 0.0 < margin < 1.0:
         raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
+    states = load_limit_states(limit_states)
+    table, known, measure = _usable(demands, states, im)
     settings = FitSettings(im=measure, margin=DEFAULTS.margin if margin is None else margin)
     columns = list(dict.fromkeys(state.demand for state in known))
     tables = fit_tables(table, known, settings) | effect_tables(table, settings, columns)
@@ -64,6 +67,44 @@ def statistics_of(
         "im": measure,
         "out": str(out),
     }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperRows:
+    """The table of a paper: all numbers, and what is shown of them."""
+
+    rows: list[dict[str, Any]]
+    shown: list[dict[str, str]]
+    title: str
+
+
+def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> PaperRows:
+    """Return the table that a paper prints of a table of demands; arguments as `statistics_of`.
+
+    Raises:
+        InputError: A file, column or value is unusable; names row and column.
+    """
+    table, known, measure = _usable(demands, load_limit_states(limit_states), im)
+    found = fit_tables(table, known, FitSettings(im=measure))[PAPER_TABLE]
+    return PaperRows(
+        rows=[
+            {str(name): value for name, value in row.items()} for row in found.to_dict("records")
+        ],
+        shown=printed_rows(found),
+        title=f"medians in {measure}",
+    )
+
+
+def _usable(
+    demands: Path, states: Sequence[LimitState], im: str | None
+) -> tuple[pd.DataFrame, list[LimitState], str]:
+    """Return the demands, the limit states that they have a demand of, and the intensity."""
+    table = read_demands(demands, im, [state.demand for state in states])
+    known = [state for state in states if state.demand in table.columns]
+    if not known:
+        wanted = ", ".join(dict.fromkeys(state.demand for state in states))
+        raise InputError(f"{demands.name} has none of the demands of the limit states: {wanted}")
+    return table, known, _measure(table, im)
 
 
 def read_demands(path: Path, im: str | None, further: list[str]) -> pd.DataFrame:

@@ -18,6 +18,7 @@ METHODS: Final = ("cloud", "exceedance", "ida_interval")
 #: Axes whose ratios of medians are printed, with their names in the columns.
 RATIOS: Final = {axis.name: axis.name.split("_")[0] for axis in reversed(AXES)}
 _ENDS: Final = ("", "_low", "_high")
+_NONE: Final = "--"
 PAPER_COLUMNS: Final[dict[str, str]] = {
     "bridge": "catalogue entry",
     "abutment": "abutment model",
@@ -119,41 +120,57 @@ def _joint_rows(joint: pd.DataFrame, level: float) -> Iterator[dict[str, Any]]:
         yield out
 
 
+def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
+    """Return the rows as texts by the heads of the columns; ratios that nothing has are left out."""
+    names = [name for name in RATIOS.values() if table[f"{name}_ratio"].notna().any()]
+    return [
+        {
+            "variant": " ".join(str(row[name]) for name in (*BRIDGE_COLUMNS, "row"))
+            if row["row"] == JOINT
+            else str(row["row"]),
+            "state": f"{row['component']}, {row['limit_state']}",
+            "theta": _with_interval([row[f"theta{end}"] for end in _ENDS]),
+            "beta": _number(row["beta"]),
+            "total": _number(row["beta_total"]),
+            "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
+            **{
+                name: _with_interval([row[f"{name}_ratio{end}"] for end in _ENDS]) for name in names
+            },
+        }
+        for row in table.to_dict("records")
+    ]
+
+
+_LATEX_HEADS: Final = {
+    "variant": "Variant",
+    "state": "Component, state",
+    "theta": r"$\theta$ [interval]",
+    "beta": r"$\beta$",
+    "total": r"$\beta_\mathrm{total}$",
+    "exceed": "exceed",
+}
+
+
 def latex_table(table: pd.DataFrame) -> str:
     """Return the table for LaTeX (packages booktabs and longtable)."""
-    units = sorted(set(table["im"].astype(str)))
-    names = [name for name in RATIOS.values() if table[f"{name}_ratio"].notna().any()]
-    head = [
-        "Variant",
-        "Component, state",
-        r"$\theta$ [interval]",
-        r"$\beta$",
-        r"$\beta_\mathrm{total}$",
-        "exceed",
-        *(f"{name} ratio" for name in names),
-    ]
-    lines = [
-        f"% medians in {', '.join(units)}; ratios of medians to the smallest value of each axis",
-        rf"\begin{{longtable}}{{ll{'r' * (len(head) - 2)}}}",
-        r"\toprule",
-        " & ".join(head) + r" \\",
-        r"\midrule",
-        r"\endhead",
-    ]
-    for row in table.to_dict("records"):
-        cells = [
-            _escaped(" ".join(str(row[name]) for name in (*BRIDGE_COLUMNS, "row")))
-            if row["row"] == JOINT
-            else _escaped(str(row["row"])),
-            _escaped(f"{row['component']}, {row['limit_state']}"),
-            _with_interval([row[f"theta{end}"] for end in _ENDS]),
-            _number(row["beta"]),
-            _number(row["beta_total"]),
-            f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
-            *(_with_interval([row[f"{name}_ratio{end}"] for end in _ENDS]) for name in names),
+    rows = printed_rows(table)
+    names = list(rows[0]) if rows else list(_LATEX_HEADS)
+    head = " & ".join(_LATEX_HEADS.get(name, f"{name} ratio") for name in names)
+    units = ", ".join(sorted(set(table["im"].astype(str))))
+    return "\n".join(
+        [
+            f"% medians in {units}; ratios of medians to the smallest value of each axis",
+            rf"\begin{{longtable}}{{ll{'r' * (len(names) - 2)}}}",
+            r"\toprule",
+            head + r" \\",
+            r"\midrule",
+            r"\endhead",
+            *(" & ".join(map(_escaped, row.values())) + r" \\" for row in rows),
+            r"\bottomrule",
+            r"\end{longtable}",
+            "",
         ]
-        lines.append(" & ".join(cells) + r" \\")
-    return "\n".join([*lines, r"\bottomrule", r"\end{longtable}", ""])
+    )
 
 
 def _number(value: float) -> str:
@@ -162,7 +179,7 @@ def _number(value: float) -> str:
 
 def _with_interval(values: list[float]) -> str:
     middle, low, high = map(_number, values)
-    return middle if middle == "--" or low == "--" else f"{middle} [{low}, {high}]"
+    return middle if _NONE in (middle, low) else f"{middle} [{low}, {high}]"
 
 
 def _escaped(text: str) -> str:
