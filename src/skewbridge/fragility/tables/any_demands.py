@@ -21,7 +21,7 @@ from skewbridge.fragility.tables.all_tables import (
 from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, axis_names
 from skewbridge.fragility.tables.limit_states import LimitState, load_limit_states
-from skewbridge.fragility.tables.paper_table import printed_rows
+from skewbridge.fragility.tables.paper_table import PAPER_COLUMNS, printed_rows
 from skewbridge.provenance.files import writable_folder
 
 _IM: Final = "im_"
@@ -87,9 +87,7 @@ def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> Pape
     table, known, measure = _usable(demands, load_limit_states(limit_states), im)
     found = fit_tables(table, known, FitSettings(im=measure))[PAPER_TABLE]
     return PaperRows(
-        rows=[
-            {str(name): value for name, value in row.items()} for row in found.to_dict("records")
-        ],
+        rows=[dict(zip(PAPER_COLUMNS, row, strict=True)) for row in found.to_numpy().tolist()],
         shown=printed_rows(found),
         title=f"medians in {measure}",
     )

@@ -121,7 +121,7 @@ def _joint_rows(joint: pd.DataFrame, level: float) -> Iterator[dict[str, Any]]:
 
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the rows as texts by the heads of the columns; ratios that nothing has are left out."""
+    """Return the rows as texts by the heads of the columns, without ratios that no row has."""
     names = [name for name in RATIOS.values() if table[f"{name}_ratio"].notna().any()]
     return [
         {
@@ -174,7 +174,7 @@ def latex_table(table: pd.DataFrame) -> str:
 
 
 def _number(value: float) -> str:
-    return "--" if pd.isna(value) else r"$\infty$" if value == float("inf") else f"{value:.3g}"
+    return _NONE if pd.isna(value) else f"{value:.3g}"
 
 
 def _with_interval(values: list[float]) -> str:
