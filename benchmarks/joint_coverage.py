@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from joblib import Parallel, delayed
 from scipy import stats
 
 from skewbridge.fragility.joint.model import JointModel
@@ -23,7 +24,7 @@ from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.limit_states import LimitState
 
 SEED: Final = 20261122
-REPLICATES: Final = 1000
+REPLICATES: Final = 500
 MOTIONS: Final = 32
 LEVELS_G: Final = (0.1, 1.5)
 IM: Final = "im_saavg_rotd50_g"
@@ -143,7 +144,8 @@ def _bounds(hits: FloatArray) -> dict[str, Any]:
 
 def main() -> None:
     replicates = int(sys.argv[1]) if len(sys.argv) > 1 else REPLICATES
-    rows = [row for share in COLLAPSES for row in measure(share, replicates, SEED)]
+    jobs = (delayed(measure)(share, replicates, SEED) for share in COLLAPSES)
+    rows = [row for part in Parallel(n_jobs=len(COLLAPSES))(jobs) for row in part]
     study = {
         "seed": SEED,
         "replicates": replicates,

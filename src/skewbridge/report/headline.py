@@ -137,7 +137,7 @@ def _effects(axes: Axes, table: pd.DataFrame) -> None:
     axes.set_yticks(range(len(steps)), [_step(*step) for step in steps])
     axes.invert_yaxis()
     axes.set_xlabel("change (%)")
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
 
 
 def _medians(axes: Axes, joint: pd.DataFrame) -> None:
@@ -164,7 +164,7 @@ def _medians(axes: Axes, joint: pd.DataFrame) -> None:
     axes.set_xlabel("skew (deg)")
     axes.set_ylabel("median intensity (g)")
     axes.set_ylim(bottom=0.0)
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
 
 
 def _frictions(model: JointModel) -> list[tuple[float | None, str]]:
