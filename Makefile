@@ -7,6 +7,7 @@ CORES ?= 2
 CONFIG ?= config/config.yaml
 MOTIONS ?=
 RETRY ?=
+RESULTS ?= results
 PYTHON_VERSION := $(shell cat .python-version)
 VENV := .venv
 BIN := $(VENV)/bin
@@ -14,13 +15,14 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices smoke test lint bench verify verify-accuracy audit mutants docs clean
+.PHONY: help setup study choices headline smoke test lint bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
 	@echo "                  RETRY=failed tries analyses without a result again, RETRY=crash those that ended their process"
 	@echo "make choices      the modeller's choices one at a time, beside friction, gap and skew"
 	@echo "make test         install everything, run all checks"
+	@echo "make headline     table and picture of the README from a finished study   (RESULTS=folder)"
 	@echo "make smoke        two variants x three motions, full report"
 	@echo "make verify       the paper's studies and statements against references, the hard set, and the slow tests"
 	@echo "make verify-accuracy  effects of friction, gap and skew at default against reference: 1 to 2 hours, goes on"
@@ -42,6 +44,9 @@ study: setup
 
 choices: setup
 	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" choices
+
+headline: setup
+	$(BIN)/python -m skewbridge.report.headline $(RESULTS)
 
 smoke: setup
 	@bash workflow/study.sh $(BIN) $(CORES) config/smoke.yaml

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from skewbridge.fragility.joint.probit import separated
 from skewbridge.fragility.likelihood.bootstrap import refit_exceedance, refit_lines
 from skewbridge.fragility.likelihood.censored import CensoredKernel
 from skewbridge.fragility.likelihood.existence import batch_exists, binomial_status
 from skewbridge.fragility.likelihood.intervals import curve, curve_band
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.methods.axis_probit import separated
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import OrderedKernel

@@ -11,10 +11,11 @@ from fragility_tables import IM, synthetic_demands
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.fragility.exchange.export import export_curves
 from skewbridge.fragility.exchange.foreign import read_foreign
+from skewbridge.fragility.joint.table import joint_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
-from skewbridge.fragility.tables.factors import factor_summary, parameterised_curve
+from skewbridge.fragility.tables.factors import factor_summary
 from skewbridge.fragility.tables.limit_states import demand_unit, load_limit_states
 from skewbridge.fragility.tables.median_effects import paired_capacity_effects
 from skewbridge.fragility.tables.system_curves import system_curves
@@ -66,13 +67,16 @@ def test_the_new_axis_has_effects_on_demands_and_medians(demands):
     assert set(medians["axis"]) == {"skew_deg", NEW}
 
 
-def test_the_new_axis_is_a_factor_and_a_variable_of_the_parameterised_curve(demands):
+def test_the_new_axis_is_a_factor_and_a_variable_of_the_joint_model(demands):
     table = factor_summary(demands, ["column_drift_ratio"], SETTINGS).set_index("factor")
     assert list(table.index) == ["skew_deg", NEW]
     assert table.loc[NEW, "p_value"] < 1e-6
     assert table.loc[NEW, "first_order"] > 0.9
-    fit = parameterised_curve(demands, STATES[0], IM)
-    assert NEW in fit.terms
+    curves = fit_study(demands, STATES, IM, SETTINGS)
+    joint = joint_table(demands, STATES, IM, curves, SETTINGS)
+    best = joint[joint["preferred"]]
+    assert len(best) >= 3
+    assert best["terms"].str.contains(NEW).all()
 
 
 def test_a_foreign_table_brings_the_axes_it_has(demands, tmp_path):

@@ -1,4 +1,4 @@
-"""Studies as a whole: system curves, factor summary, parameterised curve, crossing curves."""
+"""Studies as a whole: system curves, factor summary, crossing curves."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +11,7 @@ from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.factors import (
-    SUMMARY_COLUMNS,
-    factor_summary,
-    parameterised_curve,
-)
+from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS, factor_summary
 from skewbridge.fragility.tables.im_quality import measure_table
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.fragility.tables.ordered_curves import ordered_curves
@@ -115,27 +111,6 @@ def test_summary_ranks_factors_and_measures_the_prediction():
     assert rotation["first_order"].idxmax() == "skew_deg"
     assert rotation.loc["friction", "p_value"] < 1e-6
     assert rotation["worst_prediction"].iloc[0] < 0.05
-
-
-def test_parameterised_curve_follows_the_generator():
-    table = synthetic_demands(motions=60, skew_effect=0.0)
-    drift = state("column_drift", "slight")
-    shift = 0.4 * (table["skew_deg"] / 60)
-    table["column_drift_ratio"] *= np.exp(shift)
-    fit = parameterised_curve(table, drift, IM)
-    assert fit.status == "ok"
-    at = {"gap_mm": 0.0, "friction": 0.0}
-    theta_0, _ = fit.curve_at(at | {"skew_deg": 0.0})
-    theta_45, _ = fit.curve_at(at | {"skew_deg": 0.75})
-    # demand grows with slope 1 in intensity, so capacity falls by the same factor
-    assert theta_45 / theta_0 == pytest.approx(np.exp(-0.3), rel=0.05)
-    assert np.all(np.isfinite(fit.se_cluster))
-
-
-def test_parameterised_curve_needs_something_that_varies():
-    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,))
-    with pytest.raises(InputError, match="differ in an axis"):
-        parameterised_curve(table, state("column_drift", "slight"), IM)
 
 
 def test_curves_that_cross_inside_the_range_are_flagged():

@@ -7,6 +7,7 @@ import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
+from skewbridge.fragility.joint.shares import axis_shares
 from skewbridge.fragility.tables.effects import (
     EFFECT_COLUMNS,
     paired_effects,
@@ -15,11 +16,6 @@ from skewbridge.fragility.tables.factors import factor_summary
 from skewbridge.fragility.tables.im_quality import rank_measures
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.fragility.tables.median_effects import paired_capacity_effects
-from skewbridge.fragility.tables.surrogate import (
-    fit_surrogate,
-    leave_one_variant_out,
-    surrogate_sobol,
-)
 from skewbridge.fragility.tables.verdicts import verdict_of
 
 STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
@@ -132,25 +128,13 @@ def test_factors_and_sobol_rank_the_axes_as_generated():
     found = factor_summary(table, ["deck_rotation_rad"]).set_index("factor")
     assert found.loc["skew_deg", "partial_eta2"] > found.loc["friction", "partial_eta2"] > 0.5
     assert found.loc["gap_mm", "p_value"] > 0.01
-    surrogate = fit_surrogate(table, "deck_rotation_rad")
-    assert surrogate.scatter == pytest.approx(0.03, rel=0.2)
-    friction = surrogate.terms.index("friction")
-    assert surrogate.coefficients[friction] == pytest.approx(-0.2, abs=0.06)
-    indices = surrogate_sobol(surrogate, table, seed=1).set_index("factor")["first_order"]
+    shares = axis_shares(table, "deck_rotation_rad", IM, seed=1)
+    assert shares.axes == ("skew_deg", "gap_mm", "friction")
+    assert shares.scatter == pytest.approx(0.03, rel=0.2)
     # variances of 0.4 u and 0.1 u over uniform ranges 0..0.75 and 0..0.5
-    assert indices["skew_deg"] == pytest.approx(0.09 / (0.09 + 0.01), abs=0.05)
-
-
-def test_surrogate_drops_terms_that_two_designs_cannot_tell_apart():
-    table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,))
-    assert fit_surrogate(table, "deck_rotation_rad").terms == ("skew_deg",)
-
-
-def test_surrogate_predicts_a_variant_left_out():
-    found = leave_one_variant_out(synthetic_demands(), "deck_rotation_rad")
-    assert len(found) == 12
-    # mean of 16 runs of 3 % scatter against a six-term surface: about 1.5 % expected
-    assert found["error"].abs().max() < 0.05
+    assert shares.first_order[0] == pytest.approx(0.09 / (0.09 + 0.01), abs=0.05)
+    # mean of 16 runs of 3 % scatter: about 1.5 % expected
+    assert shares.worst_prediction < 0.05
 
 
 def test_measures_are_ranked_with_a_probability_of_being_best():
@@ -172,6 +156,6 @@ def test_measures_are_ranked_with_a_probability_of_being_best():
 def test_a_single_axis_has_all_of_the_variance():
     table = synthetic_demands(seed=4)
     table = table[(table["skew_deg"] == 0) & (table["gap_mm"] == table["gap_mm"].min())]
-    indices = surrogate_sobol(fit_surrogate(table, "column_drift_ratio"), table, seed=1)
-    assert indices["factor"].tolist() == ["friction"]
-    assert indices["first_order"].tolist() == [1.0]
+    shares = axis_shares(table, "column_drift_ratio", IM, seed=1)
+    assert shares.axes == ("friction",)
+    assert shares.first_order.tolist() == [1.0]

@@ -16,7 +16,7 @@ from skewbridge.fragility.likelihood.profile import (
     chi_square_quantile,
     profile_ends,
 )
-from skewbridge.fragility.methods import axis_probit, goodness, system
+from skewbridge.fragility.methods import goodness, system
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.cloud_models import fit_heteroscedastic, fit_modified_cloud
 from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
@@ -259,22 +259,6 @@ def test_frequency_outside_the_hazard_table_is_named():
     assert found.below < 1e-6
     with pytest.raises(InputError, match=r"im must increase \(row 1\)"):
         risk.annual_frequency(0.8, 0.4, [0.5, 0.3], [1e-2, 1e-3])
-
-
-def test_parameterised_curve_refuses_a_slope_that_turns_negative():
-    rng = np.random.default_rng(0)
-    ln_im = rng.uniform(-2, 1, 400)
-    skew = rng.choice([0.0, 1.0], 400)
-    eta = (2.0 - 3.2 * skew) * ln_im
-    y = (rng.normal(size=400) < eta).astype(float)
-    fit = axis_probit.fit_axis_probit(ln_im, {"skew": skew}, y, interactions=("skew:ln_im",))
-    assert fit.status == "slope_not_positive"
-    apart = axis_probit.fit_axis_probit(ln_im, {"skew": skew}, (ln_im > 0).astype(float))
-    assert apart.status == "separation"
-    with pytest.raises(InputError, match="unknown variable 'gap'"):
-        axis_probit.fit_axis_probit(ln_im, {"skew": skew}, y, interactions=("gap:ln_im",))
-    closed = axis_probit.scaled_axes({"skew_deg": skew, "gap_mm": np.array([0.0, 50.8])})
-    assert closed["gap_mm"].tolist() == [0.0, 1.0]
 
 
 def test_mean_period_of_a_decaying_sine():

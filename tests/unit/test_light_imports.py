@@ -7,7 +7,7 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from skewbridge.cli import bridge, build_app, contact, design, fragility, run, study
+from skewbridge.cli import bridge, build_app, contact, design, fragility, run, statistics, study
 
 #: Needed by the main process (tables, statistics, figures), by no worker and by no help text.
 HEAVY = ("pandas", "scipy", "pyarrow", "plotly", "matplotlib", "seaborn", "jinja2", "snakemake")
@@ -78,7 +78,7 @@ def test_help_loads_no_numbers(arguments: list[str], forbidden: tuple[str, ...])
 def test_help_names_every_command_with_its_summary() -> None:
     """They are read from the sources: a command in none of the modules' lists would be missing."""
     shown = CliRunner().invoke(build_app(), ["--help"], terminal_width=300).stdout
-    for module in (bridge, contact, design, fragility, run, study):
+    for module in (bridge, contact, design, fragility, run, statistics, study):
         for command in module.COMMANDS:
             summary = str(command.__doc__).splitlines()[0]
             assert re.search(rf"^  {command.__name__} +{re.escape(summary)}$", shown, re.MULTILINE)

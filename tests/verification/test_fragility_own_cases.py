@@ -10,7 +10,6 @@ import statsmodels.api as sm
 from scipy import optimize, stats
 from statsmodels.tools.numdiff import approx_hess
 
-from skewbridge.fragility.methods.axis_probit import AxisProbitFit
 from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
 from skewbridge.fragility.methods.stripes import fit_stripes
 
@@ -189,23 +188,3 @@ def test_single_runs_give_the_fit_of_their_stripes():
     assert (fit.theta, fit.beta) == pytest.approx((grouped.theta, grouped.beta), rel=1e-9)
     # The number of orders in which a stripe's runs can exceed is not in the single runs.
     assert fit.loglik == pytest.approx(grouped.as_json()["loglik_kernel"], rel=1e-9)
-
-
-def test_coefficients_of_a_logit_model_give_its_median_in_closed_form():
-    covariates = {"strength": (-0.024, 33.8), "width": (0.0019, 4070.0), "gap": (0.0143, 38.1)}
-    constant, slope = -9.8, 2.74
-    model = AxisProbitFit(
-        status="ok",
-        terms=("1", "ln_im", *covariates),
-        coefficients=np.array([constant, slope, *(pair[0] for pair in covariates.values())]),
-        se=np.empty(0),
-        se_cluster=np.empty(0),
-        covariance=np.empty((0, 0)),
-        loglik=np.nan,
-        link="logit",
-    )
-    at = {name: pair[1] for name, pair in covariates.items()}
-    for changed in (at, at | {"gap": 76.2}):
-        shift = sum(covariates[name][0] * value for name, value in changed.items())
-        median = np.exp(-(constant + shift) / slope)
-        assert model.curve_at(changed)[0] == pytest.approx(median, rel=1e-9)

@@ -4,19 +4,25 @@ Tolerances are those of the cases: 1e-6 on estimates (they were confirmed with 5
 standard errors (some references differentiate numerically), 1e-5 on interval ends.
 """
 
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from reference_data import fragility_case as case
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange import risk
+from skewbridge.fragility.joint.probit import fit_probit
+from skewbridge.fragility.joint.shares import sobol
+from skewbridge.fragility.joint.surface import Surface
+from skewbridge.fragility.joint.terms import box_of
 from skewbridge.fragility.likelihood.links import probability
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.methods import axis_probit, cloud, cloud_models, goodness, system
+from skewbridge.fragility.methods import cloud, cloud_models, goodness, system
 from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import fit_ordered
 from skewbridge.fragility.methods.stripes import fit_stripes
-from skewbridge.fragility.tables.surrogate import sobol
 
 MSA = (
     "msa_wood_b1_existing",
@@ -257,30 +263,39 @@ def test_glm_of_several_covariates_reproduces_greene(link):
 def test_parameterised_bridge_reproduces_the_case():
     given, expected = case("glm_parameterised_bridge")
     x, y = np.array(given["ln_im"]), np.array(given["exceed"], dtype=float)
-    # the case scales the gap by 0.0508 m, as the axis probit does
-    z = axis_probit.scaled_axes(
+    # the case scales the gap by 0.0508 m, as the joint model does
+    variants = pd.DataFrame(
         {
             "skew_deg": np.array(given["skew_deg"], dtype=float),
             "gap_mm": np.array(given["gap_m"]) * 1000,
             "friction": np.array(given["mu"]),
         }
     )
-    full = axis_probit.fit_axis_probit(x, z, y, interactions=("skew_deg:ln_im",))
-    plain = axis_probit.fit_axis_probit(x, z, y)
-    assert full.coefficients == pytest.approx(expected["probit"], rel=1e-6)
-    assert full.se == pytest.approx(expected["probit_se_expected_info"], rel=1e-4)
-    assert full.loglik == pytest.approx(expected["loglik"], rel=1e-6)
-    assert plain.coefficients == pytest.approx(expected["no_interaction"], rel=1e-6)
-    statistic, dof, p_value = axis_probit.likelihood_ratio(full, plain)
-    assert (statistic, dof) == (pytest.approx(expected["LR_interaction"], rel=1e-6), 1)
-    assert p_value == pytest.approx(expected["LR_p"], rel=1e-6)
-    at = full.curve_at({"skew_deg": 0.75, "gap_mm": np.log(0.5), "friction": 0.5})
-    assert at == pytest.approx(expected["theta_beta_skew45_gap1in_mu0p5"], rel=1e-6)
-    origin = full.curve_at({"skew_deg": 0.0, "gap_mm": 0.0, "friction": 0.0})
-    assert origin == pytest.approx(expected["theta_beta_skew0_gap2in_mu0"], rel=1e-6)
-    logit = axis_probit.fit_axis_probit(x, z, y, interactions=("skew_deg:ln_im",), link="logit")
-    assert logit.coefficients == pytest.approx(expected["logit"], rel=1e-6)
-    assert logit.loglik == pytest.approx(expected["logit_loglik"], rel=1e-6)
+    box = replace(box_of(variants, variants.columns), log_gap=True)
+    each = np.arange(x.size)
+    plain = Surface(variants=variants, box=box, terms=("skew_deg", "gap_mm", "friction"))
+    full = replace(plain, terms=(*plain.terms, "skew_deg:ln_im"))
+    fits = {
+        name: fit_probit(surface.design(x, each), y, each)
+        for name, surface in (("probit", full), ("no_interaction", plain))
+    }
+    for name, fit in fits.items():
+        assert fit.status == "ok"
+        assert fit.sums.params == pytest.approx(expected[name], rel=1e-6)
+    assert fits["probit"].loglik == pytest.approx(expected["loglik"], rel=1e-6)
+    ratio = 2.0 * (fits["probit"].loglik - fits["no_interaction"].loglik)
+    assert ratio == pytest.approx(expected["LR_interaction"], rel=1e-6)
+    places = pd.DataFrame({"skew_deg": [45.0, 0.0], "gap_mm": [25.4, 50.8], "friction": [0.5, 0.0]})
+    at = Surface(variants=places, box=box, terms=full.terms)
+    ln_theta, slope = at.medians(fits["probit"].sums.params[None, :], 0.0)
+    found = np.column_stack([np.exp(ln_theta[0]), 1.0 / slope[0]])
+    assert found[0] == pytest.approx(expected["theta_beta_skew45_gap1in_mu0p5"], rel=1e-6)
+    assert found[1] == pytest.approx(expected["theta_beta_skew0_gap2in_mu0"], rel=1e-6)
+    design = full.design(x, each)
+    kernel = BinomialKernel(design, np.ones(y.size), y, "logit")
+    logit = maximise(kernel, np.zeros((1, design.shape[1])))
+    assert logit.params[0] == pytest.approx(expected["logit"], rel=1e-6)
+    assert logit.loglik[0] == pytest.approx(expected["logit_loglik"], rel=1e-6)
 
 
 def test_sobol_indices_of_ishigami():

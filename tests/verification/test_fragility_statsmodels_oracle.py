@@ -15,7 +15,9 @@ from statsmodels.stats.anova import AnovaRM
 from statsmodels.stats.diagnostic import het_breuschpagan
 
 from fragility_tables import synthetic_demands
-from skewbridge.fragility.methods.axis_probit import fit_axis_probit
+from skewbridge.fragility.joint.by_motion import jackknife_covariance
+from skewbridge.fragility.joint.mixed import MixedData, fit_mixed
+from skewbridge.fragility.joint.probit import fit_probit
 from skewbridge.fragility.methods.cloud import fit_cloud, fit_line
 from skewbridge.fragility.methods.ida import fit_brackets
 from skewbridge.fragility.methods.ordered import fit_ordered
@@ -91,24 +93,47 @@ def test_ordered_probit_agrees_with_statsmodels():
     assert fit.theta == pytest.approx(np.exp(cuts / slope), rel=1e-5)
 
 
-def test_cluster_robust_errors_agree_with_statsmodels():
+def test_probit_over_axes_agrees_with_statsmodels():
     rng = np.random.default_rng(5)
     motion = np.repeat(np.arange(30), 6)
     ln_im = np.repeat(rng.uniform(-2, 0.4, 30), 6)
     skew = np.tile([0.0, 0.25, 0.5, 0.5, 0.75, 1.0], 30)
     eta = 1.0 + 2.0 * ln_im + 0.5 * skew + np.repeat(0.5 * rng.normal(size=30), 6)
     y = (rng.normal(size=180) < eta).astype(float)
-    fit = fit_axis_probit(ln_im, {"skew": skew}, y, clusters=motion)
     design = np.column_stack([np.ones(180), ln_im, skew])
-    model = sm.Probit(y, design).fit(disp=False)
-    robust = sm.Probit(y, design).fit(
-        disp=False,
-        cov_type="cluster",
-        cov_kwds={"groups": motion, "use_correction": False},
+    model = sm.Probit(y, design)
+    fit = fit_probit(design, y, motion)
+    assert fit.sums.params == pytest.approx(model.fit(disp=False).params, rel=1e-6)
+    robust = model.fit(
+        disp=False, cov_type="cluster", cov_kwds={"groups": motion, "use_correction": False}
     )
-    assert fit.coefficients == pytest.approx(model.params, rel=1e-6)
-    # ours carries the factor G/(G - 1) for few motions
-    assert fit.se_cluster == pytest.approx(robust.bse * np.sqrt(30 / 29), rel=1e-6)
+    bread = np.linalg.inv(np.sum(fit.sums.information, axis=0))
+    sandwich = bread @ fit.sums.score.T @ fit.sums.score @ bread
+    assert np.sqrt(np.diag(sandwich)) == pytest.approx(robust.bse, rel=1e-5)
+    # the jackknife by motion is larger: the sandwich is too small for few clusters
+    jackknife = jackknife_covariance(fit.sums.one_left_out()[0])
+    excess = np.sqrt(np.diag(jackknife) / np.diag(sandwich))
+    assert np.all((excess > 1.0) & (excess < 1.3))
+
+
+def test_mixed_model_agrees_with_statsmodels():
+    rng = np.random.default_rng(7)
+    motion = np.repeat(np.arange(24), 6)
+    kept = rng.uniform(size=motion.size) < 0.8  # not every variant under every motion
+    motion, skew = motion[kept], np.tile(np.arange(6) / 5.0, 24)[kept]
+    ln_im = rng.uniform(-2, 0.4, 24)[motion]
+    y = 0.3 + 1.1 * ln_im + 0.2 * skew + 0.3 * rng.normal(size=24)[motion]
+    y += 0.1 * rng.normal(size=y.size)
+    design = np.column_stack([np.ones(y.size), ln_im, skew])
+    seen = np.ones(y.size, dtype=bool)
+    fit = fit_mixed(MixedData(design=design, lower=y, seen=seen, motion=motion))
+    theirs = sm.MixedLM(y, design, groups=motion).fit(reml=False)
+    assert fit.sums.params == pytest.approx(theirs.fe_params, rel=1e-4)
+    assert fit.sigma**2 == pytest.approx(theirs.scale, rel=1e-3)
+    assert fit.tau**2 == pytest.approx(float(np.asarray(theirs.cov_re)[0, 0]), rel=1e-3)
+    information = np.linalg.inv(np.sum(fit.sums.information, axis=0))
+    errors = np.sqrt(np.diag(information))
+    assert errors == pytest.approx(np.asarray(theirs.bse_fe), rel=1e-3)
 
 
 def test_factors_agree_with_repeated_measures_of_statsmodels():

@@ -8,6 +8,8 @@ rule fit_fragility:
         medians=FOLDER.fragility("median_effects"),
         system=FOLDER.fragility("system"),
         measures=FOLDER.fragility("measures"),
+        joint=FOLDER.fragility("joint"),
+        paper=[FOLDER.fragility("table", ending) for ending in ("csv", "tex")],
     log:
         FOLDER.log("fit_fragility"),
     params:

@@ -66,6 +66,7 @@ rule report:
         medians=rules.fit_fragility.output.medians,
         system=rules.fit_fragility.output.system,
         measures=rules.fit_fragility.output.measures,
+        joint=rules.fit_fragility.output.joint,
         checks=rules.check_results.output.checks,
         sensitivity=rules.sensitivity.output.table,
     output:

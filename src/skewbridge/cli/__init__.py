@@ -17,6 +17,7 @@ class _Commands(DeferredGroup):
         "skewbridge.cli.design",
         "skewbridge.cli.contact",
         "skewbridge.cli.fragility",
+        "skewbridge.cli.statistics",
     )
 
 

@@ -12,7 +12,9 @@ from skewbridge.errors import InputError
 @clear_errors
 def fit(
     data: Annotated[Path, typer.Argument(help="Data: .json, .csv or .parquet.")],
-    method: Annotated[Literal["stripes", "ida", "cloud"], typer.Option(help="What the data are.")],
+    method: Annotated[
+        Literal["stripes", "ida", "cloud"] | None, typer.Option(help="What the data are.")
+    ] = None,
     model: Annotated[
         Literal["ols", "tobit", "modified", "heteroscedastic"] | None,
         typer.Option(help="Of the demands in a cloud."),
@@ -41,17 +43,32 @@ def fit(
         Path | None,
         typer.Option(help="YAML with columns (ours: theirs), factors, constants of the table."),
     ] = None,
+    paper_table: Annotated[
+        bool,
+        typer.Option(
+            "--paper-table", help="Table of demands: the table a paper prints, all limit states."
+        ),
+    ] = False,
+    limit_states: Annotated[
+        Path, typer.Option("--limit-states", help="File of limit states of the paper's table.")
+    ] = Path("config/limit_states.yaml"),
     as_json: JsonOption = False,
 ) -> None:
     """Fit a fragility curve: theta, beta, intervals and a status that says what they are worth."""
     from skewbridge.fragility.exchange.fit_file import fit_file
     from skewbridge.fragility.exchange.fit_options import FitOptions
 
+    if paper_table:
+        from skewbridge.fragility.tables.any_demands import paper_rows
+
+        table = paper_rows(data, limit_states, im)
+        emit({"rows": table.rows}, table.shown, as_json=as_json, title=table.title)
+        return
     try:
         result = fit_file(
             data,
             FitOptions(
-                method=method,
+                method=method or "",
                 model=model,
                 link=link,
                 level=level,
@@ -85,7 +102,8 @@ def export(
     ],
     out: Annotated[Path, typer.Option(help="File to write.")],
     method: Annotated[
-        Literal["cloud", "exceedance", "ida_interval"], typer.Option(help="Which curves.")
+        Literal["cloud", "exceedance", "ida_interval", "ordered"],
+        typer.Option(help="Which curves."),
     ] = "cloud",
     hazard: Annotated[
         Path | None, typer.Option(help="CSV im, rate: adds annual frequencies to the csv.")

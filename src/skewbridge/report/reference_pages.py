@@ -10,11 +10,13 @@ from pydantic import TypeAdapter
 
 from skewbridge.bridge.catalogue.schema import bridge_schema
 from skewbridge.demands.columns import COLUMNS
+from skewbridge.fragility.joint.columns import JOINT_COLUMNS
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS
 from skewbridge.fragility.tables.limit_states import LimitStateEntry
 from skewbridge.fragility.tables.needed_motions import NEEDED_COLUMNS
+from skewbridge.fragility.tables.paper_table import PAPER_COLUMNS
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
 
@@ -22,9 +24,11 @@ ROOT: Final = Path(__file__).parents[3]
 
 TABLES: Final = {
     "fragility/curves": CURVE_COLUMNS,
+    "fragility/joint": JOINT_COLUMNS,
     "fragility/effects": EFFECT_COLUMNS,
     "fragility/factors": SUMMARY_COLUMNS,
     "fragility/needed_motions": NEEDED_COLUMNS,
+    "fragility/table.csv": PAPER_COLUMNS,
     "modelling_choices": CHOICE_COLUMNS,
 }
 
@@ -120,7 +124,8 @@ def columns_page() -> str:
     page = COLUMNS_HEAD + "\n" + _table(("column", "unit", "meaning"), rows)
     for name, columns in TABLES.items():
         fits = [(f"`{column}`", meaning) for column, meaning in columns.items()]
-        page += f"\n## results/{name}.parquet\n\n" + _table(("column", "meaning"), fits)
+        file = name if "." in name else f"{name}.parquet"
+        page += f"\n## results/{file}\n\n" + _table(("column", "meaning"), fits)
     return page
 
 

@@ -63,9 +63,9 @@ class StudyFolder:
         """Return the demands of one variant."""
         return self.root / "demands" / f"{variant}.parquet"
 
-    def fragility(self, table: str) -> Path:
+    def fragility(self, table: str, ending: str = "parquet") -> Path:
         """Return a table of the fits."""
-        return self.root / "fragility" / f"{table}.parquet"
+        return self.root / "fragility" / f"{table}.{ending}"
 
     def log(self, rule: str) -> Path:
         """Return the log of a rule."""

@@ -35,6 +35,9 @@ JUDGED: Final = ("verdict", "direction", "verdict_family")
 POOLED_RESULTS: Final = (*RATIOS, *DIFFERENCES, *JUDGED, "p_cells", *EFFECT_COUNTS)
 EFFECT_RESULTS: Final = (*RATIOS, "shrunk_ratio", *DIFFERENCES, *JUDGED, *EFFECT_COUNTS)
 MEDIAN_RESULTS: Final = (*RATIOS, *JUDGED, *EFFECT_COUNTS)
+JOINT_NAMES: Final = ("bridge", "abutment", "component", "limit_state", "source")
+JOINT_ERRORS: Final = ("loo_error", "loo_error_max", "loo_error_max_se", "loo_variants")
+JOINT_COLUMNS: Final = [*JOINT_NAMES, *ESTIMATES, "beta_total", *JOINT_ERRORS, "terms"]
 WHOLE: Final = ("factors", "system", "measures", "gate", "sensitivity")
 
 
@@ -49,9 +52,8 @@ def write_report(
     """Write the report.
 
     Args:
-        tables: Paths by name: demands, curves, medians, system, measures, effects,
-            needed_motions, factors,
-            gate, sensitivity, checks, captions.
+        tables: Paths by name: demands, curves, medians, system, measures, joint, effects,
+            needed_motions, factors, gate, sensitivity, checks, captions.
         figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
@@ -63,6 +65,7 @@ def write_report(
     pooled, cells = (effects[effects["scope"] == scope] for scope in ("pooled", "variant"))
     needed = read_frame(tables["needed_motions"])
     medians = read_frame(tables["medians"])
+    joint = read_frame(tables["joint"])
     captions = read_captions(tables["captions"])
     drawn = [base64.b64encode((figures / f"{c.name}.svg").read_bytes()).decode() for c in captions]
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
@@ -84,6 +87,7 @@ def write_report(
         curves=curves[CURVE_COLUMNS].to_dict("records"),
         pooled=pooled[_effect_columns(pooled, POOLED_RESULTS)].to_dict("records"),
         effects=cells[_effect_columns(cells, EFFECT_RESULTS)].to_dict("records"),
+        joint=joint.loc[joint["preferred"], JOINT_COLUMNS].to_dict("records"),
         medians=medians[_effect_columns(medians, MEDIAN_RESULTS)].to_dict("records"),
         needed=needed.to_dict("records"),
         **{name: read_frame(tables[name]).to_dict("records") for name in WHOLE},

@@ -1,0 +1,165 @@
+"""How often the intervals of the joint model cover the truth, at the default design.
+
+`python benchmarks/joint_coverage.py` reruns the stored study (some minutes); a test reads its
+numbers and reruns a few replicates.
+"""
+
+import json
+import sys
+from itertools import product
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+from scipy import stats
+
+from skewbridge.fragility.joint.model import JointModel
+from skewbridge.fragility.joint.table import joint_table
+from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
+from skewbridge.fragility.tables.limit_states import LimitState
+
+SEED: Final = 20261122
+REPLICATES: Final = 500
+MOTIONS: Final = 32
+LEVELS_G: Final = (0.1, 1.5)
+IM: Final = "im_saavg_rotd50_g"
+DEMAND: Final = "column_drift_ratio"
+AXES: Final = {"skew_deg": (0.0, 30.0, 60.0), "gap_mm": (25.0, 51.0), "friction": (0.0, 0.5)}
+# source: results of the default study with 16 motions (drift, deck displacement, keys): slope 1.05,
+# scatter 0.26 between motions and 0.05 to 0.11 within
+SLOPE: Final = 1.05
+TAU: Final = 0.26
+SIGMA: Final = 0.08
+MEDIAN_G: Final = 0.6
+COLLAPSES: Final = (0.0, 0.05, 0.2)
+PLACES: Final[dict[str, dict[str, float]]] = {
+    "corner": {"skew_deg": 0.0, "gap_mm": 25.0, "friction": 0.0},
+    "far corner": {"skew_deg": 60.0, "gap_mm": 51.0, "friction": 0.5},
+    "between": {"skew_deg": 45.0, "gap_mm": 40.0, "friction": 0.3},
+}
+STATE: Final = LimitState(
+    component="column_drift", name="simulated", demand=DEMAND, threshold=0.01, dispersion=0.0
+)
+
+
+def ln_effect(place: dict[str, Any]) -> Any:
+    """Return the effect of the axes on ln demand: of skew, its square, gap, friction, a product."""
+    skew, gap = place["skew_deg"] / 60.0, place["gap_mm"] / 50.8
+    friction = place["friction"]
+    return 0.10 * skew + 0.15 * skew**2 + 0.04 * gap - 0.08 * friction + 0.05 * skew * friction
+
+
+def design() -> pd.DataFrame:
+    """Return the runs of the default design without demands."""
+    rows = [
+        dict(zip(AXES, values, strict=True)) | {"variant": f"v{number:02d}"}
+        for number, values in enumerate(product(*AXES.values()))
+    ]
+    motions = pd.DataFrame({"motion": range(MOTIONS)})
+    table = pd.DataFrame(rows).merge(motions, how="cross")
+    return table.assign(
+        bridge="simulated",
+        abutment="contact_friction",
+        motion_id="m" + table["motion"].astype(str),
+        scale=1.0,
+        incidence_deg=0.0,
+    )
+
+
+def simulated(table: pd.DataFrame, collapse: float, rng: np.random.Generator) -> pd.DataFrame:
+    """Return the design with demands; a run collapses where its demand passes a limit.
+
+    ``collapse`` is the share of runs that do; their demand is recorded up to the limit.
+    """
+    low, high = np.log(LEVELS_G)
+    share = (np.arange(MOTIONS) + rng.uniform(size=MOTIONS)) / MOTIONS
+    ln_im = low + (high - low) * rng.permutation(share)
+    u = TAU * rng.normal(size=MOTIONS)
+    motion = table["motion"].to_numpy()
+    y = SLOPE * (ln_im[motion] - np.log(MEDIAN_G)) + ln_effect(table) + u[motion]
+    y = y + np.log(STATE.threshold) + SIGMA * rng.normal(size=len(table))
+    limit = np.inf if collapse == 0.0 else float(np.quantile(y, 1.0 - collapse))
+    return table.assign(
+        **{
+            IM: np.exp(ln_im[motion]),
+            DEMAND: np.exp(np.minimum(y, limit)),
+            "status": np.where(y > limit, "collapse", "ok"),
+        }
+    )
+
+
+def truth(place: dict[str, float]) -> float:
+    """Return the true ln median at a place."""
+    return float(np.log(MEDIAN_G) - ln_effect(place) / SLOPE)
+
+
+def measure(collapse: float, replicates: int, seed: int) -> list[dict[str, Any]]:
+    """Return the coverage of the 95 % intervals for one share of collapses, a row per quantity."""
+    rng = np.random.default_rng(seed)
+    table, curves = design(), pd.DataFrame(columns=list(CURVE_COLUMNS))
+    settings = FitSettings(im=IM, bootstrap=99)
+    ln_beta = float(np.log(np.hypot(TAU, SIGMA) / SLOPE))
+    hits: dict[tuple[str, str], list[bool]] = {}
+    errors: dict[tuple[str, str], list[float]] = {}
+    for _ in range(replicates):
+        found = joint_table(simulated(table, collapse, rng), [STATE], IM, curves, settings)
+        for row in found[found["status"] == FITTED].to_dict("records"):
+            model = JointModel.of_row({str(name): value for name, value in row.items()})
+            source = str(row["source"])
+            for name, place in PLACES.items():
+                theta, low, high = model.median(place)
+                hits.setdefault((source, name), []).append(low <= np.exp(truth(place)) <= high)
+                errors.setdefault((source, name), []).append(np.log(theta) - truth(place))
+            low, high = model.ci_beta
+            hits.setdefault((source, "beta"), []).append(low <= np.exp(ln_beta) <= high)
+            errors.setdefault((source, "beta"), []).append(model.ln_beta - ln_beta)
+    return [
+        {
+            "collapse": collapse,
+            "source": source,
+            "quantity": name,
+            **_bounds(np.array(values)),
+            "bias": float(np.mean(errors[source, name])),
+            "scatter": float(np.std(errors[source, name])),
+        }
+        for (source, name), values in hits.items()
+    ]
+
+
+def _bounds(hits: FloatArray) -> dict[str, Any]:
+    """Return the coverage with its exact 95 % bounds (Clopper and Pearson)."""
+    found = stats.binomtest(int(np.sum(hits)), hits.size).proportion_ci(0.95)
+    return {
+        "coverage": float(np.mean(hits)),
+        "low": float(found.low),
+        "high": float(found.high),
+        "replicates": int(hits.size),
+    }
+
+
+def main() -> None:
+    replicates = int(sys.argv[1]) if len(sys.argv) > 1 else REPLICATES
+    jobs = (delayed(measure)(share, replicates, SEED) for share in COLLAPSES)
+    rows = [row for part in Parallel(n_jobs=len(COLLAPSES))(jobs) for row in part]
+    study = {
+        "seed": SEED,
+        "replicates": replicates,
+        "motions": MOTIONS,
+        "variants": len(design()) // MOTIONS,
+        "nominal": 0.95,
+        "rows": rows,
+    }
+    for row in rows:
+        print(row)  # noqa: T201
+    if len(sys.argv) == 1:
+        out = Path(__file__).with_suffix(".json")
+        out.write_text(json.dumps(study, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

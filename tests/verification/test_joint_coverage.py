@@ -1,0 +1,43 @@
+"""Coverage of the joint model: the stored simulation, and a few of its replicates again."""
+
+import json
+from pathlib import Path
+
+import joint_coverage
+import numpy as np
+import pytest
+
+STUDY = json.loads(Path(joint_coverage.__file__).with_suffix(".json").read_text())
+ROWS = [row for row in STUDY["rows"] if row["source"] == "demand"]
+
+
+def test_the_stored_study_is_large_enough_and_at_the_default_design():
+    assert STUDY["replicates"] >= 500
+    assert STUDY["motions"] >= 32
+    assert STUDY["variants"] == 12
+    assert {row["collapse"] for row in ROWS} == {0.0, 0.05, 0.2}
+    assert all(row["replicates"] == STUDY["replicates"] for row in ROWS)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['quantity']}, {row['collapse']:.0%}")
+def test_intervals_cover_what_they_say(row):
+    """The binomial 95 % bounds of the coverage meet 92 to 98 %."""
+    assert row["high"] >= 0.92
+    assert row["low"] <= 0.98
+
+
+def test_medians_are_unbiased_whatever_collapses():
+    for row in ROWS:
+        if row["quantity"] != "beta":
+            assert abs(row["bias"]) < 0.02
+
+
+def test_replicates_are_what_was_stored():
+    found = joint_coverage.measure(0.05, 8, STUDY["seed"])
+    again = [row for row in found if row["source"] == "demand"]
+    assert len(again) == 4
+    stored = {row["quantity"]: row for row in ROWS if row["collapse"] == 0.05}
+    for row in again:
+        assert row["coverage"] >= 0.5
+        assert row["scatter"] < 3.0 * stored[row["quantity"]]["scatter"]
+        assert np.isfinite(row["bias"])
