@@ -21,7 +21,7 @@ class MotionsConfig:
         default="motions", description="folder with an index.csv or with motions"
     )
     count: Whole | None = Field(
-        default=16,
+        default=32,
         ge=1,
         le=100_000,
         description="the first so many motions of the suite; null for all",
