@@ -87,13 +87,6 @@ def ends_of(part: pd.DataFrame, name: str) -> tuple[FloatArray, FloatArray]:
     return top, bottom
 
 
-def usable_pairs(part: pd.DataFrame, name: str) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Return a demand at to_value and at from_value, and the pairs in which both are usable."""
-    top, bottom = ends_of(part, name)
-    finished = (part["complete_to"] & part["complete_from"]).to_numpy()
-    return top, bottom, finished & (top > 0.0) & (bottom > 0.0)
-
-
 def ended_apart(part: pd.DataFrame) -> NDArray[np.bool_]:
     """Return the pairs of which one side alone collapsed, failed or went beyond the model."""
     return np.logical_or.reduce(
