@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs the study, one at a time in a folder.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET]]
+# Runs the study, one at a time in a folder.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET [PROFILE]]]
 set -euo pipefail
-bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all}
+bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all} profile=${6:-}
 
 exec 9>.study.lock
 flock --nonblock 9 || { echo "Another study is running in this folder." >&2; exit 1; }
@@ -11,4 +11,7 @@ if compgen -G ".snakemake/locks/*" >/dev/null; then
 fi
 override=()
 [ -z "$motions" ] || override=(--config "motions={folder: \"$motions\"}")
-"$bin/snakemake" -j"$cores" --rerun-incomplete --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"
+# On a cluster the profile says how many jobs there may be at once; here it is the processors.
+how=(-j"$cores")
+[ -z "$profile" ] || how=(--workflow-profile "workflow/profiles/$profile")
+"$bin/snakemake" "${how[@]}" --rerun-incomplete --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"

@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # Starts a Slurm of two nodes on this host, without systemd and beside any Slurm that runs here.
-# usage: start.sh FOLDER [CORES_PER_NODE [MEMORY_MB_PER_NODE]]; then SLURM_CONF=FOLDER/slurm.conf sinfo
+# usage: start.sh FOLDER [CORES_PER_NODE [MEMORY_MB_PER_NODE]]
 set -euo pipefail
-folder=$(realpath -m "$1") cores=${2:-2} memory_mb=${3:-2000}
+folder=$(realpath -m "$1") cores=${2:-2} memory_mb=${3:-6000}
 here=$(cd "$(dirname "$0")" && pwd)
 host=$(hostname -s)
 
+# The executor clears SLURM_CONF on the nodes, so the configuration lies where Slurm looks for it.
+[ ! -e /etc/slurm/slurm.conf ] || { echo "start.sh: this host belongs to a cluster (/etc/slurm/slurm.conf)" >&2; exit 1; }
 mkdir -p "$folder"/{state,spool.node1,spool.node2}
 chmod 755 "$folder"
 (umask 077 && head -c 1024 /dev/urandom >"$folder/munge.key")
@@ -19,7 +21,7 @@ print(*(each.getsockname()[1] for each in held))')
 sed -e "s|@FOLDER@|$folder|; s|@HOST@|$host|; s|@CORES@|$cores|; s|@MEMORY_MB@|$memory_mb|" \
     -e "s|@CONTROLLER@|$controller|; s|@FIRST@|$first|; s|@SECOND@|$second|" \
     "$here/slurm.conf.in" >"$folder/slurm.conf"
-export SLURM_CONF="$folder/slurm.conf"
+mkdir -p /etc/slurm && ln -sfn "$folder/slurm.conf" /etc/slurm/slurm.conf
 
 munged --force --socket="$folder/munge.socket" --key-file="$folder/munge.key" --pid-file="$folder/munged.pid" \
     --log-file="$folder/munged.log" --seed-file="$folder/munge.seed"

@@ -43,9 +43,25 @@ def doctor(*, as_json: JsonOption = False) -> None:
 
 
 @clear_errors
-def plan(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) -> None:
+def plan(
+    *,
+    config: ConfigOption = DEFAULT_CONFIG,
+    profile: Annotated[
+        str | None,
+        typer.Option(
+            "--profile", help="Of a cluster, slurm or a folder: jobs and hours there besides."
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
     """Show the variants and analyses of a study, their cost, and what is done already."""
     forecast, variants = _forecast(config)
+    if profile is not None:
+        from skewbridge.study.cluster import JobSize
+        from skewbridge.study.forecast import forecast_jobs
+
+        if size := JobSize.of_profile(profile):
+            forecast = forecast | forecast_jobs(forecast, size)
     if not as_json:
         emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
     emit(forecast, _study_rows(forecast), as_json=as_json)

@@ -62,5 +62,5 @@ def writable_file(path: Path) -> Path:
 
 
 def _writer() -> str:
-    """Who writes: host and process, since on a shared file system two nodes have equal processes."""
+    """Who writes: process and host, since two nodes of a cluster have equal process numbers."""
     return f"{socket.gethostname()}.{os.getpid()}"

@@ -85,7 +85,9 @@ def cancel_left_behind(prefix: str) -> None:
         text=True,
         check=True,
     )
-    jobs = [line.split()[0] for line in listed.stdout.splitlines() if line.split()[1].startswith(prefix)]
+    jobs = [
+        line.split()[0] for line in listed.stdout.splitlines() if line.split()[1].startswith(prefix)
+    ]
     if jobs:
         logger.warning("cancelling %d job(s) that an earlier run left behind", len(jobs))
         subprocess.run(["scancel", *jobs], check=True)

@@ -1,11 +1,13 @@
 """What a study will cost and how far it is, from its configuration alone."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.motions.index import list_motions
+from skewbridge.study.cluster import JobSize
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.folder import StudyFolder
@@ -61,9 +63,37 @@ def forecast_study(config: StudyConfig) -> Forecast:
 
 def parts_of(config: StudyConfig, cpu_hours: float) -> int:
     """Return into how many jobs of so many processor hours the analyses that are left are cut."""
-    summary = forecast_study(config).summary
-    left_hours = summary["eta_s"] * CORES / 3600
-    return max(1, min(ceil(left_hours / cpu_hours), summary["left"]))
+    return _parts_of(forecast_study(config).summary, cpu_hours)
+
+
+def forecast_jobs(summary: Mapping[str, Any], size: JobSize) -> dict[str, Any]:
+    """Return what the analyses that are left are on a cluster.
+
+    Args:
+        summary: Of the forecast of the study.
+        size: Of the jobs.
+
+    Returns:
+        `jobs` and `job_cores`; `job_hours` and `hours`, the wall time of one job and of all, with
+        as many at once as the profile allows and no waiting in the queue.
+    """
+    left_hours = _left_cpu_hours(summary)
+    jobs = _parts_of(summary, size.cpu_minutes / 60)
+    job_hours = left_hours / jobs / size.cores
+    return {
+        "jobs": jobs,
+        "job_cores": size.cores,
+        "job_hours": round(job_hours, 2),
+        "hours": round(job_hours * ceil(jobs / size.jobs), 2),
+    }
+
+
+def _parts_of(summary: Mapping[str, Any], cpu_hours: float) -> int:
+    return max(1, min(ceil(_left_cpu_hours(summary) / cpu_hours), summary["left"]))
+
+
+def _left_cpu_hours(summary: Mapping[str, Any]) -> float:
+    return summary["eta_s"] * CORES / 3600
 
 
 def _count_motions(config: StudyConfig) -> int:

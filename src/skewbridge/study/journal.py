@@ -8,6 +8,7 @@ does not delete it.
 import fcntl
 import json
 import os
+import time
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +20,8 @@ from skewbridge.study.folder import StudyFolder
 #: Raised by one when a column changes its meaning; lines in another form are not used.
 JOURNAL_FORMAT: Final = 2
 _FORMAT_KEY: Final = "journal_format"
+#: Between two attempts to lock a journal.
+POLL_S: Final = 0.5
 
 
 def read_journals(folder: StudyFolder) -> dict[str, dict[str, Any]]:
@@ -73,8 +76,12 @@ class JournalWriter:
 
 
 @contextmanager
-def open_journal(path: Path) -> Generator[JournalWriter]:
+def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter]:
     """Open a journal for writing, alone.
+
+    Args:
+        path: The journal.
+        patience_s: How long to wait for the process that writes it.
 
     Raises:
         InputError: Another process runs the same job in the same folder.
@@ -82,12 +89,32 @@ def open_journal(path: Path) -> Generator[JournalWriter]:
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InputError(
-                f"{path} is being written by another process; end that study first"
-            ) from None
+        _lock(descriptor, path, patience_s)
         yield JournalWriter(descriptor)
     finally:
         os.close(descriptor)
+
+
+def _lock(descriptor: int, path: Path, patience_s: float) -> None:
+    """Lock a journal against other processes, those on other nodes of a cluster, too.
+
+    NFS (from version 4 without a daemon, Linux) makes a lock of the whole file by `fcntl` of it. It
+    is not asked for by `fcntl` here, since that one ends when this process closes any descriptor of
+    the file, as reading the journals does.
+    """
+    until_s = time.monotonic() + patience_s
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        except BlockingIOError:
+            if time.monotonic() >= until_s:
+                raise InputError(
+                    f"{path} is being written by another process; end that study first"
+                ) from None
+        except OSError as error:
+            raise InputError(
+                f"{path} cannot be locked ({error.strerror}): put the folder of the study on a file "
+                "system with locks, such as NFSv4 or Lustre mounted with the option flock"
+            ) from None
+        time.sleep(POLL_S)

@@ -1,0 +1,117 @@
+"""The jobs of a study on a cluster: their size, the forecast of them, what a killed run left."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_folder, written_aside
+from skewbridge.study.cluster import JobSize, cancel_left_behind, status_command
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.forecast import forecast_jobs
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of programs in place of Slurm's, the only ones that are found."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    monkeypatch.setenv("PATH", f"{folder}:/bin:/usr/bin")
+    return folder
+
+
+def program(folder: Path, name: str, text: str) -> None:
+    path = folder / name
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+
+
+def test_the_size_of_a_job_comes_from_the_profile_and_its_environment(
+    programs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program(programs, "sacct", "exit 1")
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setenv("SKEWBRIDGE_JOB_CORES", "8")
+    monkeypatch.setenv("SKEWBRIDGE_JOB_MINUTES", "20")
+    monkeypatch.setenv("SKEWBRIDGE_JOBS", "7")
+    assert JobSize.of_profile("slurm") == JobSize(cores=8, cpu_minutes=160, jobs=7)
+    assert JobSize.of_profile("default") is None
+    with pytest.raises(InputError, match="no profile 'nowhere'"):
+        JobSize.of_profile("nowhere")
+
+
+def test_a_faulty_profile_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "config.yaml").write_text("executor: slurm\njobs: 3\n")
+    with pytest.raises(InputError, match="no profile of a cluster"):
+        JobSize.of_profile(str(tmp_path))
+
+
+def test_status_is_asked_of_the_queue_where_nothing_is_accounted(programs: Path) -> None:
+    program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
+    assert status_command() == "squeue"
+    program(programs, "sacct", "exit 0")
+    assert status_command() == "sacct"
+
+
+def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) -> None:
+    cancelled = tmp_path / "cancelled"
+    listed = "11 skewbridge-aa_1\\n12 skewbridge-bb_2\\n13 a job of mine\\n14 skewbridge-aa_3"
+    program(programs, "squeue", f"printf '{listed}\\n'")
+    program(programs, "scancel", f'echo "$@" >> {cancelled}')
+    cancel_left_behind("skewbridge-aa")
+    assert cancelled.read_text() == "11 14\n"
+    program(programs, "squeue", "true")
+    cancel_left_behind("skewbridge-aa")
+    assert cancelled.read_text() == "11 14\n"
+
+
+@pytest.mark.parametrize(
+    ("left", "jobs_at_once", "jobs", "job_hours", "hours"),
+    [
+        (9000, 100, 5, 0.5, 0.5),  # 10 h of processors in jobs of 2 h on 4 processors
+        (9000, 2, 5, 0.5, 1.5),
+        (0, 100, 1, 0.0, 0.0),
+    ],
+)
+def test_forecast_of_jobs(
+    left: int, jobs_at_once: int, jobs: int, job_hours: float, hours: float
+) -> None:
+    summary = {"left": left, "eta_s": left * 4.0 / 2}
+    size = JobSize(cores=4, cpu_minutes=120, jobs=jobs_at_once)
+    found = forecast_jobs(summary, size)
+    assert found == {"jobs": jobs, "job_cores": 4, "job_hours": job_hours, "hours": hours}
+
+
+def test_a_job_on_a_node_finds_the_parts_of_one_complete_cut(tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path)
+    assert folder.made_parts() == []
+    for number, count in [(1, 3), (3, 3), (2, 2), (1, 2)]:
+        folder.part(number, count).parent.mkdir(parents=True, exist_ok=True)
+        folder.part(number, count).touch()
+    assert folder.made_parts() == [folder.part(1, 2), folder.part(2, 2)]
+
+
+def test_two_nodes_with_equal_processes_write_beside_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "table"
+    with written_aside(path) as first:
+        first.write_text("first")
+        monkeypatch.setattr("socket.gethostname", lambda: "another")
+        with written_aside(path) as second:
+            second.write_text("second")
+        assert first != second
+        assert writable_folder(tmp_path) == tmp_path
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_every_rule_of_the_profile_exists() -> None:
+    """A misspelt rule would be passed over, and its job would ask for the default."""
+    profile = yaml.safe_load((ROOT / "workflow/profiles/slurm/config.yaml").read_text())
+    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    named = {*profile["groups"], *profile["set-threads"], *profile["set-resources"]}
+    assert [name for name in sorted(named) if f"rule {name}:" not in rules] == []
