@@ -57,7 +57,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Generator[Path]:
     for parent in [folder, *folder.parents[:2]]:  # munged refuses a socket that others cannot reach
         parent.chmod(0o755)
     try:
-        subprocess.run([HERE / "start.sh", folder], check=True)
+        subprocess.run([HERE / "start.sh", folder, "1"], check=True)
         yield folder
     finally:
         subprocess.run([HERE / "stop.sh", folder], check=True)
@@ -77,15 +77,6 @@ def through_slurm(tree: Path, *arguments: str, config: str = "study.yaml") -> li
     """The command of `make study PROFILE=slurm`, with what it does not fix."""
     profile = ["--workflow-profile", "workflow/profiles/slurm"]
     return [str(BIN / "snakemake"), *profile, "--configfile", config, *arguments]
-
-
-def wait_for(condition: Callable[[], object], seconds: float) -> bool:
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        if condition():
-            return True
-        time.sleep(0.5)
-    return False
 
 
 def journal_keys(results: Path) -> list[str]:
@@ -120,10 +111,10 @@ def kill_slurmd(cluster: Path, node: str) -> None:
 
 @pytest.fixture(scope="module")
 def study(cluster: Path, tree: Path) -> Path:
-    """The finished study, one of whose jobs was cancelled and one of whose nodes was lost for a time.
+    """The finished study, of which a job was cancelled and a node was lost for a time.
 
-    After its first analyses a job is cancelled; then the daemon of the node that runs a job of
-    analyses is killed until the controller misses it, and is started again.
+    After the first analyses one of the two jobs of analyses is cancelled, and the daemon of the
+    other's node is killed, and started again when the controller has missed it.
     """
     log = tree / "slurm.log"
     with log.open("w") as output:
@@ -131,16 +122,21 @@ def study(cluster: Path, tree: Path) -> Path:
             through_slurm(tree), cwd=tree, stdout=output, stderr=output, env=os.environ | SITE
         )
         results = tree / "results"
-        alive = lambda: process.poll() is None  # noqa: E731
+
+        def wait_for(condition: Callable[[], object], seconds: float) -> None:
+            deadline = time.monotonic() + seconds
+            while not condition():
+                if process.poll() is not None or time.monotonic() > deadline:
+                    pytest.fail(log.read_text())
+                time.sleep(0.2)
+
         try:
-            assert wait_for(lambda: not alive() or journal_keys(results), 900), log.read_text()
-            cancelled, *_ = jobs_of("analyse")
+            wait_for(lambda: journal_keys(results) and len(jobs_of("analyse")) > 1, 900)
+            (cancelled, _), (_, node) = jobs_of("analyse").items()
             subprocess.run(["scancel", cancelled], check=True)
-            (tree / "cancelled.json").write_text(json.dumps(journal_keys(results)))
-            assert wait_for(lambda: not alive() or set(jobs_of("analyse")) - {cancelled}, 300)
-            node = next(node for job, node in jobs_of("analyse").items() if job != cancelled)
             kill_slurmd(cluster, node)
-            assert wait_for(lambda: "down" in node_state(node), 120), node_state(node)
+            (tree / "finished.json").write_text(json.dumps(journal_keys(results)))
+            wait_for(lambda: "down" in node_state(node), 120)
             subprocess.run(["slurmd", "-N", node], check=True)
             assert process.wait(1200) == 0, log.read_text()
         finally:
@@ -149,7 +145,7 @@ def study(cluster: Path, tree: Path) -> Path:
 
 
 def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing(study: Path) -> None:
-    finished = json.loads((study / "cancelled.json").read_text())
+    finished = json.loads((study / "finished.json").read_text())
     keys = journal_keys(study / "results")
     assert finished
     assert len(keys) == len(set(keys)) == 8
@@ -163,9 +159,8 @@ def test_the_tables_are_those_of_one_machine(study: Path) -> None:
     command = [str(BIN / "snakemake"), "-j2", "--configfile", "local.yaml", "--", *targets]
     subprocess.run(command, cwd=study, check=True, capture_output=True)
     for name in TABLES:
-        here, there = (
-            pd.read_parquet(study / root / f"{name}.parquet") for root in ("local", "results")
-        )
+        here = pd.read_parquet(study / f"local/{name}.parquet")
+        there = pd.read_parquet(study / f"results/{name}.parquet")
         left_out = [column for column in TIMES if column in here]
         pd.testing.assert_frame_equal(
             there.drop(columns=left_out), here.drop(columns=left_out), check_exact=True

@@ -68,17 +68,22 @@ def test_a_process_ends_with_the_one_it_works_for() -> None:
 def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path: Path) -> None:
     """As on a cluster, where a job comes back while another node still runs it."""
     path = tmp_path / "v.jsonl"
+
+    def succeed() -> None:
+        with open_journal(path, 60.0) as journal:
+            journal.append({"run_key": "a"})
+
     first = ExitStack()
     first.enter_context(open_journal(path))
     with ThreadPoolExecutor() as other:
-        second = other.submit(lambda: ExitStack().enter_context(open_journal(path, 60.0)))
+        second = other.submit(succeed)
         with pytest.raises(TimeoutError):
             second.result(timeout=0.1)
         assert read_journal(path) == {}  # reading the file in the same process frees no lock
         with pytest.raises(TimeoutError):
             second.result(timeout=0.6)
         first.close()
-        second.result(timeout=60.0).append({"run_key": "a"})
+        second.result(timeout=60.0)
     assert set(read_journal(path)) == {"a"}
 
 

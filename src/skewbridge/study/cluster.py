@@ -1,4 +1,4 @@
-"""A study on a Slurm cluster: the size of its jobs, how they are asked for, what was left behind."""
+"""A study on a Slurm cluster: the size of its jobs, and those that a killed run left behind."""
 
 import logging
 import subprocess
@@ -85,9 +85,8 @@ def cancel_left_behind(prefix: str) -> None:
         text=True,
         check=True,
     )
-    jobs = [
-        line.split()[0] for line in listed.stdout.splitlines() if line.split()[1].startswith(prefix)
-    ]
+    names = dict(line.split(maxsplit=1) for line in listed.stdout.splitlines())
+    jobs = [job for job, name in names.items() if name.startswith(prefix)]
     if jobs:
         logger.warning("cancelling %d job(s) that an earlier run left behind", len(jobs))
         subprocess.run(["scancel", *jobs], check=True)

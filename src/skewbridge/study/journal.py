@@ -114,7 +114,7 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
                 ) from None
         except OSError as error:
             raise InputError(
-                f"{path} cannot be locked ({error.strerror}): put the folder of the study on a file "
-                "system with locks, such as NFSv4 or Lustre mounted with the option flock"
+                f"{path} cannot be locked ({error.strerror}): put the folder of the study on a "
+                "file system with locks, such as NFSv4 or Lustre mounted with the option flock"
             ) from None
         time.sleep(POLL_S)

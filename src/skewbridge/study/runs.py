@@ -20,9 +20,9 @@ from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Row, Work
 
-#: How long a part waits for its journal. Where the node of its predecessor was lost, NFSv4 gives the
-#: lock free when the lease of that node has ended (90 s unless set otherwise), and a node that comes
-#: back ends the job.
+#: How long a part waits for its journal. Where the node of its predecessor was lost, NFSv4 gives
+#: the lock free when the lease of that node has ended (90 s unless set otherwise); a node that
+#: comes back ends the job.
 PREDECESSOR_S: Final = 180.0
 
 
