@@ -7,9 +7,11 @@ import yaml
 
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder, written_aside
+from skewbridge.reading import merged, read_mapping
 from skewbridge.study.cluster import JobSize, cancel_left_behind, status_command
+from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.forecast import forecast_jobs
+from skewbridge.study.forecast import forecast_study
 
 ROOT = Path(__file__).parents[2]
 
@@ -69,20 +71,30 @@ def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("left", "jobs_at_once", "jobs", "job_hours", "hours"),
+    ("cpu_minutes", "cpu_hours", "jobs_at_once", "expected"),
     [
-        (9000, 100, 5, 0.5, 0.5),  # 10 h of processors in jobs of 2 h on 4 processors
-        (9000, 2, 5, 0.5, 1.5),
-        (0, 100, 1, 0.0, 0.0),
+        # 192 analyses of 4 s are 12.8 processor minutes
+        (3, None, 100, {"jobs": 5, "job_cores": 4, "job_hours": 0.01, "hours": 0.01}),
+        (1, None, 2, {"jobs": 13, "job_cores": 4, "job_hours": 0.0, "hours": 0.03}),
+        (120, None, 2, {"jobs": 1, "job_cores": 4, "job_hours": 0.05, "hours": 0.05}),
+        (120, 0.05, 100, {"jobs": 5, "job_cores": 4, "job_hours": 0.01, "hours": 0.01}),
     ],
 )
 def test_forecast_of_jobs(
-    left: int, jobs_at_once: int, jobs: int, job_hours: float, hours: float
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    cpu_minutes: int,
+    cpu_hours: float | None,
+    jobs_at_once: int,
+    expected: dict[str, float],
 ) -> None:
-    summary = {"left": left, "eta_s": left * 4.0 / 2}
-    size = JobSize(cores=4, cpu_minutes=120, jobs=jobs_at_once)
-    found = forecast_jobs(summary, size)
-    assert found == {"jobs": jobs, "job_cores": 4, "job_hours": job_hours, "hours": hours}
+    """The key of the configuration beats the profile, as it does in the workflow."""
+    monkeypatch.chdir(ROOT)
+    over = {"results": str(tmp_path), "batches": {"cpu_hours": cpu_hours}}
+    config = parse_config(merged(read_mapping(Path("config/config.yaml")), over))
+    size = JobSize(cores=4, cpu_minutes=cpu_minutes, jobs=jobs_at_once)
+    assert forecast_study(config, size).summary.items() >= expected.items()
+    assert "jobs" not in forecast_study(config).summary
 
 
 def test_a_job_on_a_node_finds_the_parts_of_one_complete_cut(tmp_path: Path) -> None:

@@ -55,13 +55,7 @@ def plan(
     as_json: JsonOption = False,
 ) -> None:
     """Show the variants and analyses of a study, their cost, and what is done already."""
-    forecast, variants = _forecast(config)
-    if profile is not None:
-        from skewbridge.study.cluster import JobSize
-        from skewbridge.study.forecast import forecast_jobs
-
-        if size := JobSize.of_profile(profile):
-            forecast = forecast | forecast_jobs(forecast, size)
+    forecast, variants = _forecast(config, profile)
     if not as_json:
         emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
     emit(forecast, _study_rows(forecast), as_json=as_json)
@@ -82,11 +76,13 @@ def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
     return [{"study": name, "value": value} for name, value in rows.items()]
 
 
-def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
+def _forecast(config: Path, profile: str | None = None) -> tuple[dict[str, Any], dict[str, int]]:
+    from skewbridge.study.cluster import JobSize
     from skewbridge.study.config import load_config
     from skewbridge.study.forecast import forecast_study
 
-    forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
+    size = None if profile is None else JobSize.of_profile(profile)
+    forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG), size)
     for note in forecast.notes:
         messages.print(note, markup=False)
     return forecast.summary, forecast.analyses_by_variant

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 import yte
+from yte.exceptions import YteError
 
 from skewbridge.errors import InputError
 
@@ -45,7 +46,7 @@ class JobSize:
             raise InputError(f"no profile {name!r}: neither {places[0]} nor {places[1]} has one")
         try:
             with found[0].open(encoding="utf-8") as text:
-                profile: dict[str, Any] = yte.process_yaml(text, require_use_yte=True)
+                profile: Any = yte.process_yaml(text, require_use_yte=True)
             if "executor" not in profile:
                 return None
             return cls(
@@ -53,7 +54,7 @@ class JobSize:
                 cpu_minutes=profile["set-resources"]["analyse"]["cpu_minutes"],
                 jobs=profile["jobs"],
             )
-        except (yte.exceptions.YteError, KeyError, TypeError) as error:
+        except (YteError, KeyError, TypeError) as error:
             raise InputError(f"{found[0]} is no profile of a cluster: {error}") from None
 
 

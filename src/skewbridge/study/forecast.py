@@ -30,11 +30,17 @@ class Forecast:
     notes: tuple[str, ...] = ()
 
 
-def forecast_study(config: StudyConfig) -> Forecast:
+def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast:
     """Return what a study needs and what of it is done.
 
     Before the motions are prepared the number of motions is the configured one; afterwards the
     list of analyses that the workflow wrote says what is done, as long as it is of this grid.
+
+    Args:
+        config: The study.
+        size: Of the jobs of a cluster; the summary then has `jobs` and `job_cores`, and the wall
+            time of one job and of all, `job_hours` and `hours`, with as many at once as the profile
+            allows and no waiting in the queue.
     """
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     folder = StudyFolder(Path(config.results))
@@ -48,14 +54,17 @@ def forecast_study(config: StudyConfig) -> Forecast:
         total = each * len(slugs)
         state = StudyState(variants=len(slugs), analyses=total, done=0, failed=0, cpu_s=0.0)
     cpu_s = state.cpu_s / state.done if state.done else TYPICAL_MOTION_S * CPU_S_PER_MOTION_S
+    summary = {
+        **{name: getattr(state, name) for name in COUNTS},
+        "core_hours": round(state.analyses * cpu_s / 3600, 3),
+        "eta_s": round(state.left * cpu_s / CORES, 1),
+        "disk_mb": round(state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
+        "ledger": {"status": state.statuses, "rung": state.rungs},
+    }
+    if size is not None:
+        summary |= _jobs(summary, size, config.batches.cpu_hours)
     return Forecast(
-        summary={
-            **{name: getattr(state, name) for name in COUNTS},
-            "core_hours": round(state.analyses * cpu_s / 3600, 3),
-            "eta_s": round(state.left * cpu_s / CORES, 1),
-            "disk_mb": round(state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
-            "ledger": {"status": state.statuses, "rung": state.rungs},
-        },
+        summary=summary,
         analyses_by_variant=by_variant,
         notes=(state.outdated_sentence,) if state.outdated else (),
     )
@@ -66,30 +75,19 @@ def parts_of(config: StudyConfig, cpu_hours: float) -> int:
     return _parts_of(forecast_study(config).summary, cpu_hours)
 
 
-def forecast_jobs(summary: Mapping[str, Any], size: JobSize) -> dict[str, Any]:
-    """Return what the analyses that are left are on a cluster.
+def _parts_of(summary: Mapping[str, Any], cpu_hours: float) -> int:
+    return max(1, min(ceil(_left_cpu_hours(summary) / cpu_hours), summary["left"]))
 
-    Args:
-        summary: Of the forecast of the study.
-        size: Of the jobs.
 
-    Returns:
-        `jobs` and `job_cores`; `job_hours` and `hours`, the wall time of one job and of all, with
-        as many at once as the profile allows and no waiting in the queue.
-    """
-    left_hours = _left_cpu_hours(summary)
-    jobs = _parts_of(summary, size.cpu_minutes / 60)
-    job_hours = left_hours / jobs / size.cores
+def _jobs(summary: Mapping[str, Any], size: JobSize, cpu_hours: float | None) -> dict[str, Any]:
+    jobs = _parts_of(summary, cpu_hours or size.cpu_minutes / 60)
+    job_hours = _left_cpu_hours(summary) / jobs / size.cores
     return {
         "jobs": jobs,
         "job_cores": size.cores,
         "job_hours": round(job_hours, 2),
         "hours": round(job_hours * ceil(jobs / size.jobs), 2),
     }
-
-
-def _parts_of(summary: Mapping[str, Any], cpu_hours: float) -> int:
-    return max(1, min(ceil(_left_cpu_hours(summary) / cpu_hours), summary["left"]))
 
 
 def _left_cpu_hours(summary: Mapping[str, Any]) -> float:
