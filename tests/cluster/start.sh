@@ -2,7 +2,7 @@
 # Starts a Slurm of two nodes on this host, without systemd and beside any Slurm that runs here.
 # usage: start.sh FOLDER [CORES_PER_NODE [MEMORY_MB_PER_NODE]]
 set -euo pipefail
-folder=$(realpath -m "$1") cores=${2:-2} memory_mb=${3:-6000}
+folder=$(realpath -m "$1") cores=${2:-4} memory_mb=${3:-6000}
 here=$(cd "$(dirname "$0")" && pwd)
 host=$(hostname -s)
 

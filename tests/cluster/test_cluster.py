@@ -57,7 +57,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Generator[Path]:
     for parent in [folder, *folder.parents[:2]]:  # munged refuses a socket that others cannot reach
         parent.chmod(0o755)
     try:
-        subprocess.run([HERE / "start.sh", folder, "1"], check=True)
+        subprocess.run([HERE / "start.sh", folder], check=True)
         yield folder
     finally:
         subprocess.run([HERE / "stop.sh", folder], check=True)
