@@ -18,7 +18,8 @@ def test_every_function_is_reached() -> None:
         ignore_decorators=VALIDATORS,
     )
     search.scavenge([str(ROOT / name) for name in allowed["paths"]])
-    rules = "".join(path.read_text() for path in (ROOT / "workflow").rglob("*.smk"))
+    files = [*(ROOT / "workflow").rglob("*.smk"), *(ROOT / "workflow/profiles").rglob("*.yaml")]
+    rules = "".join(path.read_text() for path in files)
     unused = [
         f"{Path(item.filename).relative_to(ROOT)}: {item.name}"
         for item in search.get_unused_code(min_confidence=60)

@@ -80,7 +80,10 @@ def parts_of_study(_wildcards):
     if workflow.exec_mode != ExecMode.DEFAULT and (made := FOLDER.made_parts()):
         return made
     cpu_hours = STUDY.batches.cpu_hours
-    if cpu_hours is None and "analyse" in workflow.resource_settings.overwrite_resources:
+    if (
+        cpu_hours is None
+        and "analyse" in workflow.resource_settings.overwrite_resources
+    ):
         of_job = workflow.resource_settings.overwrite_resources["analyse"]
         cpu_hours = of_job["cpu_minutes"].value / 60
     count = 1
