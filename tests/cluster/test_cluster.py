@@ -14,6 +14,7 @@ from collections.abc import Callable, Generator
 from pathlib import Path
 
 import pandas as pd
+import psutil
 import pytest
 
 pytestmark = pytest.mark.cluster
@@ -105,16 +106,21 @@ def node_state(node: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
-def kill_slurmd(cluster: Path, node: str) -> None:
+def lose(cluster: Path, node: str, job: str) -> None:
+    """Kill what of Slurm is on a node but nothing of its job, the worst that may happen."""
     os.kill(int((cluster / f"slurmd.{node}.pid").read_text()), signal.SIGKILL)
+    for process in psutil.process_iter(["cmdline"]):
+        if " ".join(process.info["cmdline"] or []).startswith(f"slurmstepd: [{job}."):
+            process.kill()
 
 
 @pytest.fixture(scope="module")
 def study(cluster: Path, tree: Path) -> Path:
     """The finished study, of which a job was cancelled and a node was lost for a time.
 
-    After the first analyses one of the two jobs of analyses is cancelled, and the daemon of the
-    other's node is killed, and started again when the controller has missed it.
+    After the first analyses one of the two jobs of analyses is cancelled. On the node of the other
+    one Slurm is killed, and started again when the controller has missed it. Meanwhile the
+    processes of that job go on, and the controller puts the job into the queue again.
     """
     log = tree / "slurm.log"
     with log.open("w") as output:
@@ -132,9 +138,9 @@ def study(cluster: Path, tree: Path) -> Path:
 
         try:
             wait_for(lambda: journal_keys(results) and len(jobs_of("analyse")) > 1, 900)
-            (cancelled, _), (_, node) = jobs_of("analyse").items()
+            (cancelled, _), (lost, node) = jobs_of("analyse").items()
+            lose(cluster, node, lost)
             subprocess.run(["scancel", cancelled], check=True)
-            kill_slurmd(cluster, node)
             (tree / "finished.json").write_text(json.dumps(journal_keys(results)))
             wait_for(lambda: "down" in node_state(node), 120)
             subprocess.run(["slurmd", "-N", node], check=True)

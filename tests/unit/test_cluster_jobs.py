@@ -1,14 +1,15 @@
 """The jobs of a study on a cluster: their size, the forecast of them, what a killed run left."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
-import yaml
+import yte
 
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder, written_aside
 from skewbridge.reading import merged, read_mapping
-from skewbridge.study.cluster import JobSize, cancel_left_behind, status_command
+from skewbridge.study.cluster import JobSize, cancel_left_behind
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.forecast import forecast_study
@@ -51,11 +52,24 @@ def test_a_faulty_profile_is_one_sentence(tmp_path: Path) -> None:
         JobSize.of_profile(str(tmp_path))
 
 
-def test_status_is_asked_of_the_queue_where_nothing_is_accounted(programs: Path) -> None:
+def profile() -> dict[str, Any]:
+    with (ROOT / "workflow/profiles/slurm/config.yaml").open() as text:
+        found = yte.process_yaml(text, require_use_yte=True)
+    assert isinstance(found, dict)
+    return found
+
+
+def test_what_becomes_of_jobs_is_asked_where_it_is_known(
+    programs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An account is named only where there is accounting, or the executor would look it up."""
+    monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
     program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
-    assert status_command() == "squeue"
+    assert profile()["slurm-status-command"] == "squeue"
+    assert "slurm_account" not in profile()["default-resources"]
     program(programs, "sacct", "exit 0")
-    assert status_command() == "sacct"
+    assert profile()["slurm-status-command"] == "sacct"
+    assert profile()["default-resources"]["slurm_account"] == "mine"
 
 
 def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) -> None:
@@ -123,7 +137,7 @@ def test_two_nodes_with_equal_processes_write_beside_each_other(
 
 def test_every_rule_of_the_profile_exists() -> None:
     """A misspelt rule would be passed over, and its job would ask for the default."""
-    profile = yaml.safe_load((ROOT / "workflow/profiles/slurm/config.yaml").read_text())
+    found = profile()
     rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
-    named = {*profile["groups"], *profile["set-threads"], *profile["set-resources"]}
+    named = {*found["groups"], *found["set-threads"], *found["set-resources"]}
     assert [name for name in sorted(named) if f"rule {name}:" not in rules] == []

@@ -58,20 +58,6 @@ class JobSize:
             raise InputError(f"{found[0]} is no profile of a cluster: {error}") from None
 
 
-def status_command() -> str:
-    """Return the command that tells what becomes of jobs: `squeue` where nothing is accounted."""
-    try:
-        asked = subprocess.run(
-            ["sacct", "--noheader", "--allocations", "--starttime=now"],
-            capture_output=True,
-            check=False,
-            timeout=30,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return "squeue"
-    return "sacct" if asked.returncode == 0 else "squeue"
-
-
 def cancel_left_behind(prefix: str) -> None:
     """Cancel the jobs that a killed workflow of this tree left in the queue.
 
