@@ -12,5 +12,5 @@ if __name__ == "__main__":
         from skewbridge.reading import checked
 
         settings = checked(FitSettings, snakemake.params.fragility, "fragility")
-        tables = effect_tables(read_frame(snakemake.input.demands), settings)
+        tables = effect_tables(read_frame(Path(snakemake.input.demands)), settings)
         write_tables(tables, Path(snakemake.output.effects).parent)
