@@ -14,8 +14,7 @@ HEAD = """\
 
 `skewbridge COMMAND --help` shows the same. Commands answer on stdout, with `--json` as one JSON
 object; messages go to stderr. The exit code is 0 for an answer, 1 for an analysis or a check that
-failed, and 2
-for bad input. This page is written from the commands by `make docs`.
+failed, and 2 for bad input. This page is written from the commands by `make docs`.
 """
 
 
