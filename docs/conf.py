@@ -6,6 +6,11 @@ of configuration keys are pages of the site, and a link is right on the site and
 
 from importlib.metadata import version as version_of
 
+from docutils import nodes
+from latex2mathml.converter import convert
+from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
+
 from skewbridge.analysis.exit_message import hush_exit_message
 
 hush_exit_message()
@@ -29,14 +34,14 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
 ]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
+default_role = "code"  # docstrings quote names by single marks
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_default_options = {"members": True}
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
@@ -47,3 +52,19 @@ templates_path = ["_templates"]
 # The first page stands in docs/; who opens the folder is led there.
 html_additional_pages = {"index": "start.html"}
 html_copy_source = False
+html_math_renderer = "mathml"
+
+
+def setup(app: Sphinx) -> None:
+    """Write equations as MathML, so that the site is complete without a network."""
+    app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
+
+
+def _inline(translator: HTML5Translator, node: nodes.math) -> None:
+    translator.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def _display(translator: HTML5Translator, node: nodes.math_block) -> None:
+    translator.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
+    raise nodes.SkipNode

@@ -36,7 +36,7 @@ def test_softness_of_the_penalty() -> None:
 def test_targets_of_a_block() -> None:
     targets = block_targets(0, 8, (0.07, 2.25))
     assert (targets[0], targets[-1]) == pytest.approx((0.087, 1.811), abs=5e-4)
-    assert 0.087 / 0.30 == pytest.approx(0.29)
+    assert pytest.approx(0.29) == 0.087 / 0.30
 
 
 def test_a_cloud() -> None:
