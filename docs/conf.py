@@ -49,6 +49,8 @@ napoleon_use_ivar = True
 html_theme = "furo"
 html_title = "skewbridge"
 templates_path = ["_templates"]
+html_static_path = ["_static"]
+html_css_files = ["equations.css"]
 # The first page stands in docs/; who opens the folder is led there.
 html_additional_pages = {"index": "start.html"}
 html_copy_source = False
