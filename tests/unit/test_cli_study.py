@@ -94,7 +94,8 @@ def test_journals_are_counted_and_compacted(failed_study: Path) -> None:
 
 
 def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:
-    grid = "grid: {abutment: [contact_friction], skew_deg: [0], gap_mm: [25], friction: [0.5]}\n"
+    axes = "skew_deg: [0], gap_mm: [25], friction: [0.5]"
+    grid = f"grid: {{bridge: [osb1], abutment: [contact_friction], {axes}}}\n"
     config = tmp_path / "mine.yaml"
     config.write_text(f"results: {tmp_path}/results\n{grid}motions: {{count: 2}}\n")
     slug = next(iter(expand_grid(load_config(config, base=BASE).grid))).slug
