@@ -14,7 +14,9 @@ import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
-from skewbridge.demands.columns import demands_for, label_of
+from skewbridge.demands.columns import label_of
+from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.tables.paper_table import METHODS
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.files import write_text
@@ -30,6 +32,14 @@ from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of
 
 PNG_DPI: Final = 150
+EFFECTS, CURVES, CLOUDS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
+    "effects",
+    "curves",
+    "clouds",
+    "choices",
+    "histories",
+    "motions",
+)
 
 type Drawing = Callable[[], Figure]
 
@@ -40,11 +50,13 @@ class Caption:
 
     Attributes:
         name: File name without ending.
+        section: Part of the report that it stands in, one of `SECTIONS`.
         title: One line.
         text: What to see and how it was made.
     """
 
     name: str
+    section: str
     title: str
     text: str
 
@@ -108,22 +120,25 @@ def effect_cases(tables: StudyTables) -> list[dict[str, str]]:
 
 
 def curve_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return a case per component of a headline demand and method that has a curve."""
-    drawn = tables.curves[tables.curves["status"] == "ok"]
+    """Return a case per component of a limit state that has a curve, by its first method.
+
+    The methods have the order of the table that a paper prints.
+    """
+    drawn = tables.curves[tables.curves["status"] == FITTED]
+    rank = {method: place for place, method in enumerate(METHODS)}
     found: list[dict[str, str]] = []
-    for demand in demands_for("headline"):
-        own = drawn[drawn["demand"] == demand]
-        for component, method in dict.fromkeys(zip(own["component"], own["method"], strict=True)):
-            words = component.replace("_", " ")
-            texts = {"component": component, "component_words": words, "method": method}
-            found.append({**texts, "level": _percent(own, "level")})
+    for component, own in drawn.groupby("component", sort=False):
+        method = min(own["method"], key=lambda name: rank.get(name, len(rank)))
+        words = str(component).replace("_", " ")
+        texts = {"component": str(component), "component_words": words, "method": str(method)}
+        found.append({**texts, "level": _percent(own, "level")})
     return found
 
 
 def cloud_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return a case per headline demand."""
-    names = demands_for("headline", tables.demands.columns)
-    return [{"demand": demand, "label": label_of(demand)} for demand in names]
+    """Return a case per demand that a limit state is set on."""
+    names = dict.fromkeys(map(str, tables.curves["demand"]))
+    return [{"demand": name, "label": label_of(name)} for name in names if name in tables.demands]
 
 
 def choice_cases(tables: StudyTables) -> list[dict[str, str]]:
@@ -145,6 +160,7 @@ def pair_cases(tables: StudyTables) -> list[dict[str, str]]:
 MODEL_FIGURES: Final = (
     StudyFigure(
         name="pooled_effects",
+        section=EFFECTS,
         title="What do skew, gap and friction change, all variants together?",
         text="Average over all pairs of variants that differ in one axis only, motion by motion, "
         "in units of the margin of each demand (per cent; mm and mrad where the ratio of small "
@@ -154,6 +170,7 @@ MODEL_FIGURES: Final = (
     ),
     StudyFigure(
         name="verdict_{axis}",
+        section=EFFECTS,
         title="When does {axis_words} matter?",
         text="Change of demand, each motion with itself. Negligible, lower, higher: the {level} "
         "interval lies within, below or above the margin ({margin}, or as said beside the demand).",
@@ -162,6 +179,7 @@ MODEL_FIGURES: Final = (
     ),
     StudyFigure(
         name="ratios_{axis}",
+        section=EFFECTS,
         title="Paired effect of {axis_words} with {level} intervals",
         text="Student's intervals over motions. The shaded band is {margin} either "
         "way. A pair in which one run collapsed counts as a bound. Rotations and abutment "
@@ -171,14 +189,16 @@ MODEL_FIGURES: Final = (
     ),
     StudyFigure(
         name="curves_{component}_{method}",
+        section=CURVES,
         title="Fragility of {component_words}, {method} fit",
-        text="Bands are {level} of the fit; marks are the analyses. A limit state that no "
-        "analysis reached has no curve.",
+        text="Curves have the total dispersion (record-to-record and capacity), bands are {level} "
+        "of the fit; marks are the analyses. A limit state that no analysis reached has no curve.",
         draw=fragility_curves,
         cases=curve_cases,
     ),
     StudyFigure(
         name="cloud_{demand}",
+        section=CLOUDS,
         title="{label} against intensity",
         text="One mark per analysis; lines are the log-log regressions.",
         draw=demand_clouds,
@@ -186,6 +206,7 @@ MODEL_FIGURES: Final = (
     ),
     StudyFigure(
         name="modelling_choices",
+        section=CHOICES,
         title="Which choices of the modeller matter as much as friction?",
         text="{choice_text}",
         draw=tornado,
@@ -196,6 +217,7 @@ MODEL_FIGURES: Final = (
 STUDY_FIGURES: Final = (
     StudyFigure(
         name="hysteresis",
+        section=HISTORIES,
         title="Abutments without and with friction: {place}",
         text="Force of each abutment on the deck (backwall, keys, pads) against the displacement "
         "of its deck end.",
@@ -204,6 +226,7 @@ STUDY_FIGURES: Final = (
     ),
     StudyFigure(
         name="displacement",
+        section=HISTORIES,
         title="Deck without and with friction: {place}",
         text="Displacement and rotation at the mass centre, relative to the ground.",
         draw=displacement_figure,
@@ -211,6 +234,7 @@ STUDY_FIGURES: Final = (
     ),
     StudyFigure(
         name="frequency",
+        section=HISTORIES,
         title="Frequency content without and with friction: {place}",
         text="Smoothed Fourier amplitudes of the deck and their ratio.",
         draw=frequency_figure,
@@ -218,6 +242,7 @@ STUDY_FIGURES: Final = (
     ),
     StudyFigure(
         name="suite_spectra",
+        section=MOTIONS,
         title="Response spectra of the motions",
         text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
         draw=applied_spectra,
@@ -288,7 +313,8 @@ def _drawings(
     for cases, group in groupby(figures, attrgetter("cases")):
         for words, row in product(cases(tables), list(group)):
             texts = {"name": row.name, "title": row.title, "text": row.text}
-            caption = Caption(**{part: text.format_map(words) for part, text in texts.items()})
+            said = {part: text.format_map(words) for part, text in texts.items()}
+            caption = Caption(section=row.section, **said)
             needs = signature(row.draw).parameters
             given = {name: words.get(name, getattr(tables, name, None)) for name in needs}
             yield caption, partial(row.draw, **given)
