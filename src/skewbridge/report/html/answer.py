@@ -58,6 +58,7 @@ def title_of(pooled: pd.DataFrame) -> str:
     table = widest(pooled)
     if table.empty:
         return "This study compares nothing: no two variants differ in one axis only"
+    several = len(table[["bridge", "abutment"]].drop_duplicates()) > 1
     clauses: dict[str, list[str]] = {verdict: [] for verdict in _ORDER}
     for name, part in table.groupby("axis", sort=False):
         kind = next(each for each in _ORDER if (part["verdict"] == each).any())
@@ -65,32 +66,34 @@ def title_of(pooled: pd.DataFrame) -> str:
         if kind == NEGLIGIBLE:
             clauses[kind].append(axis(str(name)).title)
         else:
-            clauses[kind].append(f"{axis(str(name)).title} {_claim(own, kind, table)}")
-    said = [clause for kind in _ORDER[:-1] for clause in clauses[kind]]
+            clauses[kind].append(f"{axis(str(name)).title} {_claim(own, kind, several=several)}")
+    said = [*clauses[LOWER], *clauses[HIGHER]]
+    if clauses[DETECTABLE]:
+        margin = margin_text(table.iloc[0])
+        said.append(f"{_listed(clauses[DETECTABLE])} (whether by over {margin} is open)")
+    said += clauses[UNDECIDED]
     if within := clauses[NEGLIGIBLE]:
         count = table["demand"].nunique()
-        none = (
-            f"changes none of the {count} headline demands" if count > 1 else "does not change it"
-        )
-        if len(within) > 1:
-            none = none.replace("changes", "change").replace("does", "do")
+        verb = "change" if len(within) > 1 else "changes"
+        none = f"{verb} none of the {count} headline demands"
         said.append(f"{_listed(within)} {none} by more than {margin_text(table.iloc[0])}")
     text = "; ".join(said)
     return text[:1].upper() + text[1:]
 
 
-def _claim(rows: pd.DataFrame, kind: str, table: pd.DataFrame) -> str:
+def _claim(rows: pd.DataFrame, kind: str, *, several: bool) -> str:
     """Return what is said of the rows of one axis that have the leading verdict."""
     if kind == UNDECIDED:
         names = _listed(dict.fromkeys(plain_name(each) for each in rows["demand"]))
-        return f"is not decided for {names} ({rows['n_motions'].max():g} motions)"
-    largest = rows.loc[rows["ratio"].map(np.log).abs().idxmax()]
+        return f"is not decided for {names} by {rows['n_motions'].max():g} motions"
+    size = rows["ratio"].map(np.log).abs()
+    if size.isna().all():
+        return f"changes {_listed(map(plain_name, rows['demand']))}"
+    largest = rows.loc[size.idxmax()]
     verb = "lowers" if largest["ratio"] < 1.0 else "raises"
-    size = change_text(largest).lstrip("+-")
-    several = len(table[["bridge", "abutment"]].drop_duplicates()) > 1
+    change = change_text(largest).lstrip("+-")
     where = f" ({model_name(largest['bridge'], largest['abutment'])})" if several else ""
-    open_ = "" if kind in (LOWER, HIGHER) else ", its size against the margin not decided"
-    return f"{verb} {plain_name(str(largest['demand']))} by {size}{where}{open_}"
+    return f"{verb} {plain_name(str(largest['demand']))} by {change}{where}"
 
 
 def cards(pooled: pd.DataFrame, needed: pd.DataFrame) -> list[dict[str, Any]]:

@@ -5,11 +5,12 @@ from typing import Any, Final
 
 import pandas as pd
 
-from skewbridge.demands.columns import column_of, label_of
+from skewbridge.demands.columns import column_of
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.tables.paper_table import JOINT, paper_table, printed_rows
 from skewbridge.report.axis_layout import named_value, shown_axes
 from skewbridge.report.html.answer import model_name
+from skewbridge.report.html.statements import plain_label
 from skewbridge.variant.axes import axes_of
 
 _UNITS: Final = {"m": (1000.0, " mm"), "rad": (1000.0, " mrad")}
@@ -65,7 +66,7 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
             }
         )
     return {
-        "im": label_of(str(curves["im"].iloc[0])),
+        "im": plain_label(str(curves["im"].iloc[0])),
         "level": float(curves["level"].iloc[0]),
         "ratios": [f"θ ratio, {name}" for name in names],
         "groups": [

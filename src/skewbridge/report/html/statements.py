@@ -1,5 +1,6 @@
 """Sentences of the page that have a number or a condition, each from the tables of the study."""
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,12 +15,17 @@ from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import axes_of
 
 
+def plain_label(column: str) -> str:
+    """Return the label of a column without the marks of its formula."""
+    return re.sub(r"\$|\\mathrm|[{}_]", "", label_of(column))
+
+
 def subtitle(demands: pd.DataFrame, im: str) -> str:
     """Return what was analysed: models, axes with their values, motions and their range."""
     bridges = ", ".join(dict.fromkeys(demands["bridge"]))
     models = ", ".join(str(name).replace("_", "-") for name in dict.fromkeys(demands["abutment"]))
     axes = [
-        f"{axis.title} {', '.join(value_text(axis, value) for value in values)}"
+        f"{axis.label.lower()} {', '.join(value_text(axis, value) for value in values)}"
         for axis in axes_of(demands.columns)
         if (values := sorted(demands[axis.name].unique()))
     ]
@@ -27,7 +33,7 @@ def subtitle(demands: pd.DataFrame, im: str) -> str:
     reach = f"{demands[im].min():.2g} to {demands[im].max():.2g}"
     return (
         f"{bridges} with {models} abutments · {' × '.join(axes)} · "
-        f"{motions} motion{'s' if motions > 1 else ''}, {label_of(im)} {reach}"
+        f"{motions} motion{'s' if motions > 1 else ''}, {plain_label(im)} {reach}"
     )
 
 
@@ -41,7 +47,7 @@ def chips(demands: pd.DataFrame, checks: dict[str, Any], sensitivity: pd.DataFra
         f"{len(demands)} analyses: {became}".replace("_", " "),
         f"energy residual: median {residual.median():.2g} %, worst {residual.max():.2g} %",
         f"{passed} of {len(checks['checks'])} checks passed",
-        f"{checks['suspect_rows']} suspect rows",
+        f"suspect rows: {checks['suspect_rows']}",
     ]
     if len(sensitivity):
         worst = 100.0 * sensitivity["reference_largest_change"].max()
