@@ -10,12 +10,14 @@ import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.stamp import read_stamp
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.choice_figures import choice_findings, choices_left_out
 from skewbridge.report.html import statements
 from skewbridge.report.html.answer import cards, model_name, title_of
+from skewbridge.report.html.explorer import explorer_data, library
 from skewbridge.report.html.paper_rows import fit_counts, paper_rows, states_out_of_reach
 from skewbridge.report.html.pictures import pictures_of
 from skewbridge.report.html.verdict_cells import verdict_maps
@@ -75,6 +77,7 @@ def write_report(
         paper=paper_rows(curves, frames["medians"], frames["joint"]),
         fits=fit_counts(curves),
         unreached=states_out_of_reach(curves),
+        explorer=_explorer(demands, curves),
         pictures=pictures_of(read_captions(tables["captions"]), figures, _SECTIONS),
         statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
         recovered=int((demands["recovery_rung"] > 0).sum()),
@@ -93,6 +96,13 @@ def write_report(
         },
     )
     write_text(output, page)
+
+
+def _explorer(demands: pd.DataFrame, curves: pd.DataFrame) -> dict[str, str]:
+    """Return what the explorer needs; empty without a curve."""
+    if not (curves["status"] == FITTED).any():
+        return {}
+    return {"data": explorer_data(demands, curves), "library": library()}
 
 
 def _effect_words(pooled: pd.DataFrame) -> dict[str, str]:

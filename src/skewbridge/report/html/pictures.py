@@ -14,7 +14,7 @@ from skewbridge.report.study_figures import Caption
 
 # As lossy WebP the figures of two bridges take 2 MB, as SVG 10 MB; SVG and PNG for papers lie in
 # the folder of the figures.
-_PACKING: Final = {"quality": 78, "method": 4}
+_PACKING: Final = {"quality": 40, "method": 4}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
