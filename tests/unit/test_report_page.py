@@ -12,9 +12,9 @@ from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.tables.all_tables import effect_tables, fit_tables
 from skewbridge.fragility.tables.limit_states import limit_states_of
 from skewbridge.provenance.tables import write_frame
+from skewbridge.report.figure_cases import CURVES
 from skewbridge.report.html.answer import title_of
 from skewbridge.report.html.page import write_report
-from skewbridge.report.study_figures import CURVES
 
 STATES = [
     {

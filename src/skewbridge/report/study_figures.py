@@ -10,37 +10,36 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Final
 
-import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
-from skewbridge.demands.columns import label_of
-from skewbridge.fragility.likelihood.fit import FITTED
-from skewbridge.fragility.tables.paper_table import METHODS
-from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
-from skewbridge.report.choice_figures import tornado, tornado_text
+from skewbridge.report.choice_figures import tornado
+from skewbridge.report.figure_cases import (
+    CHOICES,
+    CLOUDS,
+    CURVES,
+    EFFECTS,
+    HISTORIES,
+    MOTIONS,
+    StudyTables,
+    choice_cases,
+    cloud_cases,
+    curve_cases,
+    effect_cases,
+    pair_cases,
+)
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.pooled_effect_figure import pooled_effects
 from skewbridge.report.run_figures import displacement_figure, frequency_figure, hysteresis_figure
-from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
+from skewbridge.study.friction_pair import read_friction_pair
 from skewbridge.variant.abutments import ABUTMENTS
-from skewbridge.variant.axes import axes_of
 
 PNG_DPI: Final = 150
-EFFECTS, CURVES, CLOUDS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
-    "effects",
-    "curves",
-    "clouds",
-    "choices",
-    "histories",
-    "motions",
-)
-
 type Drawing = Callable[[], Figure]
 
 
@@ -50,7 +49,7 @@ class Caption:
 
     Attributes:
         name: File name without ending.
-        section: Part of the report that it stands in, one of `SECTIONS`.
+        section: Part of the report that it stands in, one of `figure_cases.SECTIONS`.
         title: One line.
         text: What to see and how it was made.
     """
@@ -59,41 +58,6 @@ class Caption:
     section: str
     title: str
     text: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class StudyTables:
-    """What the figures are drawn from.
-
-    Attributes:
-        demands: Demands table.
-        curves: Fits.
-        effects: Paired effects.
-        suite: Motions as applied.
-        pair: Histories of one bridge without and with friction; None where the study has none.
-        choices: Modelling choices; None before `make choices`.
-    """
-
-    demands: pd.DataFrame
-    curves: pd.DataFrame
-    effects: pd.DataFrame
-    suite: Sequence[SuiteMotion]
-    pair: FrictionPair | None
-    choices: pd.DataFrame | None = None
-
-    @property
-    def runs(self) -> Mapping[str, pd.DataFrame]:
-        """Histories of the pair by friction."""
-        return {} if self.pair is None else self.pair.by_friction
-
-    def of_model(self, bridge: str, abutment: str) -> "StudyTables":
-        """Return the tables of one bridge with one abutment model."""
-        own = {
-            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
-            for name, table in vars(self).items()
-            if isinstance(table, pd.DataFrame)
-        }
-        return replace(self, **own)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,51 +73,6 @@ class StudyFigure(Caption):
 
     draw: Callable[..., Figure]
     cases: Callable[[StudyTables], Sequence[Mapping[str, str]]] = lambda _: ({},)
-
-
-def effect_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return a case per axis along which variants are paired, the last of the axis table first."""
-    table = tables.effects
-    paired = [axis for axis in axes_of(table.columns) if (table["axis"] == axis.name).any()]
-    said = {name: _percent(table, name) for name in ("level", "margin")}
-    return [{"axis": axis.name, "axis_words": axis.title, **said} for axis in reversed(paired)]
-
-
-def curve_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return a case per component of a limit state that has a curve, by its first method.
-
-    The methods have the order of the table that a paper prints.
-    """
-    drawn = tables.curves[tables.curves["status"] == FITTED]
-    rank = {method: place for place, method in enumerate(METHODS)}
-    found: list[dict[str, str]] = []
-    for component, own in drawn.groupby("component", sort=False):
-        method = min(own["method"], key=lambda name: rank.get(name, len(rank)))
-        words = str(component).replace("_", " ")
-        texts = {"component": str(component), "component_words": words, "method": str(method)}
-        found.append({**texts, "level": _percent(own, "level")})
-    return found
-
-
-def cloud_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return a case per demand that a limit state is set on."""
-    names = dict.fromkeys(map(str, tables.curves["demand"]))
-    return [{"demand": name, "label": label_of(name)} for name in names if name in tables.demands]
-
-
-def choice_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return the one case of the tornado, where modelling choices were compared."""
-    table = tables.choices
-    return [] if table is None or table.empty else [{"choice_text": tornado_text(table)}]
-
-
-def pair_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return the one case of the histories without and with friction, where there are any."""
-    if tables.pair is None:
-        return []
-    variant = tables.pair.variants[0]
-    place = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm"
-    return [{"place": f"{place}, motion {tables.pair.motion_id}"}]
 
 
 #: Drawn for each bridge with each abutment model.
@@ -318,7 +237,3 @@ def _drawings(
             needs = signature(row.draw).parameters
             given = {name: words.get(name, getattr(tables, name, None)) for name in needs}
             yield caption, partial(row.draw, **given)
-
-
-def _percent(table: pd.DataFrame, column: str) -> str:
-    return f"{100 * float(table[column].iloc[0]):g} %" if len(table) else ""

@@ -15,21 +15,14 @@ from skewbridge.provenance.files import write_text
 from skewbridge.provenance.stamp import read_stamp
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.choice_figures import choice_findings, choices_left_out
+from skewbridge.report.figure_cases import CHOICES, CLOUDS, CURVES, EFFECTS, HISTORIES, MOTIONS
 from skewbridge.report.html import statements
 from skewbridge.report.html.answer import cards, model_name, title_of
 from skewbridge.report.html.explorer import explorer_data, library
 from skewbridge.report.html.paper_rows import fit_counts, paper_rows, states_out_of_reach
 from skewbridge.report.html.pictures import pictures_of
 from skewbridge.report.html.verdict_cells import verdict_maps
-from skewbridge.report.study_figures import (
-    CHOICES,
-    CLOUDS,
-    CURVES,
-    EFFECTS,
-    HISTORIES,
-    MOTIONS,
-    read_captions,
-)
+from skewbridge.report.study_figures import read_captions
 from skewbridge.report.verdict_style import LEGEND, STYLES, margin_text
 from skewbridge.statuses import STATUSES
 
