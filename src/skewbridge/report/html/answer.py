@@ -89,7 +89,7 @@ def _claim(rows: pd.DataFrame, kind: str, *, several: bool) -> str:
     size = rows["ratio"].map(np.log).abs()
     if size.isna().all():
         return f"changes {_listed(map(plain_name, rows['demand']))}"
-    largest = rows.loc[size.idxmax()]
+    largest = rows.iloc[int(np.nanargmax(size.to_numpy()))]
     verb = "lowers" if largest["ratio"] < 1.0 else "raises"
     change = change_text(largest).lstrip("+-")
     where = f" ({model_name(largest['bridge'], largest['abutment'])})" if several else ""

@@ -1,5 +1,6 @@
 """Rows of the table that a paper prints, in words and units, and the states beyond reach."""
 
+from collections import Counter
 from collections.abc import Hashable, Mapping
 from typing import Any, Final
 
@@ -91,16 +92,16 @@ def states_out_of_reach(curves: pd.DataFrame) -> list[dict[str, str]]:
     """Return the states that no run of some variants reached, with what limits their demand."""
     told = curves[(curves["reach"] != "") & (curves["method"] == "cloud")]
     keys = ["bridge", "abutment", "component", "limit_state", "mechanism"]
-    counts = curves.groupby(["bridge", "abutment"])["variant"].nunique()
     out: list[dict[str, str]] = []
     for (bridge, abutment, component, state, _), own in told.groupby(keys, sort=False):
         first = own.iloc[0]
+        same = (curves["bridge"] == bridge) & (curves["abutment"] == abutment)
         where = ", ".join(named_value(axis, first[axis.name]) for axis in axes_of(own.columns))
         out.append(
             {
                 "model": model_name(bridge, abutment),
                 "state": f"{component}, {state}".replace("_", " "),
-                "variants": f"{len(own)} of {counts[bridge, abutment]}",
+                "variants": f"{len(own)} of {curves.loc[same, 'variant'].nunique()}",
                 "where": where,
                 "reason": str(first["reach"]),
             }
@@ -110,6 +111,10 @@ def states_out_of_reach(curves: pd.DataFrame) -> list[dict[str, str]]:
 
 def fit_counts(curves: pd.DataFrame) -> list[tuple[str, int]]:
     """Return how many fits have each status, estimates first."""
-    counts = curves["status"].value_counts()
-    names = sorted(counts.index, key=lambda name: (name != FITTED, -counts[name]))
-    return [(str(name).replace("_", " "), int(counts[name])) for name in names]
+    counts = Counter(curves["status"].astype(str)).most_common()
+    counts.sort(key=_is_no_estimate)
+    return [(name.replace("_", " "), count) for name, count in counts]
+
+
+def _is_no_estimate(counted: tuple[str, int]) -> bool:
+    return counted[0] != FITTED
