@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyarrow.parquet as pq
 import pytest
 import yaml
 from typer.testing import CliRunner
@@ -21,6 +20,7 @@ from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions, read_index
 from skewbridge.motions.read import read_trace
 from skewbridge.motions.write import write_index
+from skewbridge.provenance.stamp import stamp
 from skewbridge.provenance.tables import read_frame, read_table, write_frame
 from skewbridge.reading import read_json, read_yaml
 from skewbridge.reading.tables import read_csv
@@ -122,11 +122,14 @@ def test_an_absurd_name_of_a_file_is_refused(name: str) -> None:
         assert len(str(caught.value)) < 300
 
 
-def test_a_damaged_table_is_never_taken_for_another(tmp_path: Path) -> None:
+@pytest.mark.parametrize("marked", [False, True])
+def test_a_damaged_table_is_never_taken_for_another(tmp_path: Path, *, marked: bool) -> None:
     """Pages carry checksums: a flipped byte changes no number in silence."""
     path = tmp_path / "t.parquet"
     table = pd.DataFrame({"a": np.linspace(0.0, 1.0, 50), "b": [f"text {i}" for i in range(50)]})
     write_frame(table, path, {"made_by": "tests"})
+    if marked:
+        stamp(path, {"rule": "fit_fragility"})
     content = path.read_bytes()
     for place in range(0, len(content), 7):
         path.write_bytes(content[:place] + bytes([content[place] ^ 0x10]) + content[place + 1 :])
@@ -359,8 +362,3 @@ def test_the_version_is_shown() -> None:
     result = CliRunner().invoke(build_app(), ["--version"])
     assert result.exit_code == 0
     assert result.stdout.startswith("skewbridge 0.")
-
-
-def test_our_tables_carry_checksums(tmp_path: Path) -> None:
-    write_frame(pd.DataFrame({"a": [1.0]}), tmp_path / "t.parquet", {})
-    assert pq.read_table(tmp_path / "t.parquet", page_checksum_verification=True).num_rows == 1
