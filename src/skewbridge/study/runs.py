@@ -11,7 +11,7 @@ from skewbridge.demands.tables import write_study
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import write_text
 from skewbridge.study.batch import run_tasks
-from skewbridge.study.capacity_search import search_capacity
+from skewbridge.study.capacity_search import Known, search_capacity
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.guard import Workers
 from skewbridge.study.journal import open_journal, read_journals
@@ -60,12 +60,14 @@ def analyse_part(
             workers=workers,
             log_folder=folder.solver_logs,
             on_finished=progress.advance,
-            search=_searching(setup, done),
+            search=_searching(setup, done, folder.journal(f"{name}_searches")),
         )
     write_text(output, json.dumps(rows))
 
 
-def _searching(setup: StudySetup, done: Mapping[str, Row]) -> Callable[[Task], Work] | None:
+def _searching(
+    setup: StudySetup, done: Mapping[str, Row], journal: Path
+) -> Callable[[Task], Work] | None:
     """Return what makes the search of a task, with the rows of its variant; None but in an IDA."""
     search = setup.search
     if search is None:
@@ -75,7 +77,8 @@ def _searching(setup: StudySetup, done: Mapping[str, Row]) -> Callable[[Task], W
         known.setdefault(row["variant"], {})[key] = row
 
     def of_task(task: Task) -> Work:
-        return partial(search_capacity, search, known.get(task.variant.slug, {}))
+        rows = known.get(task.variant.slug, {})
+        return partial(search_capacity, search, Known(rows=rows, journal=journal))
 
     return of_task
 
