@@ -23,7 +23,7 @@ from skewbridge.study.config import parse_config
 from skewbridge.study.costs import CPU_S_PER_MOTION_S, forecast_cpu_s
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.forecast import parts_of
-from skewbridge.study.journal import open_journal
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.plan import Plan, Planned, planned_keys, write_plan
 from skewbridge.study.progress import study_state
@@ -176,7 +176,7 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
         with open_journal(setup.folder.journal(name)) as journal:
             journal.append(row_of(task))
     write_plan(setup, SLUGS[:2], {})
-    state = study_state(planned_keys(setup.folder), setup.folder)
+    state = study_state(planned_keys(setup.folder), read_content(setup.folder.journals))
     assert (state.analyses, state.done, state.left) == (6, 3, 3)
     assert [each.cpu_s == 0.0 for each in Plan.read(setup.folder.plan).analyses] == [True] * 3 + [
         False

@@ -13,7 +13,7 @@ from skewbridge.study.cluster import JobSize
 from skewbridge.study.config import StudyConfig, plain_sections
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import read_journals
+from skewbridge.study.journal import read_content, read_journals
 from skewbridge.study.plan import planned_keys
 from skewbridge.study.progress import run_command, study_state
 from skewbridge.variant.grid import expand_grid
@@ -54,7 +54,7 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
     each = _count_motions(config) * len(config.motions.incidence_deg)
     by_variant = {slug: len(keys[slug]) if slug in keys else each for slug in slugs}
     state = replace(
-        study_state(keys, folder, config.suspect),
+        study_state(keys, read_content(folder.journals), config.suspect),
         variants=len(slugs),
         analyses=sum(by_variant.values()),
     )

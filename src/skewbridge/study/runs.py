@@ -14,7 +14,7 @@ from skewbridge.study.batch import run_tasks
 from skewbridge.study.capacity_search import Known, search_capacity
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.guard import Workers
-from skewbridge.study.journal import open_journal, read_journals
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.plan import Plan, keys_by_variant
 from skewbridge.study.progress import StudyProgress, study_state
 from skewbridge.study.setup import StudySetup
@@ -48,20 +48,19 @@ def analyse_part(
     keys = keys_by_variant(planned)
     tasks = {slug: setup.tasks(slug) for slug in keys}
     name = f"analyses_{number}_of_{count}"
-    with (
-        open_journal(folder.journal(name), PREDECESSOR_S) as journal,
-        StudyProgress(study_state(keys, folder), name, keys) as progress,
-    ):
-        done = read_journals(folder)
-        rows = run_tasks(
-            [tasks[each.variant][each.number] for each in planned],
-            journal,
-            done,
-            workers=workers,
-            log_folder=folder.solver_logs,
-            on_finished=progress.advance,
-            search=_searching(setup, done, folder.journal(f"{name}_searches")),
-        )
+    with open_journal(folder.journal(name), PREDECESSOR_S) as journal:
+        content = read_content(folder.journals)
+        done = content.rows
+        with StudyProgress(study_state(keys, content), name, keys) as progress:
+            rows = run_tasks(
+                [tasks[each.variant][each.number] for each in planned],
+                journal,
+                done,
+                workers=workers,
+                log_folder=folder.solver_logs,
+                on_finished=progress.advance,
+                search=_searching(setup, done, folder.journal(f"{name}_searches")),
+            )
     write_text(output, json.dumps(rows))
 
 
