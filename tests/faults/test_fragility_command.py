@@ -196,18 +196,6 @@ def test_censored_demands_choose_tobit(write):
         (["--method", "stripes", "--link", "cauchit"], "is not one of 'probit', 'logit'"),
         (["--method", "stripes", "--level", "1.5"], "level must be within"),
         (["--method", "cloud", "--capacity-dispersion", "-1"], "capacity_dispersion"),
-    ],
-)
-def test_wrong_options_name_the_choice(write, options, text):
-    path = write({"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1})
-    code, found = run("fit", path, *options)
-    assert code == 2
-    assert text in found["message"]
-
-
-@pytest.mark.parametrize(
-    ("options", "text"),
-    [
         (["--method", "stripes", "--model", "tobit"], "--model is of --method cloud"),
         (["--method", "cloud", "--link", "logit"], "--link is of --method stripes"),
         (["--method", "ida", "--capacity-dispersion", "0.3"], "--capacity-dispersion is of"),
@@ -215,7 +203,7 @@ def test_wrong_options_name_the_choice(write, options, text):
         (["--method", "stripes", "--censor-above", "0.3"], "are of --model tobit"),
     ],
 )
-def test_options_that_a_method_lacks_are_refused_and_not_dropped(write, options, text):
+def test_options_that_are_wrong_or_of_another_method_are_refused(write, options, text):
     path = write({"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1})
     code, found = run("fit", path, *options)
     assert code == 2
