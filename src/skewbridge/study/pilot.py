@@ -22,6 +22,7 @@ from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.record import Vector
 from skewbridge.motions.scaling import FACTOR_LIMITS, block_factors
+from skewbridge.reading.tables import records_of
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, plain_sections
 from skewbridge.study.folder import StudyFolder
@@ -222,9 +223,7 @@ def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) ->
         configured_share=means[configured_g],
         in_reach=len(lines),
         n_states=int((curves["method"] == "cloud").sum()),
-        states=[
-            {str(name): value for name, value in row.items()} for row in table.to_dict("records")
-        ],
+        states=records_of(table),
     )
 
 
