@@ -8,7 +8,7 @@ from motions_files import make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import content
 from skewbridge.motions.settings import MotionsConfig
-from skewbridge.study.config import StudyConfig, plain_sections
+from skewbridge.study.config import StudyConfig, analysis_sections
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest
 from skewbridge.study.keys import run_key
@@ -66,7 +66,7 @@ def test_removed_while_the_analyses_run(study: StudyConfig, folder: StudyFolder)
     """They read the prepared motions; the next start of the study says what is missing."""
     digest(study, folder)
     prepare(study, folder)
-    sections = plain_sections(study, "motions", "model", "analysis")
+    sections = analysis_sections(study)
 
     def keys() -> list[str]:
         return [run_key(each) for each in StudySetup.from_sections(sections, folder).tasks(SLUG)]

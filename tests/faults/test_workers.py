@@ -18,8 +18,9 @@ from fake_work import done_at_once, searched, signalled
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import motion_measures, scaled_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.study.batch import run_tasks
-from skewbridge.study.capacity_search import SEARCH_IM, Known, Search
+from skewbridge.study.capacity_search import Known, Search
 from skewbridge.study.guard import Workers, worker_pids
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.task import Task
@@ -94,7 +95,7 @@ def test_a_batch_without_faults_has_none(tmp_path: Path) -> None:
 
 
 def test_a_search_that_was_not_through_goes_on_from_its_journal(tmp_path: Path) -> None:
-    at_1_g = task(1).motion.measures[SEARCH_IM]
+    at_1_g = task(1).motion.measures[LEVEL_MEASURE]
     search = Search(demand="deck_disp_m", threshold=1.0, low_g=0.5 * at_1_g, high_g=1.5 * at_1_g)
     factor = search.first_factor(task(1).motion)
     measures = scaled_measures(task(1).motion.measures, factor)

@@ -9,8 +9,9 @@ import pytest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.study import capacity_search
-from skewbridge.study.capacity_search import SEARCH_IM, Known, Search, search_capacity
+from skewbridge.study.capacity_search import Known, Search, search_capacity
 from skewbridge.study.journal import read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
@@ -31,7 +32,7 @@ VARIANT = Variant(
 def first_task(scale: float = 2.0) -> Task:
     wave = np.array([0.0, 1.0, -1.0, 0.0])
     motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
-    measures = dict.fromkeys(IM_COLUMNS, 1.0) | {SEARCH_IM: AT_1_G * scale}
+    measures = dict.fromkeys(IM_COLUMNS, 1.0) | {LEVEL_MEASURE: AT_1_G * scale}
     return Task(
         variant=VARIANT,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
@@ -79,7 +80,7 @@ def searched(known=None, scale: float = 2.0) -> list[dict]:
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 def test_the_capacity_is_bracketed_within_a_percent_whatever_factor_it_starts_from(engine, scale):
     rows = searched(scale=scale)
-    levels_g = np.array([row[SEARCH_IM] for row in rows])
+    levels_g = np.array([row[LEVEL_MEASURE] for row in rows])
     below = levels_g[[row["column_drift_ratio"] < SEARCH.threshold for row in rows]].max()
     above = levels_g[[row["column_drift_ratio"] >= SEARCH.threshold for row in rows]].min()
     assert below < CAPACITY_G <= above <= 1.01 * below
@@ -128,15 +129,15 @@ def test_a_search_that_is_killed_goes_on_from_its_journal(engine):
 def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):
     engine.collapse = 0.3 / AT_1_G  # long before the drift reaches its limit
     rows = searched()
-    ended = [row[SEARCH_IM] for row in rows if row["status"] == "collapse"]
-    stood = [row[SEARCH_IM] for row in rows if row["status"] == "ok"]
+    ended = [row[LEVEL_MEASURE] for row in rows if row["status"] == "collapse"]
+    stood = [row[LEVEL_MEASURE] for row in rows if row["status"] == "ok"]
     assert max(stood) <= 0.3 <= min(ended) <= 1.01 * max(stood)
 
 
 @pytest.mark.parametrize(("capacity_g", "side"), [(0.01, "low_g"), (50.0, "high_g")])
 def test_a_capacity_outside_the_range_is_told_by_its_end(engine, capacity_g, side):
     engine.capacity = capacity_g / AT_1_G
-    levels_g = [row[SEARCH_IM] for row in searched()]
+    levels_g = [row[LEVEL_MEASURE] for row in searched()]
     assert levels_g[-1] == pytest.approx(getattr(SEARCH, side))
 
 

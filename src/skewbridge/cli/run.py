@@ -136,7 +136,7 @@ def _task_of_row(key: str, config: Path) -> "Task":
         InputError: No results here, no such row, or the configuration has no such analysis.
     """
     from skewbridge.provenance.tables import read_table
-    from skewbridge.study.config import load_config, plain_sections
+    from skewbridge.study.config import analysis_sections, load_config
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import read_journals
     from skewbridge.study.keys import run_key
@@ -153,8 +153,7 @@ def _task_of_row(key: str, config: Path) -> "Task":
         row = next((row for row in rows if row["run_key"] == key), None)
         if row is None:
             raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
-    sections = plain_sections(study, "motions", "model", "analysis")
-    setup = StudySetup.from_sections(sections, folder)
+    setup = StudySetup.from_sections(analysis_sections(study), folder)
     wanted = row["motion_id"], row["scale"], row["incidence_deg"]
     for task in setup.tasks(row["variant"]):
         if (task.motion.motion.motion_id, task.motion.scale, task.incidence_deg) == wanted:

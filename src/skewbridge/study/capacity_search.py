@@ -10,13 +10,13 @@ from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import bracket_capacity
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.statuses import OK
 from skewbridge.study.journal import open_journal
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Desk, Row, analysed_row, of_task
 
-SEARCH_IM: Final = "im_saavg_rotd50_g"
 #: How long a worker waits while others write what they have found.
 _PATIENCE_S: Final = 60.0
 
@@ -39,7 +39,7 @@ class Search:
 
     def limits(self, motion: SuiteMotion) -> tuple[float, float]:
         """Return the factors of the lowest and highest level."""
-        at_1_g = motion.measures[SEARCH_IM] / motion.scale
+        at_1_g = motion.measures[LEVEL_MEASURE] / motion.scale
         return self.low_g / at_1_g, self.high_g / at_1_g
 
     def first_factor(self, motion: SuiteMotion) -> float:

@@ -10,7 +10,7 @@ from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
 from skewbridge.statuses import FAILED
 from skewbridge.study.cluster import JobSize
-from skewbridge.study.config import StudyConfig, plain_sections
+from skewbridge.study.config import StudyConfig, analysis_sections
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import read_content, read_journals
@@ -21,8 +21,6 @@ from skewbridge.variant.grid import expand_grid
 TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # that a study works with
 COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")
-#: Of the configuration, on which the analyses depend.
-SECTIONS: Final = ("motions", "model", "analysis")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 
 
@@ -88,7 +86,7 @@ def analysis_keys(
     from skewbridge.study.setup import StudySetup
 
     try:
-        setup = StudySetup.from_sections(plain_sections(config, *SECTIONS), folder)
+        setup = StudySetup.from_sections(analysis_sections(config), folder)
         return keys | {slug: [run_key(task) for task in setup.tasks(slug)] for slug in new}
     except (InputError, KeyError):  # prepared by another version, or for other bridges
         return keys
