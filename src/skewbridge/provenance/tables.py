@@ -4,6 +4,7 @@ import os
 import platform
 import subprocess
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
@@ -149,8 +150,9 @@ def frame_of(table: pa.Table) -> pd.DataFrame:
     return table.replace_schema_metadata(None).to_pandas()
 
 
+@cache
 def _git(*arguments: str) -> str | None:
-    """Return what git says of the sources; None where there is no git or no repository."""
+    """Return what git says of the sources, asked once; None without git or a repository."""
     try:
         found = subprocess.run(
             ["git", "-C", str(PACKAGE), *arguments], capture_output=True, text=True, check=False
