@@ -19,6 +19,7 @@ from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.study.capacity_search import Search, at_factor
 from skewbridge.study.config import parse_config
 from skewbridge.study.costs import CPU_S_PER_MOTION_S, forecast_cpu_s
 from skewbridge.study.folder import StudyFolder
@@ -124,6 +125,25 @@ def test_a_forecast_goes_by_length_and_by_what_was_measured(tmp_path: Path) -> N
     assert len(set(forecast_cpu_s(short, ["a", "b", "c"], {}))) == 1
     crashed = {keys[0]: row_of(tasks[0], math.nan)}
     assert forecast_cpu_s(tasks, keys, crashed)[1:] == constant[1:]
+
+
+def test_a_row_tells_its_analysis_that_of_a_search_at_its_own_factor(tmp_path: Path) -> None:
+    plain = setup_in(tmp_path)
+    search = Search(demand="deck_disp_m", threshold=0.1, low_g=0.1, high_g=2.0)
+    searching = replace(plain, search=search)
+    first = searching.tasks(SLUGS[1])[1]
+    for setup, task in (
+        (plain, plain.tasks(SLUGS[1])[2]),
+        (searching, first),
+        (searching, at_factor(first, 1.37)),
+    ):
+        found = setup.task_of(row_of(task))
+        assert found is not None
+        assert run_key(found) == run_key(task)
+        assert found.motion.measures == task.motion.measures
+    assert plain.task_of(row_of(at_factor(first, 1.37))) is None
+    with pytest.raises(InputError, match=r"osb2s_.*: the study has the bridges osb1"):
+        plain.tasks("osb2s_cf_skew30_gap025_mu050")
 
 
 def write_part(plan: Plan, setup: StudySetup, number: int, count: int) -> Path:

@@ -154,15 +154,15 @@ def _task_of_row(key: str, config: Path) -> "Task":
         if row is None:
             raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
     setup = StudySetup.from_sections(analysis_sections(study), folder)
-    wanted = row["motion_id"], row["scale"], row["incidence_deg"]
-    for task in setup.tasks(row["variant"]):
-        if (task.motion.motion.motion_id, task.motion.scale, task.incidence_deg) == wanted:
-            if run_key(task) != key:
-                messages.print("settings or sources have changed since: the result may differ")
-            return task
-    raise InputError(
-        f"row {key}: {config} has no {wanted[0]} x {wanted[1]:g} at {wanted[2]:g} degrees"
-    )
+    task = setup.task_of(row)
+    if task is None:
+        raise InputError(
+            f"row {key}: {config} has no {row['motion_id']} x {row['scale']:g} at "
+            f"{row['incidence_deg']:g} degrees"
+        )
+    if run_key(task) != key:
+        messages.print("settings or sources have changed since: the result may differ")
+    return task
 
 
 def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]]:

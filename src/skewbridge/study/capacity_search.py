@@ -90,7 +90,7 @@ def search_capacity(
     rows: list[Row] = []
 
     def exceeds(factor: float) -> bool:
-        trial = _at(task, factor)
+        trial = at_factor(task, factor)
         key = run_key(trial)
         found = known.rows.get(key)
         row = analysed_row(trial, key, desk) if found is None else of_task(found, trial, key)
@@ -104,7 +104,8 @@ def search_capacity(
     return rows
 
 
-def _at(task: Task, factor: float) -> Task:
+def at_factor(task: Task, factor: float) -> Task:
+    """Return an analysis with another factor of its motion."""
     motion = task.motion
     measures = scaled_measures(motion.measures, factor / motion.scale)
     return replace(task, motion=replace(motion, scale=factor, measures=measures))
