@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 
 from motions_files import make_pairs
 from skewbridge.errors import InputError
-from skewbridge.motions.levels import bracket_capacity, striped, unscaled_cloud
+from skewbridge.motions.levels import (
+    IDA_LIMITS,
+    bracket_capacity,
+    most_trials,
+    striped,
+    unscaled_cloud,
+)
 from skewbridge.motions.prepared import read_suite, write_suite
 from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.motions.spectrum import component_psa
@@ -107,10 +113,18 @@ def test_ida_brackets_the_capacity_of_a_yielding_oscillator():
 
 
 @settings(max_examples=200, deadline=None)
+@given(st.floats(0.05, 20.0), st.floats(1.001, 1e3), st.floats(1e-4, 0.5))
+def test_no_search_takes_more_analyses_than_are_forecast(capacity, ratio, tolerance):
+    limits = (0.1, 0.1 * ratio)
+    found = bracket_capacity(lambda scale: scale >= capacity, limits=limits, tolerance=tolerance)
+    assert found.analyses <= most_trials(limits, tolerance)
+
+
+@settings(max_examples=200, deadline=None)
 @given(capacity=st.floats(1e-3, 1e3))
 def test_bracket_holds_any_capacity_within_ten_analyses(capacity):
     bracket = bracket_capacity(lambda scale: scale >= capacity)
-    assert bracket.analyses <= 10
+    assert bracket.analyses <= most_trials(IDA_LIMITS) == 10
     assert bracket.lower <= capacity <= bracket.upper
     if 0.1 < capacity <= 10.0:
         assert bracket.upper / bracket.lower <= 1.01

@@ -23,7 +23,7 @@ from skewbridge.study.capacity_search import Search, at_factor
 from skewbridge.study.config import parse_config
 from skewbridge.study.costs import CPU_S_PER_MOTION_S, forecast_cpu_s
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.forecast import parts_of
+from skewbridge.study.forecast import forecast_study, parts_of
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.plan import Plan, Planned, planned_keys, write_plan
@@ -219,3 +219,25 @@ def test_a_cluster_has_as_many_parts_as_its_hours_ask_for(
     assert parts_of(study, 2.0 * hours) == 1
     assert parts_of(study, hours / 3.9) == 4
     assert parts_of(study, 1e-6) == 768
+
+
+def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    given, searching = (
+        forecast_study(
+            parse_config(
+                {
+                    "results": str(tmp_path),
+                    "motions": {"design": design, "level_range_g": [0.05, 5.0]},
+                }
+            )
+        )
+        for design in ("scaled_cloud", "ida")
+    )
+    assert searching.summary["analyses"] == given.summary["analyses"]
+    assert searching.summary["core_hours"] == pytest.approx(
+        10 * given.summary["core_hours"], rel=1e-3
+    )
+    assert searching.notes == ("Counted are searches of up to 10 analyses; the cost is of all.",)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import ceil, log, log1p, log2
 from typing import Final
 
 import numpy as np
@@ -76,6 +77,13 @@ class CapacityBracket:
         if self.lower == 0.0 or np.isinf(self.upper):
             return float("nan")
         return float(np.sqrt(self.lower * self.upper))
+
+
+def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
+    """Return how many analyses `bracket_capacity` takes at most, one of them at an end."""
+    low, high = limits
+    halvings = ceil(log2(log(high / low) / log1p(tolerance)))
+    return max(halvings, 1) + 1
 
 
 def bracket_capacity(

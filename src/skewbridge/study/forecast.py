@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
+from skewbridge.motions.levels import most_trials
 from skewbridge.statuses import FAILED
 from skewbridge.study.cluster import JobSize
 from skewbridge.study.config import StudyConfig, analysis_sections
@@ -56,12 +57,17 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
         variants=len(slugs),
         analyses=sum(by_variant.values()),
     )
+    notes, trials = state.notes, 1
+    if config.motions.design == "ida":
+        low_g, high_g = config.motions.level_range_g
+        trials = most_trials((low_g, high_g))
+        notes = (*notes, f"Counted are searches of up to {trials} analyses; the cost is of all.")
     cpu_s = state.cpu_s / state.done if state.done else TYPICAL_MOTION_S * CPU_S_PER_MOTION_S
     summary = {
         **{name: getattr(state, name) for name in COUNTS},
-        "core_hours": round(state.analyses * cpu_s / 3600, 3),
-        "eta_s": round(state.left * cpu_s / CORES, 1),
-        "disk_mb": round(state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
+        "core_hours": round(trials * state.analyses * cpu_s / 3600, 3),
+        "eta_s": round(trials * state.left * cpu_s / CORES, 1),
+        "disk_mb": round(trials * state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
         "ledger": {"status": state.statuses, "rung": state.rungs},
     }
     if size is not None:
@@ -69,7 +75,7 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
     return Forecast(
         summary=summary,
         analyses_by_variant=by_variant,
-        notes=state.notes,
+        notes=notes,
     )
 
 
