@@ -211,7 +211,7 @@ def write_checks(tables: StudyTables, output: Path, *, strict: bool) -> None:
 
 
 def read_tables(
-    *, demands: Path, curves: Path, effects: Path, suite: Path, **asked: float
+    *, demands: Path, curves: Path, effects: Path, suite: Path, **asked: Any
 ) -> StudyTables:
     """Return the tables to be checked from their files.
 
