@@ -43,22 +43,35 @@ def modal(
     out: Annotated[Path | None, typer.Option("--out", help="Folder for modal.parquet.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Weight, dead-load forces, periods and participating masses, gaps open."""
+    """Weight, dead-load forces, periods and participating masses, gaps open.
+
+    T1 is the conditioning period of the bridge: that of its model with pads at zero skew.
+    """
     variant, options = choice.variant(), model_options(changes)
     import pandas as pd
 
+    from skewbridge.analysis.conditioning_period import (
+        mean_period_s,
+        periods_of_file,
+        standing_bridge,
+    )
     from skewbridge.analysis.modal import modal_properties
+    from skewbridge.analysis.step_loop import solver_log
 
     slug = variant.normalised().slug
-    result = asdict(modal_properties(variant, options))
-    modes = result["modes"]
+    with solver_log(None):
+        result = asdict(modal_properties(variant, options))
+    standing = standing_bridge(variant.bridge)
+    modes, t1_s = result["modes"], mean_period_s(standing)
     if out is not None:
         pd.DataFrame(modes).to_parquet(writable_folder(out) / "modal.parquet", index=False)
     if not as_json:
         axial = ", ".join(f"{force:.0f}" for force in result["column_axial_kn"])
         weight = f"weight {result['weight_kn']:.0f} kN"
-        messages.print(f"{weight}; column base axial force {axial} kN")
-    emit({"variant": slug, **result}, modes, as_json=as_json, title=slug)
+        messages.print(f"{weight}; column base axial force {axial} kN; T1 {t1_s:.4g} s")
+    for told in periods_of_file(variant.bridge, standing):
+        messages.print(f"warning: {told}", style="yellow")
+    emit({"variant": slug, "t1_s": t1_s, **result}, modes, as_json=as_json, title=slug)
 
 
 @clear_errors

@@ -79,7 +79,9 @@ def plan(
     from skewbridge.study.config import load_config
     from skewbridge.study.inputs import check_inputs
 
-    check_inputs(load_config(config, base=DEFAULT_CONFIG))
+    study = load_config(config, base=DEFAULT_CONFIG)
+    check_inputs(study)
+    _warn_of_periods(study.bridges_with_periods())
     if pilot is not None:
         _propose_levels(config, pilot, as_json=as_json)
         return
@@ -195,6 +197,14 @@ def _propose_levels(config: Path, motions: int, *, as_json: bool) -> None:
     same = found.level_range_g == found.configured_g
     words = "the configuration can stay:" if same else "to paste into the configuration:"
     messages.print(f"{words}\n{found.config_lines}", markup=False)
+
+
+def _warn_of_periods(bridges: tuple[str, ...]) -> None:
+    from skewbridge.analysis.conditioning_period import periods_of_file, standing_bridge
+
+    for name in bridges:
+        for told in periods_of_file(name, standing_bridge(name)):
+            messages.print(f"warning: {told}", style="yellow")
 
 
 def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
