@@ -28,7 +28,9 @@ def _longer(tmp_path: Path) -> str:
 
 
 def test_a_bridge_of_the_catalogue_raises_no_doubts(tmp_path: Path) -> None:
-    result = RUNNER.invoke(build_app(), ["bridge", "check", "osb1", "--out", f"{tmp_path}", "--json"])
+    result = RUNNER.invoke(
+        build_app(), ["bridge", "check", "osb1", "--out", f"{tmp_path}", "--json"]
+    )
     found = json.loads(result.stdout)
     assert result.exit_code == 0
     assert found["findings"] == []

@@ -19,6 +19,7 @@ class _Commands(DeferredGroup):
         "skewbridge.cli.contact",
         "skewbridge.cli.fragility",
         "skewbridge.cli.statistics",
+        "skewbridge.cli.compare",
     )
 
 
