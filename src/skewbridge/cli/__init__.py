@@ -20,6 +20,7 @@ class _Commands(DeferredGroup):
         "skewbridge.cli.fragility",
         "skewbridge.cli.statistics",
         "skewbridge.cli.compare",
+        "skewbridge.cli.publish",
     )
 
 
