@@ -173,8 +173,9 @@ def _analyses(config: StudyConfig) -> Iterator[str]:
     )
     yield (
         "An analysis counts as collapse when a column drift reaches "
-        f"{analysis.collapse_drift_ratio:g}, the deck moves by {analysis.collapse_deck_disp_m:g} m, "
-        "or a corner leaves its seat; one that does not converge keeps its peaks as lower bounds and is never dropped."
+        f"{analysis.collapse_drift_ratio:g}, the deck moves by "
+        f"{analysis.collapse_deck_disp_m:g} m, or a corner leaves its seat; one that does not "
+        "converge keeps its peaks as lower bounds and is never dropped."
     )
 
 
