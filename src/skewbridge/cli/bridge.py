@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 import typer
 
 from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, emit_json, messages
+from skewbridge.cli.us_units import Units, UnitsOption, in_units
 from skewbridge.cli.variant_options import (
     OutOption,
     SetOption,
@@ -41,6 +42,7 @@ def modal(
     choice: VariantChoice,
     changes: SetOption = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for modal.parquet.")] = None,
+    units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
     """Weight, dead-load forces, periods and participating masses, gaps open.
@@ -66,9 +68,13 @@ def modal(
     if out is not None:
         pd.DataFrame(modes).to_parquet(writable_folder(out) / "modal.parquet", index=False)
     if not as_json:
-        axial = ", ".join(f"{force:.0f}" for force in result["column_axial_kn"])
-        weight = f"weight {result['weight_kn']:.0f} kN"
-        messages.print(f"{weight}; column base axial force {axial} kN; T1 {t1_s:.4g} s")
+        state = {"weight_kn": result["weight_kn"], "axial_kn": list(result["column_axial_kn"])}
+        (shown,) = in_units([state], units)
+        (weight, axial), unit = shown.values(), "kip" if units == "us" else "kN"
+        forces = ", ".join(f"{force:.0f}" for force in axial)
+        messages.print(
+            f"weight {weight:.0f} {unit}; column base axial force {forces} {unit}; T1 {t1_s:.4g} s"
+        )
     for told in periods_of_file(variant.bridge, standing):
         messages.print(f"warning: {told}", style="yellow")
     emit({"variant": slug, "t1_s": t1_s, **result}, modes, as_json=as_json, title=slug)
@@ -83,6 +89,7 @@ def pushover(
     angle_deg: AngleOption = None,
     max_disp_m: MaxDispOption = 0.30,
     changes: SetOption = None,
+    units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
     """Push the whole bridge in proportion to its masses; base shear against displacement."""
@@ -91,7 +98,7 @@ def pushover(
     from skewbridge.analysis.pushover import push_bridge
 
     curve = push_bridge(variant, options, angle_deg=angle, max_disp_m=max_disp_m)
-    _finish(curve, out, as_json=as_json)
+    _finish(curve, out, units, as_json=as_json)
 
 
 @clear_errors
@@ -103,6 +110,7 @@ def static(
     angle_deg: AngleOption = None,
     max_disp_m: MaxDispOption = 0.20,
     changes: SetOption = None,
+    units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
     """Push one abutment by its deck end (x: into the backfill, angle 180: away from it).
@@ -112,18 +120,24 @@ def static(
     angle = _angle(direction, angle_deg)
     options = model_options(changes)
     if choice.abutment == "all":
-        _push_ladder(choice, options, max_disp_m, out, as_json=as_json)
+        _push_ladder(choice, options, max_disp_m, out, units, as_json=as_json)
         return
     from skewbridge.analysis.pushover import push_abutment
 
     curve = push_abutment(
         choice.variant(), options, angle_deg=angle, max_disp_m=max_disp_m, steps=400
     )
-    _finish(curve, out, as_json=as_json)
+    _finish(curve, out, units, as_json=as_json)
 
 
 def _push_ladder(
-    choice: VariantChoice, options: "ModelOptions", max_disp_m: float, out: Path, *, as_json: bool
+    choice: VariantChoice,
+    options: "ModelOptions",
+    max_disp_m: float,
+    out: Path,
+    units: Units,
+    *,
+    as_json: bool,
 ) -> None:
     """Push every model of the ladder in all directions; write the curves and their figure."""
     variants = {name: choice.variant(name) for name in ABUTMENTS}
@@ -147,7 +161,7 @@ def _push_ladder(
         f"{first.bridge_name}, right abutment, skew {first.skew_deg} degrees, gap {first.gap_mm} mm"
     )
     ladder_figure(curves, title=title).savefig(folder / "ladder.png", dpi=150)
-    emit({"pushes": peaks}, peaks, as_json=as_json, title=title)
+    emit({"pushes": peaks}, peaks, as_json=as_json, title=title, units=units)
 
 
 def _angle(direction: Literal["x", "y"], angle_deg: float | None) -> float:
@@ -160,7 +174,7 @@ def _columns(curve: "PushCurve") -> dict[str, Any]:
     return {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
 
 
-def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:
+def _finish(curve: "PushCurve", out: Path, units: Units, *, as_json: bool) -> None:
     """Write the curve and its summary; a push that stopped early ends with an error code."""
     import pandas as pd
 
@@ -172,7 +186,7 @@ def _finish(curve: "PushCurve", out: Path, *, as_json: bool) -> None:
         "disp_at_peak_m": curve.disp_at_peak_m,
         "is_complete": curve.is_complete,
     }
-    emit(summary, [summary], as_json=as_json)
+    emit(summary, [summary], as_json=as_json, units=units)
     if not curve.is_complete:
         messages.print(f"the push stopped at {curve.disp_m[-1]:.4f} m: no equilibrium beyond")
         raise typer.Exit(EXIT_FAILED)

@@ -7,6 +7,7 @@ from typing import Annotated, Final
 import typer
 
 from skewbridge.cli.output import JsonOption, clear_errors, emit, emit_table, messages
+from skewbridge.cli.us_units import UnitsOption, in_units
 from skewbridge.cli.variant_options import bridges_of_the_user
 from skewbridge.provenance.files import writable_folder
 
@@ -25,6 +26,7 @@ def check(
         Path | None, typer.Option("--out", help="Folder for the picture model.png.")
     ] = None,
     skew_deg: Annotated[int, typer.Option("--skew-deg", help="Of the bridge in the picture.")] = 30,
+    units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
     """Check the file of a bridge: keys, weight, axial loads, periods, capacities, picture.
@@ -45,14 +47,14 @@ def check(
         "picture": str(picture),
     }
     summary = [{"quantity": name, "value": value} for name, value in found.summary().items()]
-    emit(answer, summary, as_json=as_json)
+    emit(answer, summary, as_json=as_json, units=units)
     if not as_json:
         turned = [
             {"of a column": name, **{f"bent {row['bent']}": row[name] for row in found.bents}}
             for name in (found.bents[0] if found.bents else ())
             if name != "bent"
         ]
-        emit_table(turned)
+        emit_table(in_units(turned, units))
     for told in found.findings:
         messages.print(f"warning: {told}", style="yellow")
     messages.print(f"{'no doubts; ' if not found.findings else ''}picture: {picture}")

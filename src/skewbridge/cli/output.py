@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from skewbridge.cli.us_units import Units, in_units
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.reading.files import shortened
 
@@ -37,6 +38,7 @@ def emit(
     *,
     as_json: bool,
     title: str | None = None,
+    units: Units = "si",
 ) -> None:
     """Answer a command.
 
@@ -45,11 +47,12 @@ def emit(
         rows: Table in its place; by default a row per number or text of the payload, a mapping.
         as_json: Whether the answer is the JSON value.
         title: Of the table.
+        units: Of the table; the JSON value is in SI.
     """
     if as_json:
         emit_json(payload)
         return
-    emit_table(_quantities(payload) if rows is None else rows, title)
+    emit_table(in_units(_quantities(payload) if rows is None else rows, units), title)
 
 
 def emit_table(rows: Sequence[Mapping[str, Any]], title: str | None = None) -> None:

@@ -8,6 +8,7 @@ import typer
 
 from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, emit_table, messages
 from skewbridge.errors import InputError
+from skewbridge.statuses import FAILED
 
 if TYPE_CHECKING:
     from skewbridge.study.folder import StudyFolder
@@ -18,7 +19,13 @@ ConfigOption = Annotated[
 ]
 
 StatusOption = Annotated[
-    str, typer.Option("--status", help="failed for all without a result, or one status: crash.")
+    str,
+    typer.Option(
+        "--status",
+        metavar=f"[failed|{'|'.join(FAILED)}]",
+        help="failed: all without a result.",
+        autocompletion=lambda: ["failed", *FAILED],
+    ),
 ]
 CompactOption = Annotated[
     bool, typer.Option("--compact", help="Drop lines that are repeated, outdated or damaged.")
@@ -67,7 +74,9 @@ def plan(
     profile: Annotated[
         str | None,
         typer.Option(
-            "--profile", help="Of a cluster, slurm or a folder: jobs and hours there besides."
+            "--profile",
+            metavar="slurm|FOLDER",
+            help="Of a cluster: jobs and hours there besides.",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -129,7 +138,6 @@ def retry(
     as_json: JsonOption = False,
 ) -> None:
     """Forget failed analyses, so that the study tries them again when it is run."""
-    from skewbridge.statuses import FAILED
     from skewbridge.study.upkeep import forget
 
     if status != "failed" and status not in FAILED:
