@@ -96,8 +96,10 @@ def pushover(
     variant, options = choice.variant(), model_options(changes)
     angle = _angle(direction, angle_deg)
     from skewbridge.analysis.pushover import push_bridge
+    from skewbridge.analysis.step_loop import solver_log
 
-    curve = push_bridge(variant, options, angle_deg=angle, max_disp_m=max_disp_m)
+    with solver_log(None):
+        curve = push_bridge(variant, options, angle_deg=angle, max_disp_m=max_disp_m)
     _finish(curve, out, units, as_json=as_json)
 
 
@@ -123,10 +125,11 @@ def static(
         _push_ladder(choice, options, max_disp_m, out, units, as_json=as_json)
         return
     from skewbridge.analysis.pushover import push_abutment
+    from skewbridge.analysis.step_loop import solver_log
 
-    curve = push_abutment(
-        choice.variant(), options, angle_deg=angle, max_disp_m=max_disp_m, steps=400
-    )
+    variant = choice.variant()
+    with solver_log(None):
+        curve = push_abutment(variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400)
     _finish(curve, out, units, as_json=as_json)
 
 
@@ -144,12 +147,16 @@ def _push_ladder(
     import pandas as pd
 
     from skewbridge.analysis.pushover import push_abutment
+    from skewbridge.analysis.step_loop import solver_log
     from skewbridge.report.static_figures import ladder_figure
 
     parts: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
     for (name, variant), angle in product(variants.items(), LADDER_ANGLES_DEG):
-        curve = push_abutment(variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400)
+        with solver_log(None):
+            curve = push_abutment(
+                variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400
+            )
         place = {"abutment": name, "angle_deg": angle}
         parts.append(pd.DataFrame(place | _columns(curve)))
         peaks.append(place | {"peak_kn": curve.peak_n / KN})
@@ -204,15 +211,18 @@ def model(
     """Draw a model (model.png, model.html) and write it as a plain OpenSeesPy script."""
     variant, options = choice.variant(), model_options(changes)
     from skewbridge.analysis.model_script import model_script
+    from skewbridge.analysis.step_loop import solver_log
     from skewbridge.bridge.geometry import model_geometry
     from skewbridge.report.model_view import model_figure, model_page
 
-    geometry = model_geometry(variant, options)
+    with solver_log(None):
+        geometry = model_geometry(variant, options)
     folder = writable_folder(out)
     model_figure(geometry, gap_scale=gap_scale).savefig(folder / "model.png", dpi=150)
     page = model_page(geometry, gap_scale=gap_scale)
     (folder / "model.html").write_text(page, encoding="utf-8")
-    script = model_script(variant, options)
+    with solver_log(None):
+        script = model_script(variant, options)
     (folder / "model.py").write_text(script, encoding="utf-8")
     files = [str(folder / name) for name in ("model.png", "model.html", "model.py")]
     if as_json:

@@ -61,9 +61,10 @@ def archive(
     if out.suffix != ".zip":
         raise InputError(f"--out must end with .zip, got {out.name}")
     written = write_archive(results, config, DEFAULT_CONFIG, out)
+    size = written.path.stat().st_size
     answer = {
         "archive": str(written.path),
-        "bytes": written.path.stat().st_size,
+        "bytes": size,
         "sha256": written.sha256,
         "files": list(written.names),
         "doubts": list(written.doubts),
@@ -71,7 +72,7 @@ def archive(
     emit(answer, [{"in the archive": name} for name in written.names], as_json=as_json)
     for told in written.doubts:
         messages.print(f"warning: {told}", style="yellow")
-    messages.print(f"{out}: {answer['bytes'] / 1e6:.1f} MB, sha256 {written.sha256}")
+    messages.print(f"{out}: {size / 1e6:.1f} MB, sha256 {written.sha256}")
 
 
 COMMANDS: Final = (methods, archive)
