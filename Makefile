@@ -32,7 +32,7 @@ help:
 	@echo "make verify-accuracy  effects of friction, gap and skew at default against reference: 1 to 2 hours, goes on"
 	@echo "                  where it was broken off   (WHOLE=1 for motions of full length: 4 to 6 hours)"
 	@echo "make bench        what things cost, as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
-	@echo "make audit        known vulnerabilities of the locked packages   (skipped without a network)"
+	@echo "make audit        known vulnerabilities of the locked packages   (skipped where PyPI cannot be asked)"
 	@echo "make mutants      do the tests notice? 200 small changes of the sources; hours, goes on where it was broken off"
 	@echo "make docs         reference pages from the code, and the documentation site in docs/_build/html"
 	@echo "make setup lint clean"

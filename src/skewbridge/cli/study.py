@@ -226,6 +226,7 @@ def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
 def _needed_motions(config: Path) -> list[dict[str, Any]]:
     """Return what the finished study of a configuration says; nothing where there is none."""
     from skewbridge.provenance.tables import read_frame
+    from skewbridge.reading.tables import records_of
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
 
@@ -233,10 +234,7 @@ def _needed_motions(config: Path) -> list[dict[str, Any]]:
     path = folder.fragility("needed_motions")
     if not path.is_file():
         return []
-    return [
-        {str(name): value for name, value in row.items()}
-        for row in read_frame(path).to_dict("records")
-    ]
+    return records_of(read_frame(path))
 
 
 def _needed_row(row: dict[str, Any]) -> dict[str, Any]:

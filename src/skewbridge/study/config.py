@@ -153,3 +153,8 @@ def _checked(raw: Mapping[str, Any], where: str | Path) -> StudyConfig:
 def plain_sections(config: StudyConfig, *names: str) -> dict[str, Any]:
     """Return sections as plain values, fit for `params` of a rule and for `parse_config`."""
     return config.model_dump(mode="json", include=set(names))
+
+
+def analysis_sections(config: StudyConfig) -> dict[str, Any]:
+    """Return the sections that the analyses depend on, as `plain_sections` does."""
+    return plain_sections(config, "motions", "model", "analysis")
