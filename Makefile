@@ -16,7 +16,7 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices headline smoke test test-cluster lint bench verify verify-accuracy audit mutants docs clean
+.PHONY: help setup study choices headline smoke test test-cluster test-exports lint bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
@@ -26,6 +26,7 @@ help:
 	@echo "make test         install everything, run all checks"
 	@echo "make headline     table and picture of the README from a finished study   (RESULTS=folder)"
 	@echo "make test-cluster the smoke study through a real Slurm on this host (root, slurm-wlm, munge)"
+	@echo "make test-exports  exported curves read by pelicun and OpenQuake, in environments of their own"
 	@echo "make smoke        two variants x three motions, full report"
 	@echo "make verify       the paper's studies and statements against references, the hard set, and the slow tests"
 	@echo "make verify-accuracy  effects of friction, gap and skew at default against reference: 1 to 2 hours, goes on"
@@ -63,11 +64,16 @@ lint: setup
 	$(BIN)/deptry src
 
 test: setup lint
-	$(BIN)/pytest -n $(CORES) --dist loadfile -m "not slow and not cluster" tests/workflow tests
+	$(BIN)/pytest -n $(CORES) --dist loadfile -m "not slow and not cluster and not exports" tests/workflow tests
 
 # A Slurm of two nodes on this host, started and stopped by the test; skipped where it cannot be.
 test-cluster: setup
 	$(BIN)/pytest -rs -m cluster tests/cluster
+
+# In .exports stand pelicun and OpenQuake; what cannot be installed is skipped.
+test-exports: setup
+	bash tests/exports/setup.sh "$$(command -v uv || echo .uv/bin/uv)" $(abspath $(BIN))/python .exports
+	$(BIN)/pytest -rs -m exports tests/exports
 
 verify: setup
 	$(BIN)/skewbridge verify

@@ -29,7 +29,7 @@ from skewbridge.study.journal import JournalContent, read_content
 ROOT = Path(__file__).parents[1]
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
 LEFT_OUT = shutil.ignore_patterns(
-    ".git", ".venv", ".uv", ".snakemake", "results", ".*_cache", ".hypothesis"
+    ".git", ".venv", ".uv", ".exports", ".snakemake", "results", ".*_cache", ".hypothesis"
 )
 CORES = 2
 GRACE_S = 5.0

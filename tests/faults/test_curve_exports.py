@@ -56,6 +56,25 @@ def test_pelicun_table_has_one_row_per_component(tmp_path):
     assert set(table["Demand-Directional"]) == {1}
 
 
+def test_names_of_curves_have_signs_that_the_other_program_takes(tmp_path):
+    """pelicun cuts names at a hyphen; OpenQuake takes no dot and 75 signs."""
+    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
+    first, second = curves["variant"].unique()[:2]
+    names = {first: f"{first}_hinge-length-m0p75", second: f"{second}_hinge_length-m0p75{'x' * 60}"}
+    curves.assign(variant=curves["variant"].replace(names)).to_parquet(path)
+    run("export", path, "--format", "pelicun", "--out", tmp_path / "fragility.csv")
+    ids = pd.read_csv(tmp_path / "fragility.csv")["ID"]
+    assert ids.is_unique
+    assert not ids.str.contains("-").any()
+    run("export", path, "--format", "nrml", "--out", tmp_path / "fragility.xml")
+    root = ElementTree.parse(tmp_path / "fragility.xml").getroot()
+    space = "{http://openquake.org/xmlns/nrml/0.5}"
+    ids = [each.get("id") for each in root.iter(f"{space}fragilityFunction")]
+    assert len(set(ids)) == 4
+    assert all(re.fullmatch(r"[A-Za-z0-9_:-]{1,75}", each) for each in ids)
+    assert f"{first}_hinge-length-m0p75:column_drift" in ids
+
+
 def test_limit_states_keep_their_number_where_a_milder_one_has_no_estimate(tmp_path):
     path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
     first = curves["variant"].iloc[0]

@@ -54,6 +54,8 @@ def test_bad_data_exits_two_with_the_row(write, data, method, row, text):
     assert found["status"] == "error"
     assert found["row"] == row
     assert text in found["message"]
+    assert "data.json: " in found["message"]
+    assert found["file"].endswith("data.json")
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import typer
 
 from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, messages
 from skewbridge.cli.study import DEFAULT_CONFIG
+from skewbridge.cli.us_units import UnitsOption
 from skewbridge.cli.variant_options import (
     OutOption,
     SetOption,
@@ -49,7 +50,9 @@ SaveModelOption = Annotated[
 ]
 RowOption = Annotated[
     str | None,
-    typer.Option("--row", help="run_key in results/demands.parquet: repeat that analysis."),
+    typer.Option(
+        "--row", metavar="RUN_KEY", help="Of results/demands.parquet: repeat that analysis."
+    ),
 ]
 ConfigOption = Annotated[Path, typer.Option("--config", help="Configuration of that study.")]
 FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")]
@@ -72,6 +75,7 @@ def run(
     save_model: SaveModelOption = False,
     study_row: RowOption = None,
     config: ConfigOption = DEFAULT_CONFIG,
+    units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
     """Analyse one variant under one motion; collapse is a result, a failure exits with 1."""
@@ -90,7 +94,7 @@ def run(
 
         script = model_script(task.variant, task.settings.model_options(task.options))
         (out / "model.py").write_text(script, encoding="utf-8")
-    emit(row, as_json=as_json)
+    emit(row, as_json=as_json, units=units)
     suspect = [f"suspect: {row['suspect']}"] if row["suspect"] else []
     for text in (*result.messages, *suspect):
         messages.print(text)

@@ -114,6 +114,10 @@ class StudyConfig(BaseModel):
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)
     batches: BatchesConfig = Field(default_factory=BatchesConfig)
 
+    def bridges_with_periods(self) -> tuple[str, ...]:
+        """Return the bridges whose conditioning periods the study uses, as the grid names them."""
+        return tuple(dict.fromkeys((CONDITIONING_BRIDGE, *self.grid.bridge)))
+
 
 def parse_config(raw: Mapping[str, Any]) -> StudyConfig:
     """Return the validated configuration.

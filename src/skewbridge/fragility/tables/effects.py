@@ -109,7 +109,7 @@ def paired_effects(
         row
         for pair, part in pair_groups(demands, names, scope="pooled")
         for name in names
-        for row in _effects(pair, part, name, settings)
+        for row in demand_effects(pair, part, name, settings)
     ]
     table = effect_table(demands, rows)
     return table.sort_values("scope", kind="stable", ignore_index=True)  # "pooled" < "variant"
@@ -130,10 +130,17 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     return judged(table)[columns]
 
 
-def _effects(
+def demand_effects(
     pair: Mapping[str, Any], part: pd.DataFrame, name: str, settings: FitSettings
 ) -> Iterator[dict[str, Any]]:
-    """Yield the pooled row of one demand and those of the pairs of variants."""
+    """Yield the pooled row of one demand and those of the pairs of variants, for `effect_table`.
+
+    Args:
+        pair: Columns that all rows share: bridge, abutment, axis, from_value, to_value, scope.
+        part: Pairs of `run_pairs`.
+        name: The demand.
+        settings: Level and margins.
+    """
     others = axis_names(part)
     rows = part.groupby(others, sort=True, dropna=False).indices if others else {(): slice(None)}
     column = column_of(name)

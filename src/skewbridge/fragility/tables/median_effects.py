@@ -57,17 +57,24 @@ def paired_capacity_effects(
     rows: list[dict[str, Any]] = []
     for pair, part in pair_groups(demands, [*columns, im_column]):
         for state in limit_states:
-            effect = _ratio(part, state, im_column, settings)
+            effect = capacity_ratio(part, state, im_column, settings)
             if effect is not None:
                 name = f"{state.component}/{state.name}"
                 rows.append(pair | {"demand": name, "quantity": "median_capacity"} | effect)
     return effect_table(demands, rows)
 
 
-def _ratio(
+def capacity_ratio(
     part: pd.DataFrame, state: LimitState, im_column: str, settings: FitSettings
 ) -> dict[str, Any] | None:
-    """Return ratio and interval, or None where a variant has no median."""
+    """Return ratio of medians and interval of some pairs, or None where a side has no median.
+
+    Args:
+        part: Pairs of `run_pairs` of one pair of variants, with the demand and the intensity.
+        state: The limit state.
+        im_column: The intensity.
+        settings: Level, margin, bootstrap.
+    """
     ends = {name: _End.of(part, name, state, im_column) for name in ("to", "from")}
     usable = ends["to"].usable & ends["from"].usable
     for end in ends.values():
