@@ -70,7 +70,7 @@ def write_report(
         paper=paper_rows(curves, frames["medians"], frames["joint"]),
         fits=fit_counts(curves),
         unreached=states_out_of_reach(curves),
-        explorer=_explorer(demands, curves),
+        explorer=_explorer(demands, curves, effects),
         pictures=pictures_of(read_captions(tables["captions"]), figures, _SECTIONS),
         statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
         recovered=int((demands["recovery_rung"] > 0).sum()),
@@ -91,11 +91,11 @@ def write_report(
     write_text(output, page)
 
 
-def _explorer(demands: pd.DataFrame, curves: pd.DataFrame) -> dict[str, str]:
+def _explorer(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame) -> dict[str, str]:
     """Return what the explorer needs; empty without a curve."""
     if not (curves["status"] == FITTED).any():
         return {}
-    return {"data": explorer_data(demands, curves), "library": library()}
+    return {"data": explorer_data(demands, curves, effects), "library": library()}
 
 
 def _effect_words(pooled: pd.DataFrame) -> dict[str, str]:
