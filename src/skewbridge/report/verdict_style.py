@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.verdicts import (
     DETECTABLE,
     DIFFERENCE,
@@ -46,6 +47,12 @@ class VerdictStyle:
     fill: str
     ink: str
     verdict: str
+
+    def words(self, margin: str = "") -> str:
+        """Return the words of the legend; without a margin they speak of that of each demand."""
+        if margin:
+            return self.text.format(margin=margin)
+        return self.text.replace("±{margin}", "{margin}").format(margin="the margin")
 
 
 _DARK, _LIGHT = "#1c2226", "#ffffff"
@@ -135,6 +142,11 @@ def in_margins(item: Row) -> tuple[float, float, float]:
     below, above = -np.log1p(-item["margin"]), np.log1p(item["margin"])
     low, value, high = (float(x / (below if x < 0.0 else above)) for x in logs)
     return low, value, high
+
+
+def demand_name(demand: str) -> str:
+    """Return the label of a demand without its unit: its change has one of its own."""
+    return label_of(demand).split(" (")[0]
 
 
 def change_text(item: Row) -> str:

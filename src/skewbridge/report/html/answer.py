@@ -6,7 +6,6 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.needed_motions import MORE
 from skewbridge.fragility.tables.verdicts import (
     DETECTABLE,
@@ -20,6 +19,7 @@ from skewbridge.report.axis_layout import value_text
 from skewbridge.report.headline import DEMANDS
 from skewbridge.report.verdict_style import (
     change_text,
+    demand_name,
     interval_text,
     margin_text,
     verdict_style,
@@ -41,7 +41,7 @@ def model_name(bridge: object, abutment: object) -> str:
 
 def plain_name(demand: str) -> str:
     """Return the label of a demand without its unit, for the middle of a sentence."""
-    label = label_of(demand).split(" (")[0]
+    label = demand_name(demand)
     return label[:1].lower() + label[1:]
 
 
@@ -202,7 +202,7 @@ class _Scale:
                 yield {
                     "y": _TOP + _ROW * (place + 0.5),
                     "head": "",
-                    "label": label_of(str(row["demand"])).split(" (")[0],
+                    "label": demand_name(str(row["demand"])),
                     "x": [self.x(float(end)) if np.isfinite(end) else None for end in ends],
                     "fill": style.fill,
                     "text": change_text(row),

@@ -77,7 +77,7 @@ def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataF
             name: {
                 "sign": style.sign,
                 "fill": style.fill,
-                "text": style.text.replace("±{margin}", "the margin").format(margin="the margin"),
+                "text": style.words(),
                 "verdict": style.verdict,
             }
             for name, style in STYLES.items()

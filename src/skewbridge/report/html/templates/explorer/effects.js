@@ -52,7 +52,7 @@
     const cells = new Map(effects.map((effect) => [effect.demand + "/" + title(effect), effect]));
     unique(effects.map((effect) => effect.demand)).forEach((demand) => {
       const line = body.insertRow();
-      line.append(element("th", demandIn(demand, chosen.units).label, { scope: "row" }));
+      line.append(element("th", data.demands[demand].label, { scope: "row" }));
       shown.forEach((name) => {
         const effect = cells.get(demand + "/" + name), cell = line.insertCell();
         if (!effect) { cell.textContent = "–"; return; }
