@@ -63,6 +63,7 @@ def opened(browser, study):
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("request", lambda request: said.append(request.url) if away(request) else None)
         page.goto(f"{study.page.as_uri()}#explorer?{urlencode(chosen)}")
+        page.wait_for_selector("#explorer")  # it unpacks its data first
         return page
 
     yield open_page

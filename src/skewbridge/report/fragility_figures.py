@@ -20,6 +20,7 @@ from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
 from skewbridge.statuses import COLLAPSE
 
 _LEGEND_COLUMNS: Final = 4
+_ABOVE_ZERO: Final = 1e-300
 _FAR_BELOW: Final = 300.0  # parts of the first limit state: a demand below is as good as none
 
 
@@ -94,8 +95,8 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
     layout = VariantLayout.of(demands)
     columns = layout.panels(demands)
     least = _least_shown(demands[demand], thresholds)
-    if not least:
-        return note(f"{label_of(demand)}: above zero in no analysis")
+    if not (demands[demand] >= max(least, _ABOVE_ZERO)).any():
+        return note(f"{label_of(demand)}: in no analysis above {least:.1g}")
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.6 * len(columns) + 0.9, 3.3), layout="constrained")
         panels = figure.subplots(1, len(columns), squeeze=False, sharex=True, sharey=True)[0]
@@ -130,7 +131,7 @@ def _least_shown(values: pd.Series, thresholds: Mapping[str, float]) -> float:
 def _count_below(axes: Axes, values: pd.Series, least: float) -> None:
     below = int((~(values >= least)).sum())
     if below:
-        text = f"{below} of {len(values)} analyses below {least:.1g}, or none"
+        text = f"{below} of {len(values)} analyses below {least:.1g}"
         axes.text(0.97, 0.03, text, transform=axes.transAxes, fontsize=7, ha="right", va="bottom")
 
 

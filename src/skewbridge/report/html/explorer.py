@@ -4,6 +4,8 @@ The vendored library is the basic bundle of plotly.js 4.1.1 (MIT, `vendor/LICENS
 the npm package plotly.js-basic-dist-min.
 """
 
+import base64
+import gzip
 import json
 from importlib.resources import files
 from typing import Any, Final
@@ -40,13 +42,12 @@ _FIT_NUMBERS: Final = (
 
 
 def library() -> str:
-    """Return the source of the plotting library."""
-    vendor = files("skewbridge.report.html") / "vendor" / _LIBRARY
-    return vendor.read_text(encoding="utf-8")
+    """Return the source of the plotting library, packed."""
+    return _packed((files("skewbridge.report.html") / "vendor" / _LIBRARY).read_bytes())
 
 
 def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame) -> str:
-    """Return a study as JSON that may stand in a script element.
+    """Return a study as packed JSON.
 
     Args:
         demands: Demands table.
@@ -86,7 +87,12 @@ def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataF
         **_runs(demands, variant_places, im, columns),
     }
     text = json.dumps(payload, separators=(",", ":"), default=_plain, ensure_ascii=False)
-    return text.replace("<", "\\u003c")
+    return _packed(text.encode("utf-8"))
+
+
+def _packed(content: bytes) -> str:
+    """Return content as gzip in base64, a third of the size of the text."""
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 
 def _axes(demands: pd.DataFrame) -> list[dict[str, Any]]:

@@ -22,6 +22,7 @@
   const SELECTS = ["view", "model", "state", "method", "demand", "change", "scope", "units", ...data.axes.map((axis) => axis.name)];
 
   function redraw() {
+    if (!(chosen.view in VIEWS)) chosen.view = defaults.view;
     const view = chosen.view, effects = view === "forest" || view === "grid";
     fill("change", changesOf(chosen.model));
     if (!changesOf(chosen.model).includes(chosen.change)) chosen.change = changesOf(chosen.model).at(-1) ?? "";
@@ -71,5 +72,6 @@
   pick("csv").addEventListener("click", () => save(chosen.view, shownRows.view));
   pick("pairs-csv").addEventListener("click", () => save("pairs", shownRows.pairs));
   window.addEventListener("hashchange", () => { if (location.hash.startsWith("#explorer")) fromAddress(); });
+  pick("missing").remove();
   document.getElementById("explorer").hidden = false;
   if (location.hash.startsWith("#explorer")) { fromAddress(); document.getElementById("explore").scrollIntoView(); } else redraw();

@@ -1,5 +1,5 @@
   // ---- the study: variants, runs and fits, found quickly ----
-  const data = JSON.parse(document.getElementById("explorer-data").textContent);
+  const data = JSON.parse(await unpacked("explorer-data"));
   const MOST = 24; // curves, variants or columns that one picture holds
   const unique = (list) => [...new Set(list)];
   const words = (text) => String(text).replaceAll("_", " ");
