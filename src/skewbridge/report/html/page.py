@@ -1,6 +1,7 @@
 """The report: tables and figures of a study joined in one self-contained HTML file."""
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -54,7 +55,7 @@ def write_report(
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters |= {"number": _number, "head": _head}
+    environment.filters |= {"number": _number, "head": _head, "unbroken": _unbroken}
     page = environment.get_template("report.html.j2").render(
         title=title_of(pooled),
         subtitle=statements.subtitle(demands, str(curves["im"].iloc[0])),
@@ -129,6 +130,11 @@ def _number(value: object, digits: int = 3) -> str:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return ", ".join(str(item) for item in value)
     return str(value)
+
+
+def _unbroken(text: str) -> str:
+    """Return a text in which no line ends between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=(%|mm|mrad|motions)\b|%)", "\u00a0", text)
 
 
 def _head(name: str) -> str:
