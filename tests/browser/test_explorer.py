@@ -150,7 +150,7 @@ def test_a_cell_opens_its_pairs(opened, study, csv_of):
 
 def test_a_point_gives_the_command_that_repeats_its_analysis(opened, study):
     page = opened(view="cloud", skew_deg=0, gap_mm=25, friction=0)
-    page.locator("#ex-plot .point >> nth=3").dispatch_event("mousemove")
+    page.locator("#ex-plot .point >> nth=3").scroll_into_view_if_needed()
     box = page.locator("#ex-plot .point >> nth=3").bounding_box()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)

@@ -9,13 +9,14 @@ TOO_WIDE = """() => [...document.querySelectorAll("body *")]
     .filter((each) => each.getBoundingClientRect().right > innerWidth + 1)
     .map((each) => each.outerHTML.slice(0, 120))"""
 CUT_OFF = """() => [...document.querySelectorAll("body *")]
-    .filter((each) => each.getClientRects().length && !each.closest("svg"))
+    .filter((each) => each.checkVisibility() && !each.closest("svg") && !each.matches(".unseen"))
     .filter((each) => each.getBoundingClientRect().right > innerWidth + 1
         || (["auto", "scroll", "hidden"].includes(getComputedStyle(each).overflowX)
             && each.scrollWidth > each.clientWidth + 1)
         || (["auto", "scroll", "hidden"].includes(getComputedStyle(each).overflowY)
             && each.scrollHeight > each.clientHeight + 1))
     .map((each) => each.outerHTML.slice(0, 120))"""
+OPEN_DETAILS = "document.querySelectorAll('details').forEach((each) => { each.open = true; })"
 A4_INSIDE_MARGINS_PX = round((210 - 2 * 14) / 25.4 * 96)
 
 
@@ -30,13 +31,14 @@ def test_nothing_stands_beyond_the_screen(opened, width, view):
 def test_axe_finds_nothing(opened, width, view):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
     page = opened(width, view=view, cell=0)
-    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    page.evaluate(OPEN_DETAILS)
     found = axe.run(page)
     assert found.violations_count == 0, found.generate_report()
 
 
 def test_print_cuts_nothing_off_and_leaves_the_explorer_out(opened):
     page = opened(A4_INSIDE_MARGINS_PX)
+    page.evaluate(OPEN_DETAILS)
     page.emulate_media(media="print")
     assert page.evaluate(CUT_OFF) == []
     assert not page.is_visible("#explore")
