@@ -23,7 +23,8 @@ def check(
         ),
     ],
     out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for the picture model.png.")
+        Path | None,
+        typer.Option("--out", help="Folder for model.png, else results/bridges and the name."),
     ] = None,
     skew_deg: Annotated[int, typer.Option("--skew-deg", help="Of the bridge in the picture.")] = 30,
     units: UnitsOption = "si",

@@ -7,7 +7,7 @@ import typer
 
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
-type Units = Literal["si", "us"]
+Units = Literal["si", "us"]
 UnitsOption = Annotated[
     Units,
     typer.Option("--units", help="Of what is printed: SI, or kip, in, ft. Files and JSON are SI."),
