@@ -5,7 +5,7 @@
 
   function drawForest(chosen) {
     const factor = Number(chosen.margin), units = chosen.units;
-    const all = chosenEffects(chosen).filter((effect) => changeName(effect) === chosen.change && (!effect.values || effect.demand === chosen.demand));
+    const all = chosenEffects(chosen).filter((effect) => effect.change === chosen.change && (!effect.values || effect.demand === chosen.demand));
     const lines = all.slice(0, 2 * MOST);
     const groups = unique(lines.map((effect) => groupName(effect, units))).map((unit) => ({ unit, own: lines.filter((effect) => groupName(effect, units) === unit) }));
     const traces = [], layout = { shapes: [], annotations: [] }, narrow = pick("plot").parentElement.clientWidth < 600;
@@ -38,14 +38,14 @@
     });
     legend([]);
     plot("plot", traces, { ...layout, height: 40 + 24 * room, margin: { l: 10, r: narrow ? 66 : 172, t: 6, b: 30 } }, openCell);
-    return { rows: all.map((effect) => effectCsv(effect, factor)), notes: [
+    return { rows: () => all.map((effect) => effectCsv(effect, factor)), notes: [
       !all.length && "This model has no such change of this demand: choose another one.",
       all.length > lines.length && `The first ${lines.length} of ${all.length} effects are drawn: choose values of the axes; the CSV has all.`] };
   }
 
   function drawGrid(chosen) {
     const factor = Number(chosen.margin), effects = chosenEffects(chosen);
-    const title = (effect) => changeName(effect) + (effect.values ? ", " + placeText(effect) : "");
+    const title = (effect) => effect.change + (effect.values ? ", " + placeText(effect) : "");
     const columns = unique(effects.map(title)), shown = columns.slice(0, MOST);
     const table = element("table", "", { class: "map" }), head = table.createTHead().insertRow(), body = table.createTBody();
     head.append(element("td", ""), ...shown.map((name) => element("th", name, { scope: "col" })));
@@ -65,7 +65,7 @@
     });
     pick("rows").replaceChildren(table);
     pick("rows").hidden = false;
-    return { rows: effects.map((effect) => effectCsv(effect, factor)), notes: [
+    return { rows: () => effects.map((effect) => effectCsv(effect, factor)), notes: [
       "Choose a cell: its pairs of analyses stand below, motion by motion.",
       columns.length > MOST && `The first ${MOST} of ${columns.length} columns are shown: choose values of the axes; the CSV has all.`] };
   }
@@ -78,7 +78,7 @@
   function drawPairs(chosen) {
     const effect = chosen.cell === "" ? undefined : data.effects[chosen.cell];
     pick("pairs").hidden = !effect || data.models[effect.model] !== chosen.model;
-    if (pick("pairs").hidden) return [];
+    if (pick("pairs").hidden) return () => [];
     const factor = Number(chosen.margin), ratio = effect.judged_by === RATIO, values = runs.demands[effect.demand], known = data.demands[effect.demand];
     const by = ratio ? 1 : shownUnit(effect, chosen.units).by * known.per_unit, found = pairsOf(effect), rows = [], traces = [];
     const styles = lineStyles(found.slice(0, MOST).map(({ to }) => to));
@@ -96,8 +96,8 @@
     if (low !== null && high !== null) shapes.push(band(low, high, "#0072b233"));
     if (value !== null) shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, y0: value, y1: value, line: { color: "#0072b2", width: 2 } });
     const name = known.label.toLowerCase(), told = data.axes[axisAt[effect.axis]];
-    pick("pairs-title").textContent = `${known.label}: ${changeName(effect)}${effect.values ? ", " + placeText(effect) : ", all variants"}`;
+    pick("pairs-title").textContent = `${known.label}: ${effect.change}${effect.values ? ", " + placeText(effect) : ", all variants"}`;
     pick("pairs-note").textContent = `${changeText(effect, chosen.units)} (${intervalText(effect, chosen.units)}), ${effect.n_motions} motions, ${rows.length} pairs. Line and blue band: mean and interval; grey: margin. Open triangles: one analysis of the pair ended early or beyond the model, the change is at least (up) or at most (down) so large.`;
     plot("pairs-plot", traces, { height: 360, shapes, xaxis: logAxis(data.im, ...data.im_range), yaxis: plainAxis(ratio ? `ln ratio of ${name}` : `Change of ${name} (${shownUnit(effect, chosen.units).unit})`) }, showCommands);
-    return rows;
+    return () => rows;
   }
