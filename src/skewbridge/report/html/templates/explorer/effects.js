@@ -8,7 +8,7 @@
     const all = chosenEffects(chosen).filter((effect) => effect.change === chosen.change && (!effect.values || effect.demand === chosen.demand));
     const lines = all.slice(0, 2 * MOST);
     const groups = unique(lines.map((effect) => groupName(effect, units))).map((unit) => ({ unit, own: lines.filter((effect) => groupName(effect, units) === unit) }));
-    const traces = [], layout = { shapes: [], annotations: [] }, narrow = pick("plot").parentElement.clientWidth < 600;
+    const traces = [], layout = { shapes: [] }, narrow = pick("plot").parentElement.clientWidth < 600;
     const room = lines.length + 3 * groups.length;
     let top = 1;
     groups.forEach(({ unit, own }, g) => {
@@ -19,17 +19,16 @@
       const reach = [Math.min(...ends, ...widest.map(([low]) => low)), Math.max(...ends, ...widest.map(([, high]) => high))];
       const range = ratio ? [Math.max(REACH[0], reach[0] / 1.03), Math.min(REACH[1], reach[1] * 1.03)] : [reach[0] - 0.04 * (reach[1] - reach[0]), reach[1] + 0.04 * (reach[1] - reach[0])];
       const inside = (value) => Math.min(range[1], Math.max(range[0], value));
-      own.forEach((effect, y) => {
-        const style = data.styles[styleOf(effect, factor)], value = at(effect, effect.value), [low, high] = [at(effect, effect.low), at(effect, effect.high)];
-        const [below, above] = widest[y], axes = { xaxis: "x" + suffix, yaxis: "y" + suffix };
-        layout.shapes.push({ type: "rect", xref: "x" + suffix, yref: "y" + suffix, x0: inside(below), x1: inside(above), y0: y - 0.5, y1: y + 0.5, fillcolor: "#e9edf0", line: { width: 0 }, layer: "below" });
-        const told = `${data.demands[effect.demand].label}${effect.values ? ", " + placeText(effect) : ""}<br>${style.sign} ${changeText(effect, units)} (${intervalText(effect, units)})<br>${style.text}`;
-        if (low !== null && high !== null) traces.push({ ...axes, x: [inside(low), inside(high)], y: [y, y], mode: "lines", line: { color: "#39434a", width: 2 }, hoverinfo: "skip" });
-        if (value === null) return;
-        const symbol = value > range[1] ? "triangle-right" : value < range[0] ? "triangle-left" : "circle";
-        traces.push({ ...axes, x: [inside(value)], y: [y], mode: "markers", marker: { symbol, size: 10, color: style.fill, line: { color: "#39434a", width: 1.2 } }, text: [told], hovertemplate: "%{text}<extra></extra>", customdata: [effect.id] });
-        layout.annotations.push({ xref: "paper", yref: "y" + suffix, x: 1, xanchor: "right", xshift: narrow ? 62 : 168, y, showarrow: false, font: { size: 12 }, text: narrow ? changeText(effect, units) : `${style.sign} ${changeText(effect, units)} (${intervalText(effect, units)})` });
-      });
+      const axes = { xaxis: "x" + suffix, yaxis: "y" + suffix }, styles = own.map((effect) => data.styles[styleOf(effect, factor)]);
+      const values = own.map((effect) => at(effect, effect.value)), known = own.map((_, y) => y).filter((y) => values[y] !== null);
+      const bands = unique(widest.map(String)).length > 1 ? widest.map((pair, y) => [pair, y - 0.5, y + 0.5]) : [[widest[0], -0.5, own.length - 0.5]];
+      bands.forEach(([[below, above], y0, y1]) => layout.shapes.push({ type: "rect", xref: "x" + suffix, yref: "y" + suffix, x0: inside(below), x1: inside(above), y0, y1, fillcolor: "#e9edf0", line: { width: 0 }, layer: "below" }));
+      const drawn = known.filter((y) => own[y].low !== null && own[y].high !== null);
+      traces.push({ ...axes, x: drawn.flatMap((y) => [inside(at(own[y], own[y].low)), inside(at(own[y], own[y].high)), null]), y: drawn.flatMap((y) => [y, y, null]), mode: "lines", line: { color: "#39434a", width: 2 }, hoverinfo: "skip" });
+      const told = (y) => `${data.demands[own[y].demand].label}${own[y].values ? ", " + placeText(own[y]) : ""}<br>${styles[y].sign} ${changeText(own[y], units)} (${intervalText(own[y], units)})<br>${styles[y].text}`;
+      traces.push({ ...axes, x: known.map((y) => inside(values[y])), y: known, mode: "markers", text: known.map(told), hovertemplate: "%{text}<extra></extra>", customdata: known.map((y) => own[y].id),
+        marker: { symbol: known.map((y) => (values[y] > range[1] ? "triangle-right" : values[y] < range[0] ? "triangle-left" : "circle")), size: 10, color: known.map((y) => styles[y].fill), line: { color: "#39434a", width: 1.2 } } });
+      traces.push({ ...axes, x: known.map(() => range[1]), y: known, mode: "text", textposition: "middle right", cliponaxis: false, hoverinfo: "skip", textfont: { size: 12 }, text: known.map((y) => (narrow ? changeText(own[y], units) : `${styles[y].sign} ${changeText(own[y], units)} (${intervalText(own[y], units)})`)) });
       layout["xaxis" + suffix] = { domain: [0, 1], anchor: "y" + suffix, gridcolor: "#e4e8ea", zeroline: false, ticks: "outside", tickangle: 0, nticks: narrow ? 3 : 8, ...(ratio ? { type: "log", range: range.map(Math.log10), ...percentTicks(range, narrow ? 4 : 10) } : { range, ticksuffix: " " + unit }) };
       const label = (effect) => (effect.values ? placeText(effect) : data.demands[effect.demand].label);
       layout["yaxis" + suffix] = { domain: [Math.max(0, bottom), top], anchor: "x" + suffix, range: [own.length - 0.5, -0.5], tickmode: "array", tickvals: own.map((_, y) => y), ticktext: own.map(label), showgrid: false, zeroline: false, automargin: true, tickfont: { size: narrow ? 10 : 12 } };
@@ -37,7 +36,7 @@
       top = bottom - 3 / room;
     });
     legend([]);
-    plot("plot", traces, { ...layout, height: 40 + 24 * room, margin: { l: 10, r: narrow ? 66 : 172, t: 6, b: 30 } }, openCell);
+    plot("plot", traces, { ...layout, height: 40 + 24 * room, margin: { l: 10, r: narrow ? 72 : 210, t: 6, b: 30 } }, openCell);
     return { rows: () => all.map((effect) => effectCsv(effect, factor)), notes: [
       !all.length && "This model has no such change of this demand: choose another one.",
       all.length > lines.length && `The first ${lines.length} of ${all.length} effects are drawn: choose values of the axes; the CSV has all.`] };
