@@ -65,6 +65,17 @@ def test_panels_without_a_curve_say_why(tables):
     assert "no_exceedance" in nothing.texts[0].get_text()
 
 
+def test_a_cloud_says_how_many_runs_lie_far_below_the_limit_states(tables):
+    demands, curves, _ = tables
+    low = demands.copy()
+    low.loc[low["motion_id"] == "m00", "column_drift_ratio"] = 0.0
+    figure = demand_clouds(low, curves, "column_drift_ratio")
+    own = int((low["skew_deg"] == low["skew_deg"].min()).sum())
+    assert any(f"of {own} analyses below" in text for text in texts(figure))
+    none = demand_clouds(demands.assign(column_drift_ratio=0.0), curves, "column_drift_ratio")
+    assert "in no analysis above" in none.texts[0].get_text()
+
+
 def test_cloud_draws_failed_runs_open(tables):
     demands, curves, _ = tables
     figure = demand_clouds(demands, curves, "column_drift_ratio")
@@ -78,6 +89,7 @@ def test_ratios_draw_every_interval(tables, axis):
     _, _, effects = tables
     figure = paired_ratios(effects, axis)
     rows = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
+    rows = rows[rows["judged_by"] == "ratio"]
     dots = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
     assert len(dots) == len(rows)
     assert np.isfinite([dot.get_xdata()[0] for dot in dots]).all()
@@ -105,9 +117,11 @@ def test_frequency_figure_has_an_amplitude_and_a_ratio_per_direction():
 def test_a_ratio_beyond_the_axis_is_an_arrow_with_its_value(tables):
     _, _, effects = tables
     far = effects.copy()
-    far.loc[far["demand"] == "deck_rotation_rad", ["ratio", "ci_low", "ci_high"]] = [5.2, 3.0, 9.0]
+    own = (far["demand"] == "unseating_m") & (far["scope"] == "variant")
+    far.loc[own, ["ratio", "ci_low", "ci_high"]] = [5.2, 3.0, 9.0]
+    far.loc[own & (far["axis"] == "friction").to_numpy() & (far["skew_deg"] == 0), "ratio"] = 4.0
     figure = paired_ratios(far)
-    assert "5.2" in texts(figure)
+    assert "4 to 5.2" in texts(figure)  # one text for all arrows of a demand: none hides another
     assert figure.axes[0].get_xlim()[1] == 2.0
 
 

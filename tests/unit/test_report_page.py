@@ -143,7 +143,7 @@ def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):
     demands = synthetic_demands(bridge="mine", skews=(0, 30), gaps=(25,))
     demands["motion_id"] += f"</script>{script}"
     demands["collapse_criterion"] = script
-    state = STATES[0] | {"component": f"drift{script}", "citation": script}
+    state = STATES[0] | {"citation": script}
     caption = {"name": "one", "section": "curves", "title": script, "text": script}
     page, _ = render(demands, states=[state], bridges=("mine",), caption=caption)
     assert "Bridge &lt;script&gt;alert(1)&lt;/script&gt; &amp; &#39;sons&#39;" in page

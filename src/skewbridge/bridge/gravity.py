@@ -6,12 +6,13 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.tags import TagAllocator
+from skewbridge.errors import SolutionError
 
 GRAVITY_STEPS = 5
 TOLERANCE_M = 1.0e-10
 
 
-class GravityError(RuntimeError):
+class GravityError(SolutionError):
     """A model did not carry its own weight."""
 
 

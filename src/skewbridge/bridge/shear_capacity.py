@@ -100,7 +100,7 @@ def kowalsky_priestley_strength(
     arguments.
 
     References:
-        Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 453-465: single curvature,
+        Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 388-396: single curvature,
         crack angle 30 degrees.
     """
     axial = np.asarray(axial_n, dtype=np.float64)

@@ -8,7 +8,7 @@ from inspect import signature
 from itertools import groupby, product
 from operator import attrgetter
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import matplotlib as mpl
 from joblib import Parallel, delayed
@@ -42,7 +42,7 @@ from skewbridge.variant.abutments import ABUTMENTS
 
 PNG_DPI: Final = 300
 #: Texts of an SVG file stay texts, which can be searched and edited.
-_SAVED: Final = {"svg.fonttype": "none"}
+_SAVED: Final[Any] = {"svg.fonttype": "none"}
 type Drawing = Callable[[], Figure]
 
 

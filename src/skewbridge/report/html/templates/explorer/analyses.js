@@ -1,10 +1,9 @@
   // ---- the analyses: demand against intensity ----
   function drawAnalyses(chosen) {
-    const all = chosenVariants(chosen), shown = all.slice(0, MOST), styles = lineStyles(shown), rows = [], traces = [], entries = [];
+    const all = chosenVariants(chosen), shown = all.slice(0, MOST), styles = lineStyles(shown), traces = [], entries = [];
     const demand = chosen.demand, { by, label } = demandIn(demand, chosen.units), values = runs.demands[demand];
-    all.forEach((at, i) => {
-      rowsOf[at].forEach((row) => rows.push({ variant: variants[at].name, motion_id: data.motions[runs.motion[row]], scale: runs.scale[row], status: data.statuses[runs.status[row]], complete: runs.complete[row], run_key: runs.key[row], [data.im_name]: runs.im[row], [demand]: values[row] }));
-      if (i >= MOST) return;
+    const rows = () => all.flatMap((at) => rowsOf[at].map((row) => ({ variant: variants[at].name, motion_id: data.motions[runs.motion[row]], scale: runs.scale[row], status: data.statuses[runs.status[row]], complete: runs.complete[row], run_key: runs.key[row], [data.im_name]: runs.im[row], [demand]: values[row] })));
+    shown.forEach((at) => {
       const name = variants[at].text, { color, dash } = styles.get(at), own = rowsOf[at].filter((row) => values[row] > 0);
       entries.push({ name, line: styles.get(at) });
       if (hidden.has(name)) return;
@@ -24,7 +23,7 @@
     const shapes = limits.map(([, limit]) => ({ type: "line", xref: "paper", x0: 0, x1: 1, y0: by * limit, y1: by * limit, line: { color: "#6b7378", width: 1, dash: "dot" } }));
     const annotations = limits.map(([state, limit]) => ({ xref: "paper", x: 0.01, xanchor: "left", y: Math.log10(by * limit), yanchor: "bottom", text: words(state), showarrow: false, font: { size: 11, color: "#4a545c" } }));
     plot("plot", traces, { xaxis: logAxis(data.im, ...data.im_range), yaxis: logAxis(label, ...seen), shapes, annotations }, showCommands);
-    const open = rows.some((row) => !row.complete), none = rows.length - all.flatMap((at) => rowsOf[at]).filter((row) => values[row] > 0).length;
+    const own = all.flatMap((at) => rowsOf[at]), open = own.some((row) => !runs.complete[row]), none = own.filter((row) => !(values[row] > 0)).length;
     return { rows, notes: [
       "Choose a point: the command that repeats its analysis stands below the picture.",
       open && "Open triangles are peaks so far: a column failed beyond the model, or the analysis did not end.",

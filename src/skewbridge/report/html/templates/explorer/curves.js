@@ -26,21 +26,22 @@
     return moved;
   }
   function drawCurves(chosen) {
-    const all = fitsOf(chosen, chosenVariants(chosen)), fits = all.slice(0, MOST), rows = [], traces = [], entries = [];
+    const all = fitsOf(chosen, chosenVariants(chosen)), fits = all.slice(0, MOST), traces = [], entries = [];
     const shown = all.map((fit) => fit.variant), styles = lineStyles(shown.slice(0, MOST));
     const threshold = thresholdOf(chosen, all, all.length ? reached(all[0].demand, shown) : null);
     const [low, high] = [0.7 * data.im_range[0], 1.3 * data.im_range[1]];
     const grid = Array.from({ length: 120 }, (_, i) => low * (high / low) ** (i / 119));
     const bands = threshold === null && fits.length <= BANDS;
-    all.forEach((fit, i) => {
+    const rows = () => all.flatMap((fit) => {
       const { theta, beta } = movedFit(fit, threshold), band = threshold === null ? bandOf(fit) : null;
-      const p = grid.map((im) => probability(im, theta, beta)), ends = band && [-1, 1].map((side) => grid.map((im) => band(im, side)));
-      grid.forEach((im, k) => rows.push({ variant: variants[fit.variant].name, component: fit.component, limit_state: fit.limit_state, method: fit.method, theta, beta, im, probability: p[k], low: ends?.[0][k], high: ends?.[1][k] }));
-      if (i >= MOST) return;
+      return grid.map((im) => ({ variant: variants[fit.variant].name, component: fit.component, limit_state: fit.limit_state, method: fit.method, theta, beta, im, probability: probability(im, theta, beta), low: band?.(im, -1), high: band?.(im, 1) }));
+    });
+    fits.forEach((fit) => {
+      const { theta, beta } = movedFit(fit, threshold), band = bandOf(fit), p = grid.map((im) => probability(im, theta, beta));
       const name = variants[fit.variant].text, line = styles.get(fit.variant);
       entries.push({ name, line });
       if (hidden.has(name)) return;
-      if (bands) ends.forEach((y, side) => traces.push({ x: grid, y, mode: "lines", line: { width: 0 }, hoverinfo: "skip", ...(side ? { fill: "tonexty", fillcolor: line.color + "26" } : {}) }));
+      if (bands) [-1, 1].forEach((side) => traces.push({ x: grid, y: grid.map((im) => band(im, side)), mode: "lines", line: { width: 0 }, hoverinfo: "skip", ...(side > 0 ? { fill: "tonexty", fillcolor: line.color + "26" } : {}) }));
       traces.push({ x: grid, y: p, mode: "lines", name, line, hovertemplate: `${name}<br>%{x:.3g}, P = %{y:.3f}<extra></extra>` });
     });
     legend(entries);

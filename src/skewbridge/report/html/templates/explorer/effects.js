@@ -5,10 +5,10 @@
 
   function drawForest(chosen) {
     const factor = Number(chosen.margin), units = chosen.units;
-    const all = chosenEffects(chosen).filter((effect) => changeName(effect) === chosen.change && (!effect.values || effect.demand === chosen.demand));
+    const all = chosenEffects(chosen).filter((effect) => effect.change === chosen.change && (!effect.values || effect.demand === chosen.demand));
     const lines = all.slice(0, 2 * MOST);
     const groups = unique(lines.map((effect) => groupName(effect, units))).map((unit) => ({ unit, own: lines.filter((effect) => groupName(effect, units) === unit) }));
-    const traces = [], layout = { shapes: [], annotations: [] }, narrow = pick("plot").parentElement.clientWidth < 600;
+    const traces = [], layout = { shapes: [] }, narrow = pick("plot").parentElement.clientWidth < 600;
     const room = lines.length + 3 * groups.length;
     let top = 1;
     groups.forEach(({ unit, own }, g) => {
@@ -19,17 +19,16 @@
       const reach = [Math.min(...ends, ...widest.map(([low]) => low)), Math.max(...ends, ...widest.map(([, high]) => high))];
       const range = ratio ? [Math.max(REACH[0], reach[0] / 1.03), Math.min(REACH[1], reach[1] * 1.03)] : [reach[0] - 0.04 * (reach[1] - reach[0]), reach[1] + 0.04 * (reach[1] - reach[0])];
       const inside = (value) => Math.min(range[1], Math.max(range[0], value));
-      own.forEach((effect, y) => {
-        const style = data.styles[styleOf(effect, factor)], value = at(effect, effect.value), [low, high] = [at(effect, effect.low), at(effect, effect.high)];
-        const [below, above] = widest[y], axes = { xaxis: "x" + suffix, yaxis: "y" + suffix };
-        layout.shapes.push({ type: "rect", xref: "x" + suffix, yref: "y" + suffix, x0: inside(below), x1: inside(above), y0: y - 0.5, y1: y + 0.5, fillcolor: "#e9edf0", line: { width: 0 }, layer: "below" });
-        const told = `${data.demands[effect.demand].label}${effect.values ? ", " + placeText(effect) : ""}<br>${style.sign} ${changeText(effect, units)} (${intervalText(effect, units)})<br>${style.text}`;
-        if (low !== null && high !== null) traces.push({ ...axes, x: [inside(low), inside(high)], y: [y, y], mode: "lines", line: { color: "#39434a", width: 2 }, hoverinfo: "skip" });
-        if (value === null) return;
-        const symbol = value > range[1] ? "triangle-right" : value < range[0] ? "triangle-left" : "circle";
-        traces.push({ ...axes, x: [inside(value)], y: [y], mode: "markers", marker: { symbol, size: 10, color: style.fill, line: { color: "#39434a", width: 1.2 } }, text: [told], hovertemplate: "%{text}<extra></extra>", customdata: [effect.id] });
-        layout.annotations.push({ xref: "paper", yref: "y" + suffix, x: 1, xanchor: "right", xshift: narrow ? 62 : 168, y, showarrow: false, font: { size: 12 }, text: narrow ? changeText(effect, units) : `${style.sign} ${changeText(effect, units)} (${intervalText(effect, units)})` });
-      });
+      const axes = { xaxis: "x" + suffix, yaxis: "y" + suffix }, styles = own.map((effect) => data.styles[styleOf(effect, factor)]);
+      const values = own.map((effect) => at(effect, effect.value)), known = own.map((_, y) => y).filter((y) => values[y] !== null);
+      const bands = unique(widest.map(String)).length > 1 ? widest.map((pair, y) => [pair, y - 0.5, y + 0.5]) : [[widest[0], -0.5, own.length - 0.5]];
+      bands.forEach(([[below, above], y0, y1]) => layout.shapes.push({ type: "rect", xref: "x" + suffix, yref: "y" + suffix, x0: inside(below), x1: inside(above), y0, y1, fillcolor: "#e9edf0", line: { width: 0 }, layer: "below" }));
+      const drawn = known.filter((y) => own[y].low !== null && own[y].high !== null);
+      traces.push({ ...axes, x: drawn.flatMap((y) => [inside(at(own[y], own[y].low)), inside(at(own[y], own[y].high)), null]), y: drawn.flatMap((y) => [y, y, null]), mode: "lines", line: { color: "#39434a", width: 2 }, hoverinfo: "skip" });
+      const told = (y) => `${data.demands[own[y].demand].label}${own[y].values ? ", " + placeText(own[y]) : ""}<br>${styles[y].sign} ${changeText(own[y], units)} (${intervalText(own[y], units)})<br>${styles[y].text}`;
+      traces.push({ ...axes, x: known.map((y) => inside(values[y])), y: known, mode: "markers", text: known.map(told), hovertemplate: "%{text}<extra></extra>", customdata: known.map((y) => own[y].id),
+        marker: { symbol: known.map((y) => (values[y] > range[1] ? "triangle-right" : values[y] < range[0] ? "triangle-left" : "circle")), size: 10, color: known.map((y) => styles[y].fill), line: { color: "#39434a", width: 1.2 } } });
+      traces.push({ ...axes, x: known.map(() => range[1]), y: known, mode: "text", textposition: "middle right", cliponaxis: false, hoverinfo: "skip", textfont: { size: 12 }, text: known.map((y) => (narrow ? changeText(own[y], units) : `${styles[y].sign} ${changeText(own[y], units)} (${intervalText(own[y], units)})`)) });
       layout["xaxis" + suffix] = { domain: [0, 1], anchor: "y" + suffix, gridcolor: "#e4e8ea", zeroline: false, ticks: "outside", tickangle: 0, nticks: narrow ? 3 : 8, ...(ratio ? { type: "log", range: range.map(Math.log10), ...percentTicks(range, narrow ? 4 : 10) } : { range, ticksuffix: " " + unit }) };
       const label = (effect) => (effect.values ? placeText(effect) : data.demands[effect.demand].label);
       layout["yaxis" + suffix] = { domain: [Math.max(0, bottom), top], anchor: "x" + suffix, range: [own.length - 0.5, -0.5], tickmode: "array", tickvals: own.map((_, y) => y), ticktext: own.map(label), showgrid: false, zeroline: false, automargin: true, tickfont: { size: narrow ? 10 : 12 } };
@@ -37,15 +36,15 @@
       top = bottom - 3 / room;
     });
     legend([]);
-    plot("plot", traces, { ...layout, height: 40 + 24 * room, margin: { l: 10, r: narrow ? 66 : 172, t: 6, b: 30 } }, openCell);
-    return { rows: all.map((effect) => effectCsv(effect, factor)), notes: [
+    plot("plot", traces, { ...layout, height: 40 + 24 * room, margin: { l: 10, r: narrow ? 72 : 210, t: 6, b: 30 } }, openCell);
+    return { rows: () => all.map((effect) => effectCsv(effect, factor)), notes: [
       !all.length && "This model has no such change of this demand: choose another one.",
       all.length > lines.length && `The first ${lines.length} of ${all.length} effects are drawn: choose values of the axes; the CSV has all.`] };
   }
 
   function drawGrid(chosen) {
     const factor = Number(chosen.margin), effects = chosenEffects(chosen);
-    const title = (effect) => changeName(effect) + (effect.values ? ", " + placeText(effect) : "");
+    const title = (effect) => effect.change + (effect.values ? ", " + placeText(effect) : "");
     const columns = unique(effects.map(title)), shown = columns.slice(0, MOST);
     const table = element("table", "", { class: "map" }), head = table.createTHead().insertRow(), body = table.createTBody();
     head.append(element("td", ""), ...shown.map((name) => element("th", name, { scope: "col" })));
@@ -65,7 +64,7 @@
     });
     pick("rows").replaceChildren(table);
     pick("rows").hidden = false;
-    return { rows: effects.map((effect) => effectCsv(effect, factor)), notes: [
+    return { rows: () => effects.map((effect) => effectCsv(effect, factor)), notes: [
       "Choose a cell: its pairs of analyses stand below, motion by motion.",
       columns.length > MOST && `The first ${MOST} of ${columns.length} columns are shown: choose values of the axes; the CSV has all.`] };
   }
@@ -78,7 +77,7 @@
   function drawPairs(chosen) {
     const effect = chosen.cell === "" ? undefined : data.effects[chosen.cell];
     pick("pairs").hidden = !effect || data.models[effect.model] !== chosen.model;
-    if (pick("pairs").hidden) return [];
+    if (pick("pairs").hidden) return () => [];
     const factor = Number(chosen.margin), ratio = effect.judged_by === RATIO, values = runs.demands[effect.demand], known = data.demands[effect.demand];
     const by = ratio ? 1 : shownUnit(effect, chosen.units).by * known.per_unit, found = pairsOf(effect), rows = [], traces = [];
     const styles = lineStyles(found.slice(0, MOST).map(({ to }) => to));
@@ -96,8 +95,8 @@
     if (low !== null && high !== null) shapes.push(band(low, high, "#0072b233"));
     if (value !== null) shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, y0: value, y1: value, line: { color: "#0072b2", width: 2 } });
     const name = known.label.toLowerCase(), told = data.axes[axisAt[effect.axis]];
-    pick("pairs-title").textContent = `${known.label}: ${changeName(effect)}${effect.values ? ", " + placeText(effect) : ", all variants"}`;
+    pick("pairs-title").textContent = `${known.label}: ${effect.change}${effect.values ? ", " + placeText(effect) : ", all variants"}`;
     pick("pairs-note").textContent = `${changeText(effect, chosen.units)} (${intervalText(effect, chosen.units)}), ${effect.n_motions} motions, ${rows.length} pairs. Line and blue band: mean and interval; grey: margin. Open triangles: one analysis of the pair ended early or beyond the model, the change is at least (up) or at most (down) so large.`;
     plot("pairs-plot", traces, { height: 360, shapes, xaxis: logAxis(data.im, ...data.im_range), yaxis: plainAxis(ratio ? `ln ratio of ${name}` : `Change of ${name} (${shownUnit(effect, chosen.units).unit})`) }, showCommands);
-    return rows;
+    return () => rows;
   }

@@ -1,10 +1,10 @@
   // ---- what is chosen, its controls and the address ----
   const VIEWS = { curves: drawCurves, cloud: drawAnalyses, table: drawMedians, forest: drawForest, grid: drawGrid };
   const states = unique(data.fits.map((fit) => fit.component + "/" + fit.limit_state));
-  const changesOf = (model) => unique(data.effects.filter((effect) => data.models[effect.model] === model && !effect.values).map(changeName));
+  const changes = new Map(data.models.map((model, place) => [model, unique(data.effects.filter((effect) => effect.model === place && !effect.values).map((effect) => effect.change))]));
   const defaults = { view: "curves", model: data.models[0], state: states[0] ?? "", method: data.fits[0]?.method ?? "", demand: Object.keys(data.demands)[0], change: "", scope: "pooled", units: "si", margin: "1", threshold: "", sort: "variant", cell: "", ...Object.fromEntries(data.axes.map((axis) => [axis.name, "all"])) };
   let chosen = { ...defaults };
-  let shownRows = { view: [], pairs: [] };
+  let shownRows; // what is shown as rows of a table, made when it is saved
 
   function fill(id, values, texts = values) {
     pick(id).replaceChildren(...values.map((value, i) => new Option(texts[i], value)));
@@ -24,12 +24,14 @@
   function redraw() {
     if (!(chosen.view in VIEWS)) chosen.view = defaults.view;
     const view = chosen.view, effects = view === "forest" || view === "grid";
-    fill("change", changesOf(chosen.model));
-    if (!changesOf(chosen.model).includes(chosen.change)) chosen.change = changesOf(chosen.model).at(-1) ?? "";
+    if (!changes.has(chosen.model)) chosen.model = defaults.model;
+    const own = changes.get(chosen.model);
+    fill("change", own);
+    if (!own.includes(chosen.change)) chosen.change = own.at(-1) ?? "";
     SELECTS.forEach((name) => { pick(name).value = chosen[name]; if (pick(name).selectedIndex < 0) { pick(name).selectedIndex = 0; chosen[name] = pick(name).value; } });
     pick("demand").parentElement.dataset.views = chosen.scope === "variant" ? "cloud forest" : "cloud";
     document.querySelectorAll("#explorer [data-views]").forEach((label) => { label.hidden = !label.dataset.views.split(" ").includes(view); });
-    const axisOfChange = data.effects.find((effect) => changeName(effect) === chosen.change)?.axis;
+    const axisOfChange = data.effects.find((effect) => effect.change === chosen.change)?.axis;
     data.axes.forEach((axis) => { pick(axis.name).disabled = effects && (chosen.scope === "pooled" || (view === "forest" && axis.name === axisOfChange)); });
     ["plot", "rows", "pairs", "threshold-box"].forEach((id) => { pick(id).hidden = true; });
     pick("commands").replaceChildren();
@@ -37,7 +39,7 @@
     pick("margin").value = chosen.margin;
     pick("margin-text").textContent = effects ? marginText(chosenEffects(chosen), Number(chosen.margin), chosen.units) + (chosen.margin === "1" ? " (the study's)" : ` (the study's times ${chosen.margin})`) : "";
     const drawn = VIEWS[view](chosen);
-    shownRows = { view: drawn.rows, pairs: effects ? drawPairs(chosen) : [] };
+    shownRows = { view: drawn.rows, pairs: effects ? drawPairs(chosen) : () => [] };
     pick("note").textContent = drawn.notes.filter(Boolean).join(" ");
   }
   function choose(change) {
@@ -69,8 +71,8 @@
   sliding("threshold");
   sliding("margin");
   pick("threshold-reset").addEventListener("click", () => choose({ threshold: "" }));
-  pick("csv").addEventListener("click", () => save(chosen.view, shownRows.view));
-  pick("pairs-csv").addEventListener("click", () => save("pairs", shownRows.pairs));
+  pick("csv").addEventListener("click", () => save(chosen.view, shownRows.view()));
+  pick("pairs-csv").addEventListener("click", () => save("pairs", shownRows.pairs()));
   window.addEventListener("hashchange", () => { if (location.hash.startsWith("#explorer")) fromAddress(); });
   pick("missing").remove();
   document.getElementById("explorer").hidden = false;

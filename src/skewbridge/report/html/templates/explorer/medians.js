@@ -20,5 +20,5 @@
     });
     pick("rows").replaceChildren(table);
     pick("rows").hidden = false;
-    return { rows, notes: [`θ is the median of ${data.im}.`, !rows.length && "No fit by this method for these variants.", rows.length > ROWS && `The first ${ROWS} of ${rows.length} rows are shown; the CSV has all.`] };
+    return { rows: () => rows, notes: [`θ is the median of ${data.im}.`, !rows.length && "No fit by this method for these variants.", rows.length > ROWS && `The first ${ROWS} of ${rows.length} rows are shown; the CSV has all.`] };
   }

@@ -16,6 +16,8 @@
   const valueText = (name, value) => textOf(data.axes[axisAt[name]], value);
   const changeName = (row) => `${data.axes[axisAt[row.axis]].label} ${valueText(row.axis, row.from)} to ${valueText(row.axis, row.to)}`;
 
+  data.effects.forEach((effect) => { effect.change = changeName(effect); });
+
   // whether values of the axes are those that are chosen
   const matches = (values, chosen, skip) => data.axes.every((axis, place) => axis.name === skip || chosen[axis.name] === "all" || String(values[place]) === chosen[axis.name]);
   const chosenVariants = (chosen) => variants.map((_, place) => place).filter((place) => data.models[variants[place].model] === chosen.model && matches(variants[place].values, chosen));
