@@ -5,6 +5,7 @@ interval from the binomial likelihood covers about 72 % instead of 95 % (docs/th
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -55,9 +56,21 @@ def record_weights(
     ``motions`` is the number of the motion of each run, shape (n,); numbers may be missing.
     """
     found, codes = np.unique(motions, return_inverse=True)
-    m = found.size
-    counts = np.random.default_rng(seed).multinomial(m, np.full(m, 1.0 / m), size=replicates)
-    return counts[:, codes].astype(np.float64)
+    if isinstance(seed, int):
+        return _counts(found.size, replicates, seed)[:, codes]
+    return _drawn(found.size, replicates, seed)[:, codes]
+
+
+@lru_cache(maxsize=4)
+def _counts(motions: int, replicates: int, seed: int) -> FloatArray:
+    """Return the draws of a seed: those of all states and variants with as many motions."""
+    return _drawn(motions, replicates, np.random.default_rng(seed))
+
+
+def _drawn(motions: int, replicates: int, rng: np.random.Generator) -> FloatArray:
+    """Return how often each motion is drawn in each replicate, shape (R, m)."""
+    shares = np.full(motions, 1.0 / motions)
+    return rng.multinomial(motions, shares, size=replicates).astype(np.float64)
 
 
 def refit_exceedance(

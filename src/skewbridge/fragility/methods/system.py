@@ -8,6 +8,7 @@ References:
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -20,7 +21,7 @@ from skewbridge.fragility.likelihood.links import FloatArray
 POINTS: Final = 5003  # of the lattice for three or more components: error about 2e-5
 #: Of the lattice of bootstrap replicates, whose errors are common and small beside their scatter.
 FEW_POINTS: Final = 251
-_CHUNK: Final = 2_000_000  # numbers held at once
+_CHUNK: Final = 400_000  # numbers held at once: they stay in the cache
 _REACH: Final = (-1.4, -0.7, 0.0, 0.7, 1.4)  # probits at which a replicate is evaluated
 _JITTER: Final = 1e-10  # makes a singular correlation (equal components) factorisable
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
@@ -213,16 +214,24 @@ def _all_below(limit: FloatArray, correlation: FloatArray, points: int) -> Float
     row = np.arange(n)[:, None, None]
     matrix = correlation[row, order[:, :, None], order[:, None, :]] + _JITTER * np.eye(m)
     root, top = np.linalg.cholesky(matrix), np.take_along_axis(limit, order, axis=1)
-    # Richtmyer's lattice with the tent transform
-    primes = np.array([k for k in range(2, 12 * m + 20) if all(k % d for d in range(2, k))])
-    step = np.sqrt(primes[: m - 1].astype(np.float64)) % 1.0
-    lattice = np.abs(2.0 * (np.outer(step, np.arange(1, points + 1)) % 1.0) - 1.0)
+    lattice = _lattice(m - 1, points)
     e = np.repeat(special.ndtr(top[:, :1] / root[:, :1, 0]), points, axis=1)
     product = e.copy()
     y = np.zeros((n, m - 1, points))
     for i in range(1, m):
-        y[:, i - 1] = special.ndtri(np.clip(lattice[i - 1] * e, 1e-300, 1.0 - 1e-16))
+        e *= lattice[i - 1]
+        special.ndtri(np.clip(e, 1e-300, 1.0 - 1e-16, out=e), out=y[:, i - 1])
         inner = np.einsum("nk,nkp->np", root[:, i, :i], y[:, :i])
-        e = special.ndtr((top[:, i, None] - inner) / root[:, i, i, None])
+        np.subtract(top[:, i, None], inner, out=inner)
+        inner /= root[:, i, i, None]
+        special.ndtr(inner, out=e)
         product *= e
     return np.mean(product, axis=1)
+
+
+@lru_cache(maxsize=64)
+def _lattice(size: int, points: int) -> FloatArray:
+    """Return Richtmyer's lattice in ``size`` dimensions with the tent transform."""
+    primes = np.array([k for k in range(2, 12 * size + 32) if all(k % d for d in range(2, k))])
+    step = np.sqrt(primes[:size].astype(np.float64)) % 1.0
+    return np.abs(2.0 * (np.outer(step, np.arange(1, points + 1)) % 1.0) - 1.0)

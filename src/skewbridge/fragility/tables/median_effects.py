@@ -1,7 +1,8 @@
 """Paired effects on median capacities: ratios of theta with the motions drawn jointly."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import nan
 from typing import Any, Final
 
@@ -13,9 +14,7 @@ from skewbridge.fragility.likelihood.bootstrap import record_weights, student_re
 from skewbridge.fragility.likelihood.fit import exp_end
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.fragility.tables.effects import effect_table
-from skewbridge.fragility.tables.key_columns import motion_codes
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import (
     CensoredDemands,
@@ -24,10 +23,11 @@ from skewbridge.fragility.tables.outcomes import (
     outcomes_of,
 )
 from skewbridge.fragility.tables.paired_runs import (
-    ended_apart,
-    pair_counts,
+    PairFacts,
+    ends_of,
     pair_groups,
 )
+from skewbridge.fragility.tables.spread import spread
 from skewbridge.fragility.tables.variant_cloud import refit_censored
 
 _MIN_MOTIONS: Final = 5
@@ -38,6 +38,8 @@ def paired_capacity_effects(
     limit_states: Sequence[LimitState],
     im_column: str,
     settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the paired ratios of the cloud median theta along every axis of a study.
 
@@ -45,6 +47,7 @@ def paired_capacity_effects(
     for both, so that what the motions share cancels in the ratio. Runs that collapsed, failed or
     went beyond the model are demands known only to exceed a value (Tobit). A limit state that no
     run of one of the variants is known to exceed (or every run) has no ratio.
+    ``jobs`` is the number of processes.
 
     Returns:
         Rows with the columns of `effect_columns`, scope ``variant``.
@@ -54,27 +57,48 @@ def paired_capacity_effects(
     """
     columns = list(dict.fromkeys(state.demand for state in limit_states))
     check_demands(demands, im_column, columns)
+    found = spread(
+        partial(_pair_rows, states=limit_states, im_column=im_column, settings=settings),
+        pair_groups(demands, [*columns, im_column]),
+        jobs,
+    )
+    return effect_table(demands, [row for rows in found for row in rows])
+
+
+def _pair_rows(
+    group: tuple[dict[str, Any], pd.DataFrame],
+    *,
+    states: Sequence[LimitState],
+    im_column: str,
+    settings: FitSettings,
+) -> list[dict[str, Any]]:
+    """Return the rows of all limit states of one pair of variants."""
+    pair, part = group
+    facts, im = PairFacts.of(part), ends_of(part, im_column)
     rows: list[dict[str, Any]] = []
-    for pair, part in pair_groups(demands, [*columns, im_column]):
-        for state in limit_states:
-            effect = _ratio(part, state, im_column, settings)
-            if effect is not None:
-                name = f"{state.component}/{state.name}"
-                rows.append(pair | {"demand": name, "quantity": "median_capacity"} | effect)
-    return effect_table(demands, rows)
+    for state in states:
+        top, bottom = ends_of(part, state.demand)
+        ends = {
+            "to": _End.of(top, im[0], (facts.status_to, facts.beyond_to), state),
+            "from": _End.of(bottom, im[1], (facts.status_from, facts.beyond_from), state),
+        }
+        effect = _ratio(ends, facts, state, settings)
+        if effect is not None:
+            name = f"{state.component}/{state.name}"
+            rows.append(pair | {"demand": name, "quantity": "median_capacity"} | effect)
+    return rows
 
 
 def _ratio(
-    part: pd.DataFrame, state: LimitState, im_column: str, settings: FitSettings
+    ends: "Mapping[str, _End]", facts: PairFacts, state: LimitState, settings: FitSettings
 ) -> dict[str, Any] | None:
     """Return ratio and interval, or None where a variant has no median."""
-    ends = {name: _End.of(part, name, state, im_column) for name in ("to", "from")}
     usable = ends["to"].usable & ends["from"].usable
     for end in ends.values():
         known = end.outcomes.exceed[usable]
         if not np.any(known) or np.all(known):
             return None
-    motions = motion_codes(part[usable])
+    motions = facts.motions[usable]
     count = int(np.unique(motions).size)
     if count < _MIN_MOTIONS:
         return None
@@ -96,8 +120,8 @@ def _ratio(
         "level": settings.effect_confidence,
         "margin": settings.margin,
         "n_motions": count,
-        "n_discordant": int(np.sum(ended_apart(part) & ~usable)),
-        **pair_counts(part, usable),
+        "n_discordant": int(np.sum(facts.apart & ~usable)),
+        **facts.counts(usable),
     }
 
 
@@ -114,17 +138,16 @@ class _End:
     usable: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, part: pd.DataFrame, name: str, state: LimitState, im_column: str) -> "_End":
-        """Return the side ``to`` or ``from`` of a table of pairs."""
-        demand = part[f"{state.demand}_{name}"].to_numpy(dtype=np.float64)
-        outcomes = outcomes_of(
-            demand,
-            part[f"status_{name}"].to_numpy(dtype=str),
-            part[f"{BEYOND_MODEL}_{name}"].to_numpy(dtype=np.bool_),
-            state,
-        )
+    def of(
+        cls,
+        demand: FloatArray,
+        im: FloatArray,
+        became: tuple[NDArray[np.str_], NDArray[np.bool_]],
+        state: LimitState,
+    ) -> "_End":
+        """Return one side of the pairs; ``became`` are status and beyond_model of its runs."""
+        outcomes = outcomes_of(demand, *became, state)
         data = outcomes.censored(state.threshold)
-        im = part[f"{im_column}_{name}"].to_numpy(dtype=np.float64)
         return cls(im, outcomes, data, data.used)
 
     def medians(

@@ -4,8 +4,9 @@ A component whose states lack a degree takes part with its next more severe stat
 with failed shear keys is never damaged completely but not extensively.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import nan
 from typing import Any, Final
 
@@ -28,7 +29,7 @@ from skewbridge.fragility.methods.system import (
     system_bounds,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.key_columns import variant_values
+from skewbridge.fragility.tables.key_columns import variant_values, variants_of
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import (
     CensoredDemands,
@@ -38,6 +39,7 @@ from skewbridge.fragility.tables.outcomes import (
     outcomes_of,
     runs_of,
 )
+from skewbridge.fragility.tables.spread import spread
 from skewbridge.fragility.tables.variant_cloud import refit_censored
 from skewbridge.statuses import COLLAPSE
 
@@ -54,13 +56,16 @@ def system_curves(
     limit_states: Sequence[LimitState],
     im_column: str,
     settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the system curve of every variant and degree of damage.
 
     Every component takes part that has a state of the degree, or a more severe one, and a rising
     line through positive demands; ``left_out`` names the others with the reason. Runs that
     collapsed, failed or went beyond the model are demands known only to exceed a value (Tobit).
-    No number is given where no run, or every run, reaches the state of a component.
+    No number is given where no run, or every run, reaches the state of a component. ``jobs`` is the
+    number of processes.
 
     Returns:
         One row per (variant, limit_state): components (with the state of another name that
@@ -77,13 +82,27 @@ def system_curves(
     states = [state for state in limit_states if state.system_degree]
     check_demands(demands, im_column, list(dict.fromkeys(state.demand for state in states)))
     members = system_members(states)
-    rows: list[dict[str, Any]] = []
-    for _, part in demands.groupby("variant", sort=True):
-        runs, variant = runs_of(part, im_column), variant_values(part)
-        for degree, own in members.items():
-            found = _System(runs, part, (degree, own), settings).row()
-            rows.append(variant | {"limit_state": degree} | found)
-    return pd.DataFrame(rows)
+    found = spread(
+        partial(_variant_rows, members=members, im_column=im_column, settings=settings),
+        variants_of(demands, [im_column, *(state.demand for state in states)]),
+        jobs,
+    )
+    return pd.DataFrame([row for rows in found for row in rows])
+
+
+def _variant_rows(
+    part: pd.DataFrame,
+    *,
+    members: Mapping[str, Sequence[LimitState]],
+    im_column: str,
+    settings: FitSettings,
+) -> list[dict[str, Any]]:
+    """Return the rows of one variant, one per degree of damage."""
+    runs, variant = runs_of(part, im_column), variant_values(part)
+    return [
+        variant | {"limit_state": degree} | _System(runs, part, (degree, own), settings).row()
+        for degree, own in members.items()
+    ]
 
 
 def system_members(states: Sequence[LimitState]) -> dict[str, list[LimitState]]:
