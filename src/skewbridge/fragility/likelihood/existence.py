@@ -14,7 +14,6 @@ from scipy import optimize, special
 
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray, link_terms, predictor
-from skewbridge.fragility.likelihood.newton import BinomialKernel
 
 NO_EXCEEDANCE: Final = "no_exceedance"
 ALL_EXCEED: Final = "all_exceed"
@@ -140,7 +139,7 @@ def firth(
     """
     centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
     design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
-    kernel = BinomialKernel(design, n, k, link)
+    powers = design[:, 1:] ** np.arange(3.0)
     terms_of = link_terms(link)
 
     def negative(a: FloatArray) -> float:
@@ -148,11 +147,12 @@ def firth(
         p, q = np.exp(terms.log_p), np.exp(terms.log_q)
         density = p * terms.d_log_p  # dF/d eta
         weight = n * density**2 / np.maximum(p * q, 1e-300)
-        information = design.T @ (design * weight[:, None])
-        determinant = float(np.linalg.det(information))
+        information = weight @ powers
+        determinant = float(information[0] * information[2] - information[1] ** 2)
         if determinant <= 0.0:
             return np.inf
-        return -float(kernel.derivatives(a[None, :]).loglik[0]) - 0.5 * float(np.log(determinant))
+        loglik = float(np.sum(k * terms.log_p + (n - k) * terms.log_q))
+        return -loglik - 0.5 * float(np.log(determinant))
 
     found = optimize.minimize(
         negative,
