@@ -132,7 +132,7 @@ def write_part(plan: Plan, setup: StudySetup, number: int, count: int) -> Path:
     rows = [row_of(tasks[each.variant][each.number]) for each in plan.part(number, count)]
     path = setup.folder.part(number, count)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(rows))
+    path.write_text("".join(f"{json.dumps(row)}\n" for row in rows))
     return path
 
 

@@ -146,22 +146,18 @@ class _Pairs:
 
     told: Mapping[str, Any]
     facts: PairFacts
-    cells: Sequence[tuple[dict[str, Any], NDArray[np.intp] | slice, PairFacts]]
+    cells: Sequence[tuple[dict[str, Any], NDArray[np.intp], PairFacts]]
 
     @classmethod
     def of(cls, told: Mapping[str, Any], part: pd.DataFrame) -> Self:
         facts, others = PairFacts.of(part), axis_names(part)
-        groups = (
-            part.groupby(others, sort=True, dropna=False).indices if others else {(): slice(None)}
-        )
-        cells = [
-            (
-                dict(zip(others, k if isinstance(k, tuple) else (k,), strict=True)),
-                own,
-                facts.at(own),
-            )
-            for k, own in groups.items()
-        ]
+        groups = part.groupby(others, sort=True, dropna=False).indices if others else {(): None}
+        cells: list[tuple[dict[str, Any], NDArray[np.intp], PairFacts]] = []
+        for key, found in groups.items():
+            values = key if isinstance(key, tuple) else (key,)
+            own = np.arange(len(part)) if found is None else np.asarray(found, dtype=np.intp)
+            place: dict[str, Any] = dict(zip(others, values, strict=True))
+            cells.append((place, own, facts.at(own)))
         return cls(told=told, facts=facts, cells=cells)
 
 

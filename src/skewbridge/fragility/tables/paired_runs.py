@@ -132,7 +132,7 @@ class PairFacts:
             beyond_from=beyond_from,
         )
 
-    def at(self, rows: NDArray[np.intp] | slice) -> Self:
+    def at(self, rows: NDArray[np.intp]) -> Self:
         """Return the facts of some of the pairs."""
         return type(self)(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
