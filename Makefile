@@ -8,6 +8,7 @@ CONFIG ?= config/config.yaml
 MOTIONS ?=
 RETRY ?=
 RESULTS ?= results
+PROFILE ?=
 PYTHON_VERSION := $(shell cat .python-version)
 VENV := .venv
 BIN := $(VENV)/bin
@@ -15,14 +16,16 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices headline smoke test lint bench verify verify-accuracy audit mutants docs clean
+.PHONY: help setup study choices headline smoke test test-cluster lint bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
 	@echo "                  RETRY=failed tries analyses without a result again, RETRY=crash those that ended their process"
+	@echo "                  on a Slurm cluster with PROFILE=slurm: docs/cluster.md"
 	@echo "make choices      the modeller's choices one at a time, beside friction, gap and skew"
 	@echo "make test         install everything, run all checks"
 	@echo "make headline     table and picture of the README from a finished study   (RESULTS=folder)"
+	@echo "make test-cluster the smoke study through a real Slurm on this host (root, slurm-wlm, munge)"
 	@echo "make smoke        two variants x three motions, full report"
 	@echo "make verify       the paper's studies and statements against references, the hard set, and the slow tests"
 	@echo "make verify-accuracy  effects of friction, gap and skew at default against reference: 1 to 2 hours, goes on"
@@ -40,10 +43,10 @@ $(STAMP): requirements.lock pyproject.toml .python-version
 	@touch $@
 
 study: setup
-	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" all "$(RETRY)"
+	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" all "$(RETRY)" "$(PROFILE)"
 
 choices: setup
-	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" choices
+	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" choices "" "$(PROFILE)"
 
 headline: setup
 	$(BIN)/python -m skewbridge.report.headline $(RESULTS)
@@ -59,7 +62,11 @@ lint: setup
 	$(BIN)/deptry src
 
 test: setup lint
-	$(BIN)/pytest -n $(CORES) --dist loadfile -m "not slow" tests/workflow tests
+	$(BIN)/pytest -n $(CORES) --dist loadfile -m "not slow and not cluster" tests/workflow tests
+
+# A Slurm of two nodes on this host, started and stopped by the test; skipped where it cannot be.
+test-cluster: setup
+	$(BIN)/pytest -rs -m cluster tests/cluster
 
 verify: setup
 	$(BIN)/skewbridge verify

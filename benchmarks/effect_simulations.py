@@ -10,12 +10,12 @@ limit, and keeps its demand up to there: the limit is such that 0, 5 or 20 % of 
 """
 
 import json
-import time
+import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -234,20 +234,23 @@ STUDIES: Final = (pooled_effects, family_errors, factor_errors)
 
 
 def main() -> None:
-    rows = []
-    for study, motions, collapse in product(STUDIES, MOTIONS, COLLAPSES):
-        begin = time.perf_counter()
-        found = study(motions, collapse, SIMULATIONS, SEED)
-        rows += [asdict(row) for row in found]
-        for row in found:
-            print(  # noqa: T201
-                f"{row.what:45s} {motions:3d} motions, {collapse:4.0%} collapse:"
-                f" {row.share:.3f} [{row.low:.3f}, {row.high:.3f}]",
-                flush=True,
-            )
-        print(f"{time.perf_counter() - begin:.0f} s", flush=True)  # noqa: T201
+    """Simulate all cells, or those of the numbers of motions that are given."""
     out = Path(__file__).with_suffix(".json")
-    out.write_text(json.dumps({"seed": SEED, "rows": rows}, indent=1) + "\n", encoding="utf-8")
+    kept = {_cell(row): row for row in json.loads(out.read_text(encoding="utf-8"))["rows"]}
+    chosen = [int(number) for number in sys.argv[1:]] or MOTIONS
+    for study, motions, collapse in product(STUDIES, chosen, COLLAPSES):
+        for row in study(motions, collapse, SIMULATIONS, SEED):
+            kept[_cell(asdict(row))] = asdict(row)
+            sys.stderr.write(
+                f"{row.what:45s} {motions:3d} motions, {collapse:4.0%} collapse:"
+                f" {row.share:.3f} [{row.low:.3f}, {row.high:.3f}]\n"
+            )
+        rows = sorted(kept.values(), key=_cell)
+        out.write_text(json.dumps({"seed": SEED, "rows": rows}, indent=1) + "\n", encoding="utf-8")
+
+
+def _cell(row: Mapping[str, Any]) -> tuple[str, int, float]:
+    return str(row["what"]), int(row["motions"]), float(row["collapse"])
 
 
 if __name__ == "__main__":

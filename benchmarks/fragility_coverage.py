@@ -294,10 +294,9 @@ def main() -> None:
         row = asdict(measure_coverage(plan, simulations_of(plan), SEED))
         rows[plan] = row
         seconds = time.process_time() - begin
-        print(  # noqa: T201
+        sys.stderr.write(
             f"{plan:45s} theta {row['theta']:.4f} beta {row['beta']:.4f}"
-            f" usable {row['usable']:.3f} {seconds:.0f} s",
-            flush=True,
+            f" usable {row['usable']:.3f} {seconds:.0f} s\n"
         )
     ordered = [rows[plan] for plan in SAMPLING_PLANS if plan in rows]
     study = {"seed": SEED, "nominal": 0.95, "rows": ordered}

@@ -155,7 +155,7 @@ def main() -> None:
         "rows": rows,
     }
     for row in rows:
-        print(row)  # noqa: T201
+        sys.stderr.write(f"{row}\n")
     if len(sys.argv) == 1:
         out = Path(__file__).with_suffix(".json")
         out.write_text(json.dumps(study, indent=1) + "\n", encoding="utf-8")

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from skewbridge.fragility.tables.verdicts import verdicts_of
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.variant import Variant
 
@@ -99,3 +100,9 @@ def synthetic_demands(
                             row[name] = np.exp(ln_d)
                         rows.append(row)
     return pd.DataFrame(rows)
+
+
+def verdict_of(ci_low: float, ci_high: float, margin: float = 0.05) -> str:
+    """Return the verdict of an interval of a ratio."""
+    ends = np.array([[ci_low], [1.0 - margin], [1.0], [1.0 + margin], [ci_high]])
+    return str(verdicts_of(*ends, possible=np.ones(1, dtype=np.bool_))[0])

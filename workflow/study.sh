@@ -1,9 +1,12 @@
 #!/usr/bin/env bash
-# Runs the study.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET [RETRY]]]
+# Runs the study.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET [RETRY [PROFILE]]]]
 set -euo pipefail
-bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all} retry=${6:-}
+bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all} retry=${6:-} profile=${7:-}
 
 [ -z "$retry" ] || "$bin/skewbridge" retry --status "$retry" --config "$config"
 override=()
 [ -z "$motions" ] || override=(--config "motions={folder: \"$motions\"}")
-exec "$bin/snakemake" -j"$cores" --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"
+# On a cluster the profile says how many jobs there may be at once; here it is the processors.
+how=(-j"$cores")
+[ -z "$profile" ] || how=(--workflow-profile "workflow/profiles/$profile")
+exec "$bin/snakemake" "${how[@]}" --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"

@@ -188,9 +188,9 @@ def test_censored_demands_choose_tobit(write):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--method", "magic"], "method must be one of"),
-        (["--method", "cloud", "--model", "magic"], "model must be one of"),
-        (["--method", "stripes", "--link", "cauchit"], "link must be one of"),
+        (["--method", "magic"], "is not one of 'stripes', 'ida', 'cloud'"),
+        (["--method", "cloud", "--model", "magic"], "is not one of 'ols', 'tobit'"),
+        (["--method", "stripes", "--link", "cauchit"], "is not one of 'probit', 'logit'"),
         (["--method", "stripes", "--level", "1.5"], "level must be within"),
         (["--method", "cloud", "--capacity-dispersion", "-1"], "capacity_dispersion"),
     ],
@@ -367,7 +367,7 @@ def test_export_refuses_what_the_other_tool_cannot_name(tmp_path):
     assert code == 2
     assert "has no name in OpenQuake" in found["message"]
     code, found = run("export", path, "--format", "yaml", "--out", tmp_path / "x")
-    assert "format must be one of" in found["message"]
+    assert "is not one of 'nrml', 'pelicun'" in found["message"]
     assert openquake_measure("im_pgv_rotd50_mps") == ("PGV", 100.0)
 
 

@@ -1,9 +1,12 @@
 """A journal survives kills and two writers."""
 
+import errno
 import math
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import psutil
@@ -60,3 +63,39 @@ def test_a_process_ends_with_the_one_it_works_for() -> None:
     while psutil.pid_exists(worker.pid) and worker.poll() is None and time.monotonic() < deadline:
         time.sleep(0.1)
     assert worker.poll() == 3
+
+
+def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path: Path) -> None:
+    """As on a cluster, where a job comes back while another node still runs it."""
+    path = tmp_path / "v.jsonl"
+
+    def succeed() -> None:
+        with open_journal(path, 60.0) as journal:
+            journal.append({"run_key": "a"})
+
+    first = ExitStack()
+    first.enter_context(open_journal(path))
+    with ThreadPoolExecutor() as other:
+        second = other.submit(succeed)
+        with pytest.raises(TimeoutError):
+            second.result(timeout=0.1)
+        assert read_content([path]).rows == {}  # reading the file in the same process frees no lock
+        with pytest.raises(TimeoutError):
+            second.result(timeout=0.6)
+        first.close()
+        second.result(timeout=60.0)
+    assert set(read_content([path]).rows) == {"a"}
+
+
+def test_a_file_system_without_locks_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_locks(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", no_locks)
+    with (
+        pytest.raises(InputError, match=r"cannot be locked \(No locks available\): .*NFSv4"),
+        open_journal(tmp_path / "v.jsonl", 60.0),
+    ):
+        pass

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from fragility_tables import verdict_of
 from skewbridge.fragility.joint.probit import separated
 from skewbridge.fragility.likelihood.bootstrap import refit_exceedance, refit_lines
 from skewbridge.fragility.likelihood.censored import CensoredKernel
@@ -16,7 +17,6 @@ from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import OrderedKernel
 from skewbridge.fragility.methods.stripes import fit_stripes
 from skewbridge.fragility.methods.tobit import censored_cloud, fit_tobit, refit_tobit
-from skewbridge.fragility.tables.verdicts import verdict_of
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
 

@@ -115,7 +115,7 @@ def test_a_collapse_is_a_result(pair, tmp_path):
         (["--friction", "0.123"], "whole steps of 0.01"),
         (["--abutment", "magic"], "abutment must be one of"),
         (["--bridge", "nowhere"], "nowhere"),
-        (["--scheme", "best"], "scheme: must be 'default' or 'paper', got 'best'"),
+        (["--scheme", "best"], "'best' is not one of 'default', 'paper'"),
         (["--dt-s", "0.5"], "dt_s: must be less than or equal to 0.02, got 0.5"),
         (["--scale", "0"], "scale must be a positive number"),
         (["--set", "arrays=soft"], "arrays: must be 'rigid' or 'corotational', got 'soft'"),

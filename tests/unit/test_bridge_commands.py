@@ -60,7 +60,7 @@ def test_a_model_is_drawn_and_written(tmp_path: Path) -> None:
         (("modal", "--friction", "0.505"), "whole steps of 0.01"),
         (("modal", "--abutment", "seat"), "abutment must be one of"),
         (("modal", "--set", "column_integration=simpson"), "column_integration: must be 'hinge"),
-        (("pushover", "--direction", "z", "--out", "."), "direction must be x or y"),
+        (("pushover", "--direction", "z", "--out", "."), "'z' is not one of 'x', 'y'"),
         (("static", "--max-disp-m", "-1", "--out", "."), "max_disp_m must be within"),
         (("static", "--set", "backfill=clay", "--out", "."), "backfill: must be 'hyperbolic'"),
     ],

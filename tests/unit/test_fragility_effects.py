@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragility_tables import IM, synthetic_demands
+from fragility_tables import IM, synthetic_demands, verdict_of
 from skewbridge.errors import InputError
 from skewbridge.fragility.joint.shares import axis_shares
 from skewbridge.fragility.tables.effects import (
@@ -16,7 +16,6 @@ from skewbridge.fragility.tables.factors import factor_summary
 from skewbridge.fragility.tables.im_quality import rank_measures
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.fragility.tables.median_effects import paired_capacity_effects
-from skewbridge.fragility.tables.verdicts import verdict_of
 
 STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
 

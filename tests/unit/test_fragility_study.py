@@ -61,7 +61,7 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"dispersion": None}, "states.slight.dispersion: is missing"),
         ({"colapse": "peak"}, "colapse: unknown key"),
         ({"collapse": "maybe"}, "collapse: must be 'exceeds' or 'peak', got 'maybe'"),
-        ({"citation": ""}, "citation: String should have at least 1 character"),
+        ({"citation": ""}, "citation: must have at least 1 character, got ''"),
         ({"demand": "deck"}, "carries no unit"),
     ],
 )

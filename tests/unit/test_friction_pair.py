@@ -10,7 +10,7 @@ import skewbridge
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.suite import SuiteMotion
+from skewbridge.motions.record import SuiteMotion
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import write_friction_pair
 from skewbridge.study.setup import StudySetup

@@ -185,7 +185,7 @@ def test_the_levels_of_a_block_start_at_the_element_of_the_van_der_corput_sequen
 
 
 def test_two_blocks_interleave_and_a_cut_block_fills_the_range_alone():
-    shares = np.log(block_factors(np.ones(20)) / 0.1) / np.log(15.0)
+    shares = np.log(block_factors(np.ones(20), (0.1, 1.5)) / 0.1) / np.log(15.0)
     steps = np.arange(8)
     both = np.concatenate([(steps + 1 / 2) / 8, (steps + 1 / 4) / 8])
     np.testing.assert_allclose(np.sort(shares[:16]), np.sort(both))

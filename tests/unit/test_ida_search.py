@@ -13,11 +13,12 @@ from skewbridge.study import capacity_search
 from skewbridge.study.capacity_search import SEARCH_IM, Search, search_capacity
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
-from skewbridge.study.worker import of_task
+from skewbridge.study.worker import Desk, of_task
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 SEARCH = Search(demand="column_drift_ratio", threshold=0.025, low_g=0.1, high_g=2.0)
+DESK = Desk(log_folder=Path("unused"), heartbeats=Path("unused"), owner_pid=os.getpid())
 AT_1_G = 0.4  # Sa_avg of the motion at factor 1
 CAPACITY_G = 0.77
 VARIANT = Variant(
@@ -46,7 +47,7 @@ class Engine:
         self.collapse = collapse_g / AT_1_G
         self.factors: list[float] = []
 
-    def analysed_row(self, task: Task, key: str, _log_folder: Path, _owner_pid: int) -> dict:
+    def analysed_row(self, task: Task, key: str, _desk: Desk) -> dict:
         factor = task.motion.scale
         self.factors.append(factor)
         drift = SEARCH.threshold * factor / self.capacity
@@ -64,7 +65,7 @@ def engine(monkeypatch) -> Engine:
 
 def searched(known=None, scale: float = 2.0) -> list[dict]:
     task = first_task(scale)
-    return search_capacity(SEARCH, known or {}, task, "", Path("unused"), os.getpid())
+    return search_capacity(SEARCH, known or {}, task, "", DESK)
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from motions_files import make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions.levels import bracket_capacity, striped, unscaled_cloud
+from skewbridge.motions.prepared import read_suite, write_suite
 from skewbridge.motions.spectrum import component_psa
-from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
+from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis.generate import synthesize
 from skewbridge.motions.synthesis.scenario import Scenario
 

@@ -13,8 +13,7 @@ from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import limit_states_of
-from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.suite import SuiteMotion
+from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance.tables import write_frame
 from skewbridge.report.axis_layout import VariantLayout, shown_axes
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map

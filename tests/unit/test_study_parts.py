@@ -195,7 +195,7 @@ def test_a_cluster_has_as_many_parts_as_its_hours_ask_for(
 ) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])
     study = parse_config({"results": str(tmp_path)})
-    hours = 192 * 25.0 * CPU_S_PER_MOTION_S / 3600
+    hours = 768 * 25.0 * CPU_S_PER_MOTION_S / 3600
     assert parts_of(study, 2.0 * hours) == 1
     assert parts_of(study, hours / 3.9) == 4
-    assert parts_of(study, 1e-6) == 192
+    assert parts_of(study, 1e-6) == 768

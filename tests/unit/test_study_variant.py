@@ -76,7 +76,8 @@ def test_a_text_that_is_no_name_is_refused(text: str) -> None:
 
 def test_any_numeric_modelling_option_is_an_axis_by_being_named() -> None:
     raw = {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5, 9], "skew_deg": [30]}
-    variants = expand_grid(GridConfig.model_validate(raw | {"gap_mm": [51], "friction": [0.5]}))
+    one = {"bridge": ["osb1"], "gap_mm": [51], "friction": [0.5]}
+    variants = expand_grid(GridConfig.model_validate(raw | one))
     names = [variant.slug for variant in variants]
     assert len(set(names)) == 4
     assert "osb1_cf_skew30_gap051_mu050_backwall-points5_transverse-gap-mm25p4" in names

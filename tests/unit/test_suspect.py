@@ -18,7 +18,7 @@ from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.fragility.tables.suspect_rows import rows_to_fit
 from skewbridge.provenance.closure import PACKAGE, closure
-from skewbridge.report.checks import write_checks
+from skewbridge.report.checks import read_tables, write_checks
 from skewbridge.report.reference_pages import ROOT
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
@@ -126,10 +126,16 @@ def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
     whole = tmp_path / "all.parquet"
     rows = {tmp_path / "x.parquet": [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]}
     write_study(rows.items(), whole, SuspectLimits(max_rung=1), ["x", "x"])
-    curves, effects = tmp_path / "curves.parquet", tmp_path / "effects.parquet"
-    pd.DataFrame({"status": ["ok"], "theta": [0.5]}).to_parquet(curves)
+    curves, effects, suite = (tmp_path / f"{name}.parquet" for name in ("curves", "effects", "s"))
+    named = {key: ["x"] for key in ("variant", "component", "method", "demand", "limit_state")}
+    fit = {"status": ["ok"], "theta": [0.5], "threshold": [1.0]}
+    pd.DataFrame(named | fit).to_parquet(curves)
     pd.DataFrame({"ratio": [1.0], "ci_low": [0.9], "ci_high": [1.1]}).to_parquet(effects)
-    write_checks(demands=whole, curves=curves, effects=effects, output=tmp_path / "checks.json")
+    pd.DataFrame({"motion_id": ["a", "b"]}).to_parquet(suite)
+    tables = read_tables(
+        demands=whole, curves=curves, effects=effects, suite=suite, max_unfinished_share=0.01
+    )
+    write_checks(tables, tmp_path / "checks.json", strict=False)
     checks = json.loads((tmp_path / "checks.json").read_text())
     assert checks["suspect_rows"] == 1
     (worst,) = checks["suspect"]

@@ -85,13 +85,25 @@ ANALYSIS_SECTIONS = {
 
 
 def parts_of_study(_wildcards):
-    """The parts that the analyses are cut into now; see the rule `analyse`."""
+    """The parts that the analyses are cut into now; see the rule `analyse`.
+
+    On a cluster the main process decides it; a job that joins the parts on a node finds them there.
+    """
     begin_run()
+    if workflow.exec_mode != ExecMode.DEFAULT and (made := FOLDER.made_parts()):
+        return made
+    cpu_hours = STUDY.batches.cpu_hours
+    if (
+        cpu_hours is None
+        and "analyse" in workflow.resource_settings.overwrite_resources
+    ):
+        of_job = workflow.resource_settings.overwrite_resources["analyse"]
+        cpu_hours = of_job["cpu_minutes"].value / 60
     count = 1
-    if STUDY.batches.cpu_hours is not None:
+    if cpu_hours is not None:
         from skewbridge.study.forecast import parts_of
 
-        count = parts_of(STUDY, STUDY.batches.cpu_hours)
+        count = parts_of(STUDY, cpu_hours)
     return [FOLDER.part(number, count) for number in range(1, count + 1)]
 
 
@@ -161,6 +173,13 @@ def edited_meanwhile():
         for path, text in CONFIG_AS_READ.items()
         if not Path(path).is_file() or Path(path).read_bytes() != text
     ]
+
+
+onstart:
+    if workflow.executor_plugin.name == "slurm":
+        from skewbridge.study.cluster import cancel_left_behind
+
+        cancel_left_behind(workflow.executor_settings.jobname_prefix)
 
 
 onsuccess:

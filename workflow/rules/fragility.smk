@@ -16,7 +16,9 @@ rule fit_fragility:
     params:
         fragility=section("fragility"),
         limit_states=LIMIT_STATES,
-        digest=script_digest("fit_fragility", rules.prepare_motions, rules.collect_demands),
+        digest=script_digest(
+            "fit_fragility", rules.prepare_motions, rules.collect_demands
+        ),
     script:
         "../scripts/fit_fragility.py"
 

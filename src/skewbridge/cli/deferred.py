@@ -46,12 +46,18 @@ class DeferredGroup(TyperGroup):
 class _Command(TyperCommand):
     """A command that says in words what is wrong with an argument."""
 
-    def make_context(self, *given: Any, **named: Any) -> Any:
-        """Return the context of the arguments, or refuse them."""
+    def make_context(self, info_name: Any, args: list[str], *given: Any, **named: Any) -> Any:
+        """Return the context of the arguments, or refuse them: as JSON where that is asked for."""
+        as_json = "--json" in args
         try:
-            return super().make_context(*given, **named)
+            return super().make_context(info_name, args, *given, **named)
         except typer.BadParameter as error:
             error.message = error.message.replace("Value error, ", "")
+            if as_json:
+                # Here, because the help needs none of what it loads.
+                from skewbridge.cli.output import emit_json
+
+                emit_json({"status": "error", "message": error.format_message()})
             raise
 
 

@@ -64,6 +64,12 @@ def plan(
             help="Analyse so many motions on corner variants and propose where levels should lie.",
         ),
     ] = None,
+    profile: Annotated[
+        str | None,
+        typer.Option(
+            "--profile", help="Of a cluster, slurm or a folder: jobs and hours there besides."
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show the variants and analyses of a study, their cost, and what is done already.
@@ -77,7 +83,7 @@ def plan(
     if pilot is not None:
         _propose_levels(config, pilot, as_json=as_json)
         return
-    forecast, variants = _forecast(config)
+    forecast, variants = _forecast(config, profile)
     needed = _needed_motions(config)
     if not as_json:
         emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
@@ -211,11 +217,13 @@ def _needed_row(row: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _forecast(config: Path) -> tuple[dict[str, Any], dict[str, int]]:
+def _forecast(config: Path, profile: str | None = None) -> tuple[dict[str, Any], dict[str, int]]:
+    from skewbridge.study.cluster import JobSize
     from skewbridge.study.config import load_config
     from skewbridge.study.forecast import forecast_study
 
-    forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG))
+    size = None if profile is None else JobSize.of_profile(profile)
+    forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG), size)
     for note in forecast.notes:
         messages.print(note)
     return forecast.summary, forecast.analyses_by_variant

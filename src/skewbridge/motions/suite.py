@@ -1,25 +1,23 @@
 """The motions of a study: read, measured, scaled and kept in one parquet table."""
 
-import json
 import logging
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from skewbridge.errors import InputError, raise_all
 from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.index import IndexEntry, list_motions
-from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
+from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.paper_records import refuse_false_waho
+from skewbridge.motions.prepared import suite_row
 from skewbridge.motions.read import join_traces, read_trace
-from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
+from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import BLOCK, FACTOR_LIMITS, block_factors
 from skewbridge.motions.settings import LEVEL_RANGE_G
-from skewbridge.provenance.tables import provenance, read_frame, write_frame
 
 logger = logging.getLogger(__name__)
 
@@ -114,7 +112,7 @@ def prepare_suite(
     measures = [motion_measures(motion, t1_s) for motion in motions]
     computed = block_factors([row["im_saavg_rotd50_g"] for row in measures], level_range_g)
     rows = [
-        _row(motion, _known(kept, float(factor)), values)
+        suite_row(motion, _known(kept, float(factor)), values)
         for kept, motion, factor, values in zip(factors, motions, computed, measures, strict=False)
     ]
     suite = pd.DataFrame(rows[:wanted])
@@ -154,46 +152,6 @@ def _log_doubts(motions: list[GroundMotion], scales: list[float]) -> None:
             logger.warning(
                 "motion %s: factor %.3g is beyond %g to %g", motion.motion_id, scale, low, high
             )
-
-
-def write_suite(suite: pd.DataFrame, path: Path) -> None:
-    """Write the table of `prepare_suite` as parquet."""
-    write_frame(suite, path, provenance())
-
-
-def read_suite(path: Path) -> list[SuiteMotion]:
-    """Return the motions of a table written by `write_suite`, in suite order.
-
-    Raises:
-        InputError: No such table, or one of another version of the program.
-    """
-    motions: list[SuiteMotion] = []
-    for row in read_frame(path).to_dict("records"):
-        known: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
-        known |= {name: float(row[name]) for name in NUMBER_FIELDS}
-        motion = GroundMotion(
-            **known,
-            accel_1_mps2=row["accel_1_mps2"],
-            accel_2_mps2=row["accel_2_mps2"],
-            messages=tuple(json.loads(row["messages"])),
-        )
-        scale = float(row["scale"])
-        measures = scaled_measures({name: float(row[name]) for name in IM_COLUMNS}, scale)
-        motions.append(SuiteMotion(motion=motion, scale=scale, measures=measures))
-    return motions
-
-
-def _row(motion: GroundMotion, scale: float, measures: dict[str, float]) -> dict[str, object]:
-    return {
-        "motion_id": motion.motion_id,
-        "scale": scale,
-        "npts": motion.npts,
-        **{name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)},
-        **measures,
-        "accel_1_mps2": motion.accel_1_mps2,
-        "accel_2_mps2": motion.accel_2_mps2,
-        "messages": json.dumps(list(motion.messages)),
-    }
 
 
 def _stored_factor(entry: IndexEntry, level_range_g: tuple[float, float], t1_s: float) -> float:

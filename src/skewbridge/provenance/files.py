@@ -1,6 +1,7 @@
 """Files that are written whole or not at all, into folders that can be written."""
 
 import os
+import socket
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +16,7 @@ def written_aside(path: Path) -> Generator[Path]:
     A reader, or a study that goes on after a kill, never sees a file that is half there.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}")
+    part = path.with_name(f".{path.name}.{_writer()}")
     try:
         yield part
         part.replace(path)
@@ -38,7 +39,7 @@ def writable_folder(folder: Path) -> Path:
     Raises:
         InputError: It cannot be made or written.
     """
-    probe = folder / f".write-test-{os.getpid()}"
+    probe = folder / f".write-test-{_writer()}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe.touch()
@@ -58,3 +59,8 @@ def writable_file(path: Path) -> Path:
     if path.is_dir():
         raise InputError(f"cannot write the file {str(path)!r}: it is a folder")
     return path
+
+
+def _writer() -> str:
+    """Who writes: process and host, since two nodes of a cluster have equal process numbers."""
+    return f"{socket.gethostname()}.{os.getpid()}"

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skewbridge.motions.intensity import arias_build_up, displacement, velocity
+from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.spectrum import component_psa, pair_psa
-from skewbridge.motions.suite import SuiteMotion
 from skewbridge.units import G_MPS2
 
 type Vector = NDArray[np.float64]

@@ -15,8 +15,8 @@ from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import demands_for, label_of
+from skewbridge.motions.prepared import read_suite
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.choice_figures import tornado, tornado_text

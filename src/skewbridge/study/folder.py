@@ -59,6 +59,15 @@ class StudyFolder:
         """Return the rows of one of so many parts of the study, kept until they are joined."""
         return self.root / "demands" / "parts" / f"{number}_of_{count}.jsonl"
 
+    def made_parts(self) -> list[Path]:
+        """Return the parts of the study that are there, of one cut and complete; else none."""
+        cuts: dict[int, dict[int, Path]] = {}
+        for path in self.root.glob("demands/parts/*_of_*.json"):
+            number, count = map(int, path.stem.split("_of_"))
+            cuts.setdefault(count, {})[number] = path
+        complete = [cut for count, cut in cuts.items() if len(cut) == count]
+        return [path for _, path in sorted(complete[0].items())] if complete else []
+
     def variant_demands(self, variant: str) -> Path:
         """Return the demands of one variant."""
         return self.root / "demands" / f"{variant}.parquet"

@@ -1,11 +1,13 @@
 """What a study will cost and how far it is, from its configuration alone."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.motions.index import list_motions
+from skewbridge.study.cluster import JobSize
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.folder import StudyFolder
@@ -28,11 +30,17 @@ class Forecast:
     notes: tuple[str, ...] = ()
 
 
-def forecast_study(config: StudyConfig) -> Forecast:
+def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast:
     """Return what a study needs and what of it is done.
 
     Before the motions are prepared the number of motions is the configured one; afterwards the
     list of analyses that the workflow wrote says what is done, as long as it is of this grid.
+
+    Args:
+        config: The study.
+        size: Of the jobs of a cluster; the summary then has `jobs` and `job_cores`, and the wall
+            time of one job and of all, `job_hours` and `hours`, with as many at once as the profile
+            allows and no waiting in the queue.
     """
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     folder = StudyFolder(Path(config.results))
@@ -46,14 +54,17 @@ def forecast_study(config: StudyConfig) -> Forecast:
         total = each * len(slugs)
         state = StudyState(variants=len(slugs), analyses=total, done=0, failed=0, cpu_s=0.0)
     cpu_s = state.cpu_s / state.done if state.done else TYPICAL_MOTION_S * CPU_S_PER_MOTION_S
+    summary = {
+        **{name: getattr(state, name) for name in COUNTS},
+        "core_hours": round(state.analyses * cpu_s / 3600, 3),
+        "eta_s": round(state.left * cpu_s / CORES, 1),
+        "disk_mb": round(state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
+        "ledger": {"status": state.statuses, "rung": state.rungs},
+    }
+    if size is not None:
+        summary |= _jobs(summary, size, config.batches.cpu_hours)
     return Forecast(
-        summary={
-            **{name: getattr(state, name) for name in COUNTS},
-            "core_hours": round(state.analyses * cpu_s / 3600, 3),
-            "eta_s": round(state.left * cpu_s / CORES, 1),
-            "disk_mb": round(state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
-            "ledger": {"status": state.statuses, "rung": state.rungs},
-        },
+        summary=summary,
         analyses_by_variant=by_variant,
         notes=state.notes,
     )
@@ -61,9 +72,26 @@ def forecast_study(config: StudyConfig) -> Forecast:
 
 def parts_of(config: StudyConfig, cpu_hours: float) -> int:
     """Return into how many jobs of so many processor hours the analyses that are left are cut."""
-    summary = forecast_study(config).summary
-    left_hours = summary["eta_s"] * CORES / 3600
-    return max(1, min(ceil(left_hours / cpu_hours), summary["left"]))
+    return _parts_of(forecast_study(config).summary, cpu_hours)
+
+
+def _parts_of(summary: Mapping[str, Any], cpu_hours: float) -> int:
+    return max(1, min(ceil(_left_cpu_hours(summary) / cpu_hours), summary["left"]))
+
+
+def _jobs(summary: Mapping[str, Any], size: JobSize, cpu_hours: float | None) -> dict[str, Any]:
+    jobs = _parts_of(summary, cpu_hours or size.cpu_minutes / 60)
+    job_hours = _left_cpu_hours(summary) / jobs / size.cores
+    return {
+        "jobs": jobs,
+        "job_cores": size.cores,
+        "job_hours": round(job_hours, 2),
+        "hours": round(job_hours * ceil(jobs / size.jobs), 2),
+    }
+
+
+def _left_cpu_hours(summary: Mapping[str, Any]) -> float:
+    return summary["eta_s"] * CORES / 3600
 
 
 def _count_motions(config: StudyConfig) -> int:

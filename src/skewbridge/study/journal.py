@@ -9,6 +9,7 @@ import fcntl
 import json
 import os
 import re
+import time
 import zlib
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -27,6 +28,8 @@ JOURNAL_FORMAT: Final = 3
 _FORMAT_KEY: Final = "journal_format"
 #: The last entry of a line: the CRC-32 of the line without it, which tells every altered byte.
 _CHECKSUM: Final = re.compile(rb', "crc32": "([0-9a-f]{8})"\}$')
+#: Between two attempts to lock a journal.
+POLL_S: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,8 +152,12 @@ class JournalWriter:
 
 
 @contextmanager
-def open_journal(path: Path) -> Generator[JournalWriter]:
+def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter]:
     """Open a journal for writing, alone.
+
+    Args:
+        path: The journal.
+        patience_s: How long to wait for the process that writes it.
 
     Raises:
         InputError: Another process runs the same job in the same folder, or the file cannot be
@@ -162,12 +169,7 @@ def open_journal(path: Path) -> Generator[JournalWriter]:
     except OSError as error:
         raise InputError(f"cannot write the journal {path}: {error.strerror}") from None
     try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InputError(
-                f"{path} is being written by another process; end that study first"
-            ) from None
+        _lock(descriptor, path, patience_s)
         yield JournalWriter(descriptor, path)
     finally:
         os.close(descriptor)
@@ -187,3 +189,28 @@ def compact(path: Path, keep: Callable[[Row], bool]) -> JournalContent:
         content = read_content([path])
         part.write_bytes(b"".join(_line(row) for row in content.rows.values() if keep(row)))
     return content
+
+
+def _lock(descriptor: int, path: Path, patience_s: float) -> None:
+    """Lock a journal against other processes, those on other nodes of a cluster, too.
+
+    NFS (from version 4 without a daemon, Linux) makes a lock of the whole file by `fcntl` of it. It
+    is not asked for by `fcntl` here, since that one ends when this process closes any descriptor of
+    the file, as reading the journals does.
+    """
+    until_s = time.monotonic() + patience_s
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        except BlockingIOError:
+            if time.monotonic() >= until_s:
+                raise InputError(
+                    f"{path} is being written by another process; end that study first"
+                ) from None
+        except OSError as error:
+            raise InputError(
+                f"{path} cannot be locked ({error.strerror}): put the folder of the study on a "
+                "file system with locks, such as NFSv4 or Lustre mounted with the option flock"
+            ) from None
+        time.sleep(POLL_S)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import groupby
 from pathlib import Path
+from typing import Final
 
 from skewbridge.analysis.suspect import SuspectLimits
 from skewbridge.demands.tables import write_study
@@ -20,6 +21,11 @@ from skewbridge.study.progress import StudyProgress, study_state
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Row, Work
+
+#: How long a part waits for its journal. Where the node of its predecessor was lost, NFSv4 gives
+#: the lock free when the lease of that node has ended (90 s unless set otherwise); a node that
+#: comes back ends the job.
+PREDECESSOR_S: Final = 180.0
 
 
 def analyse_part(
@@ -44,7 +50,7 @@ def analyse_part(
     tasks = {slug: setup.tasks(slug) for slug in keys}
     name = f"analyses_{number}_of_{count}"
     with (
-        open_journal(folder.journal(name)) as journal,
+        open_journal(folder.journal(name), PREDECESSOR_S) as journal,
         StudyProgress(study_state(keys, folder), name, keys) as progress,
     ):
         done = read_journals(folder)

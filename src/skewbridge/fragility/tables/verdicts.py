@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.settings import DEFAULTS
 
 LOWER: Final = "lower"
 HIGHER: Final = "higher"
@@ -36,16 +35,6 @@ RATIO: Final = "ratio"
 DIFFERENCE: Final = "difference"
 #: Columns whose values tell apart the families in which verdicts hold together.
 FAMILY: Final = ("bridge", "abutment", "axis", "scope", "quantity")
-
-
-def verdict_of(ci_low: float, ci_high: float, margin: float = DEFAULTS.margin) -> str:
-    """Judge an interval of a ratio against 1 - margin .. 1 + margin.
-
-    Returns:
-        The first of `VERDICTS` that holds; ``undecided`` without an interval.
-    """
-    ends = np.array([[ci_low], [1.0 - margin], [1.0], [1.0 + margin], [ci_high]])
-    return str(_verdicts(*ends, possible=np.ones(1, dtype=np.bool_))[0])
 
 
 def judged(table: pd.DataFrame) -> pd.DataFrame:
@@ -85,13 +74,13 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
         default=UNDECIDED,
     )
     return table.assign(
-        verdict=_verdicts(low, below, zero, above, high, possible=possible),
+        verdict=verdicts_of(low, below, zero, above, high, possible=possible),
         direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
         verdict_family=in_family,
     )
 
 
-def _verdicts(
+def verdicts_of(
     low: FloatArray,
     below: FloatArray,
     zero: FloatArray,
@@ -100,7 +89,10 @@ def _verdicts(
     *,
     possible: NDArray[np.bool_],
 ) -> NDArray[np.str_]:
-    """Return the verdict of intervals low..high against margins below..above around zero."""
+    """Return the verdicts of intervals low..high against margins below..above around no change.
+
+    ``possible`` tells where an effect may be called negligible.
+    """
     return np.select(
         [
             high < below,

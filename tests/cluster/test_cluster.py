@@ -1,0 +1,196 @@
+"""The small study through a real Slurm of two nodes on this host, with jobs and nodes that fail.
+
+It needs root, the packages slurm-wlm and munge, and a host that belongs to no cluster.
+"""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Generator
+from pathlib import Path
+
+import pandas as pd
+import psutil
+import pytest
+
+pytestmark = pytest.mark.cluster
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+BIN = Path(sys.executable).parent
+LEFT_OUT = shutil.ignore_patterns(
+    ".git", ".venv", ".uv", ".snakemake", "results", ".*_cache", ".hypothesis", "__pycache__"
+)
+TIMES = ["wall_s", "cpu_s"]  # may differ between two runs of the same analysis
+TABLES = ["demands", "fragility/curves", "fragility/effects", "fragility/factors"]
+STUDY = """
+grid: {skew_deg: [30], gap_mm: [25]}
+motions: {count: 4}
+analysis: {duration_s: 6.0}
+sensitivity: {rows: 0}
+batches: {cpu_hours: 0.0045}
+"""
+SITE = {"SKEWBRIDGE_JOB_CORES": "1", "SKEWBRIDGE_POLL_S": "3", "SKEWBRIDGE_JOBS": "4"}
+
+
+def missing() -> str:
+    """Why there can be no Slurm here; empty if there can."""
+    if os.getuid() != 0:
+        return "only root may start Slurm's daemons"
+    for name in ("munged", "slurmctld", "slurmd"):
+        if shutil.which(name, path=f"{os.environ['PATH']}:/usr/sbin:/sbin") is None:
+            return f"{name} is not installed (apt-get install slurm-wlm munge)"
+    if Path("/etc/slurm/slurm.conf").exists():
+        return "this host belongs to a cluster (/etc/slurm/slurm.conf)"
+    return ""
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Generator[Path]:
+    """The folder of a running Slurm with the nodes node1 and node2."""
+    if reason := missing():
+        pytest.skip(reason)
+    folder = tmp_path_factory.mktemp("slurm")
+    for parent in [folder, *folder.parents[:2]]:  # munged refuses a socket that others cannot reach
+        parent.chmod(0o755)
+    try:
+        subprocess.run([HERE / "start.sh", folder], check=True)
+        yield folder
+    finally:
+        subprocess.run([HERE / "stop.sh", folder], check=True)
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the sources with the configuration of the small study."""
+    tree = tmp_path_factory.mktemp("cluster") / "tree"
+    shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+    (tree / "study.yaml").write_text(STUDY)
+    (tree / "local.yaml").write_text(f"{STUDY}results: local\n")
+    return tree
+
+
+def through_slurm(tree: Path, *arguments: str, config: str = "study.yaml") -> list[str]:
+    """The command of `make study PROFILE=slurm`, with what it does not fix."""
+    profile = ["--workflow-profile", "workflow/profiles/slurm"]
+    return [str(BIN / "snakemake"), *profile, "--configfile", config, *arguments]
+
+
+def journal_keys(results: Path) -> list[str]:
+    return [
+        json.loads(line)["run_key"]
+        for path in sorted((results / "journal").glob("*.jsonl"))
+        for line in path.read_text().splitlines()
+        if line.strip().endswith("}")
+    ]
+
+
+def jobs_of(rule: str) -> dict[str, str]:
+    """The nodes of the running jobs of a rule, by job."""
+    listed = subprocess.run(
+        ["squeue", "--noheader", "--states=running", "--format=%i %N %k"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    words = [line.split(maxsplit=2) for line in listed.stdout.splitlines()]
+    return {job: node for job, node, comment in words if comment.startswith(f"rule_{rule}")}
+
+
+def node_state(node: str) -> str:
+    command = ["sinfo", "--noheader", "--nodes", node, "--format=%T"]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def lose(cluster: Path, node: str, job: str) -> None:
+    """Kill what of Slurm is on a node but nothing of its job, the worst that may happen."""
+    os.kill(int((cluster / f"slurmd.{node}.pid").read_text()), signal.SIGKILL)
+    for process in psutil.process_iter(["cmdline"]):
+        if " ".join(process.info["cmdline"] or []).startswith(f"slurmstepd: [{job}."):
+            process.kill()
+
+
+@pytest.fixture(scope="module")
+def study(cluster: Path, tree: Path) -> Path:
+    """The finished study, of which a job was cancelled and a node was lost for a time.
+
+    After the first analyses one of the two jobs of analyses is cancelled. On the node of the other
+    one Slurm is killed, and started again when the controller has missed it. Meanwhile the
+    processes of that job go on, and the controller puts the job into the queue again.
+    """
+    log = tree / "slurm.log"
+    with log.open("w") as output:
+        process = subprocess.Popen(
+            through_slurm(tree), cwd=tree, stdout=output, stderr=output, env=os.environ | SITE
+        )
+        results = tree / "results"
+
+        def wait_for(condition: Callable[[], object], seconds: float) -> None:
+            deadline = time.monotonic() + seconds
+            while not condition():
+                if process.poll() is not None or time.monotonic() > deadline:
+                    pytest.fail(log.read_text())
+                time.sleep(0.2)
+
+        try:
+            wait_for(lambda: journal_keys(results) and len(jobs_of("analyse")) > 1, 900)
+            (cancelled, _), (lost, node) = jobs_of("analyse").items()
+            lose(cluster, node, lost)
+            subprocess.run(["scancel", cancelled], check=True)
+            (tree / "finished.json").write_text(json.dumps(journal_keys(results)))
+            wait_for(lambda: "down" in node_state(node), 120)
+            subprocess.run(["slurmd", "-N", node], check=True)
+            assert process.wait(1200) == 0, log.read_text()
+        finally:
+            process.kill()
+    return tree
+
+
+def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing(study: Path) -> None:
+    finished = json.loads((study / "finished.json").read_text())
+    keys = journal_keys(study / "results")
+    assert finished
+    assert len(keys) == len(set(keys)) == 8
+    assert set(finished) <= set(keys)
+    assert "Trying to restart job" in (study / "slurm.log").read_text()
+    assert not list(study.glob("results/demands/parts/*.json"))
+
+
+def test_the_tables_are_those_of_one_machine(study: Path) -> None:
+    targets = [f"local/{name}.parquet" for name in TABLES]
+    command = [str(BIN / "snakemake"), "-j2", "--configfile", "local.yaml", "--", *targets]
+    subprocess.run(command, cwd=study, check=True, capture_output=True)
+    for name in TABLES:
+        here = pd.read_parquet(study / f"local/{name}.parquet")
+        there = pd.read_parquet(study / f"results/{name}.parquet")
+        left_out = [column for column in TIMES if column in here]
+        pd.testing.assert_frame_equal(
+            there.drop(columns=left_out), here.drop(columns=left_out), check_exact=True
+        )
+
+
+def test_the_report_is_made_and_nothing_is_left_to_do(study: Path) -> None:
+    assert (study / "results/report.html").is_file()
+    again = subprocess.run(
+        through_slurm(study, "-n"), cwd=study, capture_output=True, text=True, env=os.environ | SITE
+    )
+    assert "Nothing to be done" in again.stdout + again.stderr
+
+
+def test_a_job_over_its_memory_is_tried_again_with_more(cluster: Path, tree: Path) -> None:
+    """This host can enforce it: the memory of a job is sampled and the job is ended."""
+    gate = "memory/verification/contact_gate.parquet"
+    more = ["--config", "results=memory", "--set-resources"]
+    more += ["verify_contact:mem_mb=60 if attempt == 1 else 1500", "--", gate]
+    done = subprocess.run(
+        through_slurm(tree, *more), cwd=tree, capture_output=True, text=True, env=os.environ | SITE
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tree / gate).is_file()
+    assert done.stderr.count("Trying to restart job") == 1
+    logs = tree.glob(".snakemake/slurm_logs/*verify_contact*/*.log")
+    assert any("exceeded memory limit" in path.read_text() for path in logs)

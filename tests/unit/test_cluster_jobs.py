@@ -1,0 +1,143 @@
+"""The jobs of a study on a cluster: their size, the forecast of them, what a killed run left."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yte
+
+from skewbridge.errors import InputError
+from skewbridge.provenance.files import writable_folder, written_aside
+from skewbridge.reading import merged, read_mapping
+from skewbridge.study.cluster import JobSize, cancel_left_behind
+from skewbridge.study.config import parse_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.forecast import forecast_study
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of programs in place of Slurm's, the only ones that are found."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    monkeypatch.setenv("PATH", f"{folder}:/bin:/usr/bin")
+    return folder
+
+
+def program(folder: Path, name: str, text: str) -> None:
+    path = folder / name
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+
+
+def test_the_size_of_a_job_comes_from_the_profile_and_its_environment(
+    programs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program(programs, "sacct", "exit 1")
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setenv("SKEWBRIDGE_JOB_CORES", "8")
+    monkeypatch.setenv("SKEWBRIDGE_JOB_MINUTES", "20")
+    monkeypatch.setenv("SKEWBRIDGE_JOBS", "7")
+    assert JobSize.of_profile("slurm") == JobSize(cores=8, cpu_minutes=160, jobs=7)
+    assert JobSize.of_profile("default") is None
+    with pytest.raises(InputError, match="no profile 'nowhere'"):
+        JobSize.of_profile("nowhere")
+
+
+def test_a_faulty_profile_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "config.yaml").write_text("executor: slurm\njobs: 3\n")
+    with pytest.raises(InputError, match="no profile of a cluster"):
+        JobSize.of_profile(str(tmp_path))
+
+
+def profile() -> dict[str, Any]:
+    with (ROOT / "workflow/profiles/slurm/config.yaml").open() as text:
+        found = yte.process_yaml(text, require_use_yte=True)
+    assert isinstance(found, dict)
+    return found
+
+
+def test_what_becomes_of_jobs_is_asked_where_it_is_known(
+    programs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An account is named only where there is accounting, or the executor would look it up."""
+    monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
+    program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
+    assert profile()["slurm-status-command"] == "squeue"
+    assert "slurm_account" not in profile()["default-resources"]
+    program(programs, "sacct", "exit 0")
+    assert profile()["slurm-status-command"] == "sacct"
+    assert profile()["default-resources"]["slurm_account"] == "mine"
+
+
+def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) -> None:
+    cancelled = tmp_path / "cancelled"
+    listed = "11 skewbridge-aa_1\\n12 skewbridge-bb_2\\n13 a job of mine\\n14 skewbridge-aa_3"
+    program(programs, "squeue", f"printf '{listed}\\n'")
+    program(programs, "scancel", f'echo "$@" >> {cancelled}')
+    cancel_left_behind("skewbridge-aa")
+    assert cancelled.read_text() == "11 14\n"
+    program(programs, "squeue", "true")
+    cancel_left_behind("skewbridge-aa")
+    assert cancelled.read_text() == "11 14\n"
+
+
+@pytest.mark.parametrize(
+    ("cpu_minutes", "cpu_hours", "jobs_at_once", "expected"),
+    [
+        # 192 analyses of 4 s are 12.8 processor minutes
+        (3, None, 100, {"jobs": 5, "job_cores": 4, "job_hours": 0.01, "hours": 0.01}),
+        (1, None, 2, {"jobs": 13, "job_cores": 4, "job_hours": 0.0, "hours": 0.03}),
+        (120, None, 2, {"jobs": 1, "job_cores": 4, "job_hours": 0.05, "hours": 0.05}),
+        (120, 0.05, 100, {"jobs": 5, "job_cores": 4, "job_hours": 0.01, "hours": 0.01}),
+    ],
+)
+def test_forecast_of_jobs(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    cpu_minutes: int,
+    cpu_hours: float | None,
+    jobs_at_once: int,
+    expected: dict[str, float],
+) -> None:
+    """The key of the configuration beats the profile, as it does in the workflow."""
+    monkeypatch.chdir(ROOT)
+    over = {"results": str(tmp_path), "batches": {"cpu_hours": cpu_hours}}
+    config = parse_config(merged(read_mapping(Path("config/config.yaml")), over))
+    size = JobSize(cores=4, cpu_minutes=cpu_minutes, jobs=jobs_at_once)
+    assert forecast_study(config, size).summary.items() >= expected.items()
+    assert "jobs" not in forecast_study(config).summary
+
+
+def test_a_job_on_a_node_finds_the_parts_of_one_complete_cut(tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path)
+    assert folder.made_parts() == []
+    for number, count in [(1, 3), (3, 3), (2, 2), (1, 2)]:
+        folder.part(number, count).parent.mkdir(parents=True, exist_ok=True)
+        folder.part(number, count).touch()
+    assert folder.made_parts() == [folder.part(1, 2), folder.part(2, 2)]
+
+
+def test_two_nodes_with_equal_processes_write_beside_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "table"
+    with written_aside(path) as first:
+        first.write_text("first")
+        monkeypatch.setattr("socket.gethostname", lambda: "another")
+        with written_aside(path) as second:
+            second.write_text("second")
+        assert first != second
+        assert writable_folder(tmp_path) == tmp_path
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_every_rule_of_the_profile_exists() -> None:
+    """A misspelt rule would be passed over, and its job would ask for the default."""
+    found = profile()
+    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    named = {*found["groups"], *found["set-threads"], *found["set-resources"]}
+    assert [name for name in sorted(named) if f"rule {name}:" not in rules] == []

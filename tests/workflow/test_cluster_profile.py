@@ -1,0 +1,36 @@
+"""The workflow with the profile of a cluster, planned where there is none."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+SNAKEMAKE = Path(sys.executable).parent / "snakemake"
+LEFT_OUT = shutil.ignore_patterns(
+    ".git", ".venv", ".uv", ".snakemake", "results", ".*_cache", ".hypothesis", "__pycache__"
+)
+
+
+def test_the_profile_cuts_the_study_into_jobs_by_forecast(tmp_path: Path) -> None:
+    """192 analyses of 4 s are 12.8 processor minutes: seven jobs of one minute on two."""
+    tree = tmp_path / "tree"
+    shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+    site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "1", "SBATCH_PARTITION": "long"}
+    planned = subprocess.run(
+        [str(SNAKEMAKE), "-n", "--workflow-profile", "workflow/profiles/slurm"],
+        cwd=tree,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | site,
+    )
+    text = planned.stdout + planned.stderr
+    assert planned.returncode == 0, text
+    assert re.search(r"^analyse +7$", text, re.MULTILINE)
+    jobs = re.findall(r"rule analyse:.*?resources: (.*?)$", text, re.DOTALL | re.MULTILINE)
+    assert len(jobs) == 7
+    asked = {"mem_mb=1600", "runtime=17", "cpu_minutes=2", "slurm_partition=long"}
+    assert all(asked <= set(job.split(", ")) for job in jobs)
