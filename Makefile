@@ -33,7 +33,8 @@ help:
 	@echo "make bench        what things cost, as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
 	@echo "make audit        known vulnerabilities of the locked packages   (skipped without a network)"
 	@echo "make mutants      do the tests notice? 200 small changes of the sources; hours, goes on where it was broken off"
-	@echo "make setup lint docs clean"
+	@echo "make docs         reference pages from the code, and the documentation site in docs/_build/html"
+	@echo "make setup lint clean"
 
 setup: $(STAMP)
 
@@ -86,9 +87,12 @@ mutants: setup
 	nice -n 10 $(BIN)/python benchmarks/mutants.py
 	$(BIN)/python benchmarks/mutants.py --table docs/mutants.md
 
+# The site stands in docs/_build/html; a warning is an error.
 docs: setup
 	$(BIN)/python -m skewbridge.report.reference_pages
+	$(BIN)/python docs/commands_page.py
 	$(BIN)/python workflow/licences.py requirements.lock > docs/licences.md
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs . docs/_build/html
 
 clean:
-	rm -rf results .snakemake .bench
+	rm -rf results .snakemake .bench docs/_build

@@ -86,6 +86,7 @@ def synthetic_demands(
                             "gap_mm": gap,
                             "friction": friction / 100,
                             "motion_id": f"m{m:02d}",
+                            "run_key": f"{variant.slug}-{m:02d}",
                             "scale": scale,
                             "incidence_deg": 0.0,
                             IM: im[m] * scale,

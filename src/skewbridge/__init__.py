@@ -1,1 +1,24 @@
 """Seismic fragility of bridges with seat-type abutments: skew, joint gap and contact-friction."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+
+def load(folder: str | Path = "results") -> Any:
+    """Read the tables of a study: ``load("results").fragility["curves"]``.
+
+    Every frame tells its units in ``attrs["units"]`` and its origin in ``attrs["provenance"]``.
+    Warns when tables come from different configurations, motions, commits or versions.
+
+    Args:
+        folder: Of the study.
+
+    Returns:
+        `skewbridge.fragility.exchange.loaded.Results`.
+
+    Raises:
+        InputError: There is no study in the folder, or a table is damaged.
+    """
+    # By name: what this module imports counts as the sources of every analysis.
+    return import_module(".fragility.exchange.loaded", __name__).load_results(Path(folder))

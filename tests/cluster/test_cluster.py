@@ -28,7 +28,7 @@ LEFT_OUT = shutil.ignore_patterns(
 TIMES = ["wall_s", "cpu_s"]  # may differ between two runs of the same analysis
 TABLES = ["demands", "fragility/curves", "fragility/effects", "fragility/factors"]
 STUDY = """
-grid: {skew_deg: [30], gap_mm: [25]}
+grid: {bridge: [osb1], skew_deg: [30], gap_mm: [25]}
 motions: {count: 4}
 analysis: {duration_s: 6.0}
 sensitivity: {rows: 0}

@@ -1,18 +1,21 @@
 """`skewbridge fit` and `export`: one JSON object, the row of an error, exit codes."""
 
 import json
+import re
 from xml.etree import ElementTree
+from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import norm
 from typer.testing import CliRunner
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.errors import InputError
-from skewbridge.fragility.exchange.export import openquake_measure
 from skewbridge.fragility.exchange.foreign import read_foreign
+from skewbridge.fragility.exchange.measures import openquake_measure
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.limit_states import limit_states_of
 
@@ -326,6 +329,86 @@ def test_pelicun_table_has_one_row_per_component(tmp_path):
     assert set(table["Demand-Type"]) == {"Peak Ground Acceleration"}
     assert set(table["LS1-Family"]) == {"lognormal"}
     assert (table["LS1-Theta_0"] < table["LS2-Theta_0"]).all()
+    assert set(table["Demand-Directional"]) == {1}
+
+
+def test_limit_states_keep_their_number_where_a_milder_one_has_no_estimate(tmp_path):
+    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
+    first = curves["variant"].iloc[0]
+    hole = (curves["variant"] == first) & (curves["limit_state"] == "slight")
+    curves.loc[hole, ["status", "theta", "beta", "beta_total"]] = ["all_exceed", *[np.nan] * 3]
+    curves.iloc[::-1].to_parquet(path)  # the order of the rows is that of nothing
+    out = tmp_path / "fragility.csv"
+    _, report = run("export", path, "--format", "pelicun", "--out", out)
+    name = f"{first}.column_drift"
+    assert report["holes"] == [{"id": name, "missing": ["slight"]}]
+    assert report["left_out"] == 1
+    row = pd.read_csv(out).set_index("ID").loc[name]
+    assert np.isnan(row["LS1-Theta_0"])
+    assert row["LS2-Theta_0"] > 0
+    told = json.loads((tmp_path / "fragility.json").read_text())[name]
+    assert told["LimitStates"]["LS2"]["DS1"]["Description"].startswith("moderate")
+    assert "LS1 slight (all_exceed)" in told["Comments"]
+    assert told["LimitStates"]["LS2"]["DS1"]["Reference"] == "test"
+
+
+def test_nrml_drops_no_curve_and_names_the_files_that_it_wrote(tmp_path):
+    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
+    first = curves["variant"].iloc[0]
+    hole = (curves["variant"] == first) & (curves["limit_state"] == "slight")
+    curves.loc[hole, "status"] = "all_exceed"
+    curves.iloc[::-1].to_parquet(path)
+    out = tmp_path / "fragility.xml"
+    _, report = run("export", path, "--format", "nrml", "--out", out)
+    assert {model["functions"] for model in report["models"]} == {1, 3}
+    assert report["curves"] == 7
+    states = {}
+    for name in report["files"]:
+        model = ElementTree.parse(name).getroot()[0]
+        states[model[1].text] = len(model) - 2
+    assert states == {"slight moderate": 3, "moderate": 1}
+    assert any("fragility.xml was not written" in note for note in report["notes"])
+
+
+def test_curves_over_a_range_and_factors_of_skew(tmp_path):
+    path, curves = curves_file(tmp_path)
+    out = tmp_path / "p.csv"
+    run("export", path, "--format", "csv", "--out", out, "--im-range", 0.1, 2, "--points", 7)
+    long = pd.read_csv(out)
+    one = curves[(curves["method"] == "cloud") & (curves["status"] == "ok")].iloc[0]
+    same = (long["variant"] == one["variant"]) & (long["limit_state"] == one["limit_state"])
+    u = np.log(long.loc[same, "intensity"] / one["theta"]) / one["beta_total"]
+    assert long.loc[same, "probability"].to_numpy() == pytest.approx(norm.cdf(u), rel=1e-9)
+    run("export", path, "--format", "csv", "--out", out, "--im-range", 0.1, 2, "--wide")
+    assert pd.read_csv(out).shape == (50, 9)
+    run("export", path, "--format", "csv", "--out", out, "--wide")
+    assert pd.read_csv(out)["column_drift.slight.theta"].notna().all()
+    run("export", path, "--format", "csv", "--out", out, "--skew-factors")
+    factors = pd.read_csv(out)
+    assert len(factors) == 4
+    assert factors["hazus_factor"].to_numpy() == pytest.approx(np.sqrt(np.cos(np.pi / 6)))
+    assert (factors["theta"] / factors["theta_straight"]).to_numpy() == pytest.approx(
+        factors["factor"]
+    )
+
+
+def test_workbook_and_paper_table(tmp_path):
+    path, _ = curves_file(tmp_path)
+    out = tmp_path / "curves.xlsx"
+    options = ("--im-range", 0.1, 2, "--skew-factors")
+    code, _ = run("export", path, "--format", "xlsx", "--out", out, *options)
+    assert code == 0
+    with ZipFile(out) as book:
+        sheets = book.read("xl/workbook.xml").decode()
+    assert re.findall('sheet name="([^"]+)"', sheets) == [
+        "curves", "probabilities", "skew factors", "notes",
+    ]  # fmt: skip
+    tex = tmp_path / "curves.tex"
+    run("export", path, "--format", "latex", "--out", tex)
+    assert r"\beta_\mathrm{total}" in tex.read_text()
+    code, found = run("export", path, "--format", "latex", "--out", tex, "--wide")
+    assert code == 2
+    assert "csv and xlsx" in found["message"]
 
 
 def test_plain_table_keeps_the_rows_without_estimate_and_their_status(tmp_path):
@@ -366,8 +449,6 @@ def test_export_refuses_what_the_other_tool_cannot_name(tmp_path):
     code, found = run("export", path, "--format", "nrml", "--out", tmp_path / "x.xml")
     assert code == 2
     assert "has no name in OpenQuake" in found["message"]
-    code, found = run("export", path, "--format", "yaml", "--out", tmp_path / "x")
-    assert "is not one of 'nrml', 'pelicun'" in found["message"]
     assert openquake_measure("im_pgv_rotd50_mps") == ("PGV", 100.0)
 
 

@@ -1,17 +1,24 @@
 """Commands about the study: what they answer and how they refuse."""
 
 import json
+import logging
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from skewbridge.cli import build_app
+from skewbridge.demands.columns import COLUMNS
 from skewbridge.report.reference_pages import ROOT
 from skewbridge.study.config import load_config
 from skewbridge.study.journal import open_journal
+from skewbridge.study.progress import StudyProgress, StudyState
+from skewbridge.study.session import for_terminal
+from skewbridge.variant.grid import expand_grid
 
 runner = CliRunner()
+BASE = ROOT / "config/config.yaml"
+COLUMN_NAMES = [column.name for column in COLUMNS]
 
 
 @pytest.fixture(autouse=True)
@@ -84,3 +91,48 @@ def test_journals_are_counted_and_compacted(failed_study: Path) -> None:
     assert answer("journal", *config) == counted | {"compacted": False}
     assert answer("journal", "--compact", *config) == counted | {"compacted": True}
     assert answer("journal", *config)["damaged"] == 0
+
+
+def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:
+    axes = "skew_deg: [0], gap_mm: [25], friction: [0.5]"
+    grid = f"grid: {{bridge: [osb1], abutment: [contact_friction], {axes}}}\n"
+    config = tmp_path / "mine.yaml"
+    config.write_text(f"results: {tmp_path}/results\n{grid}motions: {{count: 2}}\n")
+    slug = next(iter(expand_grid(load_config(config, base=BASE).grid))).slug
+    keys = {"a": "ok", "b": "timeout"}
+    planned = [
+        {"variant": slug, "number": n, "run_key": key, "cpu_s": 1.0} for n, key in enumerate(keys)
+    ]
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/plan.json").write_text(json.dumps({"sections": {}, "analyses": planned}))
+    with open_journal(tmp_path / "results/journal/v.jsonl") as journal:
+        for key, status in keys.items():
+            row = {"run_key": key, "status": status, "variant": slug, "motion_id": "m"}
+            row |= {"cpu_s": 2.0, "recovery_rung": 0, "collapse_criterion": "budget"}
+            journal.append(dict.fromkeys(COLUMN_NAMES) | row)
+    config.write_text(config.read_text().replace("[25]", "[25, 51]"))
+    found = answer("status", "--config", str(config))
+    assert {name: found[name] for name in ("variants", "analyses", "done", "failed", "left")} == {
+        "variants": 2, "analyses": 4, "done": 2, "failed": 1, "left": 2,
+    }  # fmt: skip
+    failed = answer("status", "--failed", "--config", str(config))
+    assert [row["command"] for row in failed["analyses"]] == ["skewbridge run --row b --out row_b"]
+
+
+def test_a_piped_run_tells_how_far_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    state = StudyState(variants=1, analyses=2, done=0, failed=0, cpu_s=0.0)
+    terminal = logging.StreamHandler()
+    terminal.addFilter(for_terminal)
+    logger = logging.getLogger("skewbridge")
+    logger.setLevel(logging.INFO)
+    logger.addHandler(terminal)
+    try:
+        with StudyProgress(state, "analyses_1_of_1", {"v": ["a", "b"]}) as progress:
+            progress.advance({"run_key": "a", "status": "ok"})
+        logging.getLogger("skewbridge.other").info("for the log file alone")
+    finally:
+        logger.removeHandler(terminal)
+    told = capsys.readouterr().err
+    assert "analyses_1_of_1: 1 of 2 analyses done" in told
+    assert "min left" in told
+    assert "for the log file" not in told

@@ -104,7 +104,9 @@ def test_forecast_of_jobs(
 ) -> None:
     """The key of the configuration beats the profile, as it does in the workflow."""
     monkeypatch.chdir(ROOT)
+    grid = {"bridge": ["osb1"]}
     over = {"results": str(tmp_path), "batches": {"cpu_hours": cpu_hours}}
+    over |= {"grid": grid, "motions": {"count": 16}}
     config = parse_config(merged(read_mapping(Path("config/config.yaml")), over))
     size = JobSize(cores=4, cpu_minutes=cpu_minutes, jobs=jobs_at_once)
     assert forecast_study(config, size).summary.items() >= expected.items()

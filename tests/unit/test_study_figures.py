@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 
 from fragility_tables import IM, synthetic_demands
-from skewbridge.demands.columns import demands_for
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
@@ -16,6 +15,7 @@ from skewbridge.fragility.tables.limit_states import limit_states_of
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance.tables import write_frame
 from skewbridge.report.axis_layout import VariantLayout, shown_axes
+from skewbridge.report.figure_cases import CLOUDS
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.study_figures import (
@@ -178,12 +178,12 @@ def test_a_new_axis_has_its_figures_and_words_without_another_row(fourth_axis, w
     assert f"osb1_cf_ratios_{FOURTH}" in captions
 
 
-def test_curves_and_clouds_are_those_of_the_headline_demands(study):
+def test_curves_and_clouds_are_those_of_the_limit_states(study):
     names = [caption.name for caption, _ in study_figures(study)]
     assert "osb1_cf_curves_column_drift_cloud" in names
-    assert not any("bearing" in name for name in names)
+    assert "osb1_cf_curves_bearing_cloud" in names
     clouds = [name.removeprefix("osb1_cf_cloud_") for name in names if "_cloud_" in name]
-    assert clouds == list(demands_for("headline", study.demands.columns))
+    assert clouds == ["column_drift_ratio", "bearing_disp_m"]
 
 
 def test_figures_are_drawn_in_whatever_process(study, tmp_path, monkeypatch):
@@ -214,6 +214,7 @@ def test_figures_are_drawn_in_whatever_process(study, tmp_path, monkeypatch):
 def test_a_new_figure_is_a_function_and_a_row(study, monkeypatch):
     row = StudyFigure(
         name="only_{demand}",
+        section=CLOUDS,
         title="{label} alone",
         text="",
         draw=lambda demands, demand: demand_clouds(demands, study.curves, demand),
@@ -233,4 +234,4 @@ def test_figures_and_captions_say_the_margin_of_the_study(study):
     said = [caption.text for caption, _ in study_figures(wide) if "ratios_" in caption.name]
     assert said
     assert all("shaded band is 20 % either way" in text for text in said)
-    assert "negligible (within ±20 %)" in legend(verdict_map(effects))
+    assert "= within ±20 %" in legend(verdict_map(effects))

@@ -15,7 +15,7 @@ LEFT_OUT = shutil.ignore_patterns(
 
 
 def test_the_profile_cuts_the_study_into_jobs_by_forecast(tmp_path: Path) -> None:
-    """192 analyses of 4 s are 12.8 processor minutes: seven jobs of one minute on two."""
+    """768 analyses of 4 s are 51.2 processor minutes: 26 jobs of one minute on two."""
     tree = tmp_path / "tree"
     shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
     site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "1", "SBATCH_PARTITION": "long"}
@@ -29,8 +29,8 @@ def test_the_profile_cuts_the_study_into_jobs_by_forecast(tmp_path: Path) -> Non
     )
     text = planned.stdout + planned.stderr
     assert planned.returncode == 0, text
-    assert re.search(r"^analyse +7$", text, re.MULTILINE)
+    assert re.search(r"^analyse +26$", text, re.MULTILINE)
     jobs = re.findall(r"rule analyse:.*?resources: (.*?)$", text, re.DOTALL | re.MULTILINE)
-    assert len(jobs) == 7
+    assert len(jobs) == 26
     asked = {"mem_mb=1600", "runtime=17", "cpu_minutes=2", "slurm_partition=long"}
     assert all(asked <= set(job.split(", ")) for job in jobs)

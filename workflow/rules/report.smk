@@ -44,6 +44,7 @@ rule check_results:
         strict=STUDY.checks == "strict",
         digest=script_digest(
             "check_results",
+            rules.prepare_motions,
             rules.collect_demands,
             rules.fit_fragility,
             rules.paired_effects,

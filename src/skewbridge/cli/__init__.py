@@ -10,6 +10,7 @@ from skewbridge.cli.deferred import DeferredGroup
 
 class _Commands(DeferredGroup):
     modules = (
+        "skewbridge.cli.start",
         "skewbridge.cli.study",
         "skewbridge.cli.provenance",
         "skewbridge.cli.run",

@@ -98,7 +98,8 @@ def fit(
 def export(
     curves: Annotated[Path, typer.Argument(help="Curves: the parquet table of the study.")],
     form: Annotated[
-        Literal["nrml", "pelicun", "csv"], typer.Option("--format", help="Of the file.")
+        Literal["nrml", "pelicun", "csv", "xlsx", "latex"],
+        typer.Option("--format", help="Of the file."),
     ],
     out: Annotated[Path, typer.Option(help="File to write.")],
     method: Annotated[
@@ -106,15 +107,32 @@ def export(
         typer.Option(help="Which curves."),
     ] = "cloud",
     hazard: Annotated[
-        Path | None, typer.Option(help="CSV im, rate: adds annual frequencies to the csv.")
+        Path | None, typer.Option(help="CSV im, rate: adds annual frequencies (csv, xlsx).")
     ] = None,
+    wide: Annotated[
+        bool, typer.Option("--wide", help="A row per variant or intensity (csv, xlsx).")
+    ] = False,
+    im_range: Annotated[
+        tuple[float, float] | None,
+        typer.Option(metavar="LOW HIGH", help="Probabilities over these intensities (csv, xlsx)."),
+    ] = None,
+    points: Annotated[int, typer.Option(help="Intensities in that range.")] = 50,
+    skew_factors: Annotated[
+        bool,
+        typer.Option("--skew-factors", help="theta(skew)/theta(0) beside Hazus (csv, xlsx)."),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Write fragility curves for other tools."""
-    from skewbridge.fragility.exchange.export import export_curves
+    """Write fragility curves for other tools, spreadsheets and papers."""
+    from skewbridge.fragility.exchange.curve_tables import Sampling
+    from skewbridge.fragility.exchange.export import Wanted, export_curves
 
-    report = export_curves(curves, form, out, method=method, hazard=hazard)
-    emit(report, [report], as_json=as_json)
+    sampling = None if im_range is None else Sampling(*im_range, points)
+    wanted = Wanted(hazard=hazard, sampling=sampling, skew=skew_factors, wide=wide)
+    report = export_curves(curves, form, out, method=method, wanted=wanted)
+    for note in report["notes"]:
+        messages.print(note, markup=False)
+    emit(report, [{"written": name} for name in report["files"]], as_json=as_json)
 
 
 COMMANDS: Final = (fit, export)

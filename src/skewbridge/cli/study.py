@@ -93,8 +93,28 @@ def plan(
 
 
 @clear_errors
-def status(*, config: ConfigOption = DEFAULT_CONFIG, as_json: JsonOption = False) -> None:
-    """Show what is done, failed and left, with the convergence ledger."""
+def status(
+    *,
+    failed: Annotated[
+        bool, typer.Option("--failed", help="List the analyses without a usable result.")
+    ] = False,
+    config: ConfigOption = DEFAULT_CONFIG,
+    as_json: JsonOption = False,
+) -> None:
+    """Show what is done, failed and left, with the convergence ledger.
+
+    With --failed each analysis without a usable result, and the command that repeats it alone.
+    """
+    if failed:
+        from skewbridge.study.config import load_config
+        from skewbridge.study.forecast import failed_analyses
+
+        found = failed_analyses(load_config(config, base=DEFAULT_CONFIG))
+        shown = [{name: row[name] for name in ("variant", "motion", "status")} for row in found]
+        emit({"failed": len(found), "analyses": found}, shown, as_json=as_json)
+        for row in found:
+            messages.print(f"{row['command']}   # {row['reason']}", markup=False)
+        return
     forecast, _ = _forecast(config)
     emit(forecast, _study_rows(forecast), as_json=as_json)
 

@@ -15,26 +15,12 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.tables.verdicts import (
-    DETECTABLE,
-    DIFFERENCE,
-    HIGHER,
-    LOWER,
-    NEGLIGIBLE,
-    RATIO,
-    UNDECIDED,
-)
+from skewbridge.fragility.tables.verdicts import HIGHER, LOWER, RATIO
 from skewbridge.report.axis_layout import short_value, shown_axes
 from skewbridge.report.fragility_style import STYLE, note
+from skewbridge.report.verdict_style import LEGEND, change_text, margin_text, verdict_style
 from skewbridge.variant.axes import Axis, axes_of
 
-VERDICT_COLOURS: Final = {
-    LOWER: "#7fbf9b",
-    HIGHER: "#f2a65a",
-    NEGLIGIBLE: "#cfe3f5",
-    DETECTABLE: "#fbe6a2",
-    UNDECIDED: "#f2f2f2",
-}
 _RATIO_RANGE: Final = (0.5, 2.0)
 _RATIO_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FINE_TICKS: Final = tuple(round(0.05 * i, 2) for i in range(14, 28))
@@ -43,13 +29,6 @@ _MARK_IN: Final = 0.0525
 _WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
 _COLUMN_LETTERS: Final = 11  # the same in the small size
 _SMALL_SIZE: Final = 7.5
-_VERDICT_TEXT: Final = {
-    LOWER: "lower (below the margin)",
-    HIGHER: "higher (above the margin)",
-    NEGLIGIBLE: "negligible (within {margin})",
-    DETECTABLE: "direction known, size not",
-    UNDECIDED: "undecided",
-}
 
 
 def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
@@ -77,7 +56,7 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         axes.set_ylim(len(rows) - 0.5, -0.5)
         margins = table.drop_duplicates("demand").to_dict("records")
         ratios = [item for item in margins if item["judged_by"] == RATIO]
-        usual = _margin_of(ratios[0]) if ratios else "the margin"
+        usual = margin_text(ratios[0]) if ratios else "the margin"
         axes.set_yticks(range(len(rows)), [_row_label(item, usual) for item in margins])
         axes.set_xticks(range(len(columns)), labels)
         axes.tick_params(length=0)
@@ -146,35 +125,18 @@ def verdict_patches(margin: str) -> list[Patch]:
     """Return the entries of a legend for the verdicts; ``margin`` is that of most demands."""
     return [
         Patch(
-            facecolor=VERDICT_COLOURS[name], edgecolor="#9a9a9a", label=text.format(margin=margin)
+            facecolor=style.fill,
+            edgecolor="#9a9a9a",
+            label=f"{style.sign} {style.text.format(margin=margin)}",
         )
-        for name, text in _VERDICT_TEXT.items()
+        for style in LEGEND
     ]
 
 
-def change_text(item: Mapping[Hashable, Any] | pd.Series) -> str:
-    """Return the change of a demand as it is judged: in per cent, or in its unit."""
-    if item["judged_by"] == DIFFERENCE:
-        value, unit = float(item["difference"]), f" {item['unit']}"
-    else:
-        value, unit = 100.0 * (float(item["ratio"]) - 1.0), " %"
-    if not np.isfinite(value):
-        return "–"
-    digits = 0 if abs(value) > 9.5 else 1 if abs(value) > 0.95 or unit == " %" else 2
-    # adding zero turns a rounded -0.0 into 0.0
-    return f"{round(value, digits) + 0:+.{digits}f}{unit}"
-
-
-def _margin_of(item: Mapping[Hashable, Any] | pd.Series) -> str:
-    if item["judged_by"] == DIFFERENCE:
-        return f"±{item['difference_margin']:g} {item['unit']}"
-    return f"±{100 * item['margin']:g} %"
-
-
 def _row_label(item: Mapping[Hashable, Any], usual: str) -> str:
-    margin = _margin_of(item)
+    margin = margin_text(item)
     label = label_of(str(item["demand"]))
-    return label if margin == usual else f"{label}, {margin}"
+    return label if margin == usual else f"{label}, ±{margin}"
 
 
 def _pairs_along(effects: pd.DataFrame, axis: str) -> pd.DataFrame:
@@ -215,13 +177,15 @@ def _listed(values: pd.Series) -> str:
 
 
 def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
-    colour = VERDICT_COLOURS[str(item["verdict"])]
+    style = verdict_style(item)
     corner = x - 0.48, y - 0.46
-    axes.add_patch(Rectangle(corner, 0.96, 0.92, facecolor=colour, edgecolor="white"))
+    axes.add_patch(Rectangle(corner, 0.96, 0.92, facecolor=style.fill, edgecolor="#ffffff"))
     bold = "bold" if item["verdict"] in (LOWER, HIGHER) else "normal"
+    text = f"{style.sign} {change_text(item)}"
     axes.text(
-        x, y, change_text(item), ha="center", va="center", fontsize=_SMALL_SIZE, fontweight=bold
-    )
+        x, y, text, ha="center", va="center", color=style.ink,
+        fontsize=_SMALL_SIZE, fontweight=bold,
+    )  # fmt: skip
 
 
 def _ratio_range(table: pd.DataFrame) -> tuple[float, float]:

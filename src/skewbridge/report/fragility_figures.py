@@ -33,7 +33,7 @@ def fragility_curves(
     Ticks at the bottom are runs that do not exceed, at the top runs that do (collapse included,
     where the limit state counts it); a run beyond the model has none where its outcome is unknown.
     The band is the pointwise interval of the curve; a thin line is one with a warning (saturating
-    demand, extrapolated median). The dispersion is record-to-record.
+    demand, extrapolated median). The dispersion is the total one, that of the capacity included.
 
     Args:
         curves: Table of `skewbridge.fragility.tables.curves.fit_study`.
@@ -138,9 +138,11 @@ def _curve_panel(
             missing.append(str(item["status"]))
             _median_bracket(axes, item, grid, style["color"])
             continue
-        theta, beta, level = item["theta"], item["beta"], item["level"]
-        both = item["cov_ln_theta_beta"]
-        covariance = np.array([[item["var_ln_theta"], both], [both, item["var_beta"]]])
+        theta, beta, level = item["theta"], total_dispersion(item), item["level"]
+        # ASSUME the dispersion of the capacity and the slope are known: beta_total varies with beta
+        slope = item["beta"] / beta
+        both = item["cov_ln_theta_beta"] * slope
+        covariance = np.array([[item["var_ln_theta"], both], [both, item["var_beta"] * slope**2]])
         low, high = curve_band(grid, theta=theta, beta=beta, covariance=covariance, level=level)
         axes.fill_between(grid, low, high, color=style["color"], alpha=0.10, linewidth=0)
         flagged = "saturating" in item["warnings"] or "extrapolated" in item["warnings"]
@@ -149,6 +151,12 @@ def _curve_panel(
     if missing:
         text = "\n".join(_counted(pd.Series(missing).str.replace("_", " ")))
         axes.text(0.03, 0.9, text, transform=axes.transAxes, fontsize=7, va="top", color="#555555")
+
+
+def total_dispersion(item: Mapping[Any, Any]) -> float:
+    """Return the dispersion of a curve: with that of the capacity, where the fit knows it."""
+    total = float(item["beta_total"])
+    return total if np.isfinite(total) else float(item["beta"])
 
 
 def _median_bracket(axes: Axes, item: Mapping[Any, Any], grid: FloatArray, color: str) -> None:

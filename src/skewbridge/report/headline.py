@@ -67,7 +67,7 @@ def headline_text(table: pd.DataFrame) -> str:
     lines = [
         "Change of demand in per cent, averaged over all other axes, with its "
         f"{100.0 * first['level']:.0f} % interval",
-        f"({int(table['n_motions'].min())} synthetic motions, the same for every variant):",
+        f"({_counts(table['n_motions'])} synthetic motions, the same for every variant):",
         "",
         f"| bridge | from, to | {' | '.join(heads)} |",
         f"| --- | --- |{' --- |' * len(names)}",
@@ -80,6 +80,12 @@ def headline_text(table: pd.DataFrame) -> str:
         step = _step(str(name), float(str(low)), float(str(high)))
         lines.append(f"| {bridge} | {step} | {' | '.join(shown)} |")
     return "\n".join(lines)
+
+
+def _counts(motions: pd.Series) -> str:
+    """Return how many motions the effects have: those in which a pair tells a change."""
+    fewest, most = int(motions.min()), int(motions.max())
+    return str(most) if fewest == most else f"{fewest} to {most}"
 
 
 def _step(name: str, low: float, high: float) -> str:

@@ -1,6 +1,5 @@
 """Figure of the pooled effects: every demand against its own margin, a panel per change."""
 
-from collections.abc import Hashable, Mapping
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -11,13 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.tables.verdicts import DIFFERENCE
-from skewbridge.report.fragility_effect_figures import (
-    VERDICT_COLOURS,
-    change_text,
-    verdict_patches,
-)
+from skewbridge.report.fragility_effect_figures import verdict_patches
 from skewbridge.report.fragility_style import STYLE, note
+from skewbridge.report.verdict_style import change_text, in_margins, verdict_style
 from skewbridge.variant.axes import axes_of
 
 _REACH: Final = 8.0  # margins that the axis shows
@@ -72,13 +67,13 @@ def _panel(axes: Axes, change: Any, part: pd.DataFrame) -> None:
     axes.axvspan(-1.0, 1.0, color="#e9eff5", zorder=0)
     axes.axvline(0.0, color="#777777", linewidth=0.8)
     for y, item in enumerate(part.to_dict("records")):
-        low, value, high = _in_margins(item)
+        low, value, high = in_margins(item)
         if not np.isfinite(value):
             continue
         ends = np.clip([low, high], -_REACH, _REACH)
         axes.plot(ends, [y, y], color="#555555", lw=1.2)
         shown = float(np.clip(value, -_REACH, _REACH))
-        colour = VERDICT_COLOURS[str(item["verdict"])]
+        colour = verdict_style(item).fill
         axes.plot(shown, y, "o", color=colour, mec="#555555", mew=0.6, ms=5.5, clip_on=False)
         axes.text(
             1.02,
@@ -94,15 +89,3 @@ def _panel(axes: Axes, change: Any, part: pd.DataFrame) -> None:
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.grid(axis="y", visible=False)
-
-
-def _in_margins(item: Mapping[Hashable, Any]) -> tuple[float, float, float]:
-    """Return lower end, estimate and upper end in units of the margin on their side."""
-    if item["judged_by"] == DIFFERENCE:
-        names = ("difference_low", "difference", "difference_high")
-        low, value, high = (float(item[name]) / item["difference_margin"] for name in names)
-        return low, value, high
-    logs = [np.log(item[name]) for name in ("ci_low", "ratio", "ci_high")]
-    below, above = -np.log1p(-item["margin"]), np.log1p(item["margin"])
-    low, value, high = (float(x / (below if x < 0.0 else above)) for x in logs)
-    return low, value, high

@@ -8,6 +8,7 @@ from typing import Any, Final
 import yaml
 from pydantic import TypeAdapter
 
+from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.bridge.catalogue.schema import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.joint.columns import JOINT_COLUMNS
@@ -155,4 +156,5 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 if __name__ == "__main__":
+    hush_exit_message()
     write_pages()

@@ -10,27 +10,36 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Final
 
-import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
-from skewbridge.demands.columns import demands_for, label_of
 from skewbridge.motions.prepared import read_suite
-from skewbridge.motions.record import SuiteMotion
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
-from skewbridge.report.choice_figures import tornado, tornado_text
+from skewbridge.report.choice_figures import tornado
+from skewbridge.report.figure_cases import (
+    CHOICES,
+    CLOUDS,
+    CURVES,
+    EFFECTS,
+    HISTORIES,
+    MOTIONS,
+    StudyTables,
+    choice_cases,
+    cloud_cases,
+    curve_cases,
+    effect_cases,
+    pair_cases,
+)
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.pooled_effect_figure import pooled_effects
 from skewbridge.report.run_figures import displacement_figure, frequency_figure, hysteresis_figure
-from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
+from skewbridge.study.friction_pair import read_friction_pair
 from skewbridge.variant.abutments import ABUTMENTS
-from skewbridge.variant.axes import axes_of
 
 PNG_DPI: Final = 150
-
 type Drawing = Callable[[], Figure]
 
 
@@ -40,48 +49,15 @@ class Caption:
 
     Attributes:
         name: File name without ending.
+        section: Part of the report that it stands in, one of `figure_cases.SECTIONS`.
         title: One line.
         text: What to see and how it was made.
     """
 
     name: str
+    section: str
     title: str
     text: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class StudyTables:
-    """What the figures are drawn from.
-
-    Attributes:
-        demands: Demands table.
-        curves: Fits.
-        effects: Paired effects.
-        suite: Motions as applied.
-        pair: Histories of one bridge without and with friction; None where the study has none.
-        choices: Modelling choices; None before `make choices`.
-    """
-
-    demands: pd.DataFrame
-    curves: pd.DataFrame
-    effects: pd.DataFrame
-    suite: Sequence[SuiteMotion]
-    pair: FrictionPair | None
-    choices: pd.DataFrame | None = None
-
-    @property
-    def runs(self) -> Mapping[str, pd.DataFrame]:
-        """Histories of the pair by friction."""
-        return {} if self.pair is None else self.pair.by_friction
-
-    def of_model(self, bridge: str, abutment: str) -> "StudyTables":
-        """Return the tables of one bridge with one abutment model."""
-        own = {
-            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
-            for name, table in vars(self).items()
-            if isinstance(table, pd.DataFrame)
-        }
-        return replace(self, **own)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,52 +75,11 @@ class StudyFigure(Caption):
     cases: Callable[[StudyTables], Sequence[Mapping[str, str]]] = lambda _: ({},)
 
 
-def effect_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return a case per axis along which variants are paired, the last of the axis table first."""
-    table = tables.effects
-    paired = [axis for axis in axes_of(table.columns) if (table["axis"] == axis.name).any()]
-    said = {name: _percent(table, name) for name in ("level", "margin")}
-    return [{"axis": axis.name, "axis_words": axis.title, **said} for axis in reversed(paired)]
-
-
-def curve_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return a case per component of a headline demand and method that has a curve."""
-    drawn = tables.curves[tables.curves["status"] == "ok"]
-    found: list[dict[str, str]] = []
-    for demand in demands_for("headline"):
-        own = drawn[drawn["demand"] == demand]
-        for component, method in dict.fromkeys(zip(own["component"], own["method"], strict=True)):
-            words = component.replace("_", " ")
-            texts = {"component": component, "component_words": words, "method": method}
-            found.append({**texts, "level": _percent(own, "level")})
-    return found
-
-
-def cloud_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return a case per headline demand."""
-    names = demands_for("headline", tables.demands.columns)
-    return [{"demand": demand, "label": label_of(demand)} for demand in names]
-
-
-def choice_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return the one case of the tornado, where modelling choices were compared."""
-    table = tables.choices
-    return [] if table is None or table.empty else [{"choice_text": tornado_text(table)}]
-
-
-def pair_cases(tables: StudyTables) -> list[dict[str, str]]:
-    """Return the one case of the histories without and with friction, where there are any."""
-    if tables.pair is None:
-        return []
-    variant = tables.pair.variants[0]
-    place = f"skew {variant.skew_deg} degrees, gap {variant.gap_mm} mm"
-    return [{"place": f"{place}, motion {tables.pair.motion_id}"}]
-
-
 #: Drawn for each bridge with each abutment model.
 MODEL_FIGURES: Final = (
     StudyFigure(
         name="pooled_effects",
+        section=EFFECTS,
         title="What do skew, gap and friction change, all variants together?",
         text="Average over all pairs of variants that differ in one axis only, motion by motion, "
         "in units of the margin of each demand (per cent; mm and mrad where the ratio of small "
@@ -154,6 +89,7 @@ MODEL_FIGURES: Final = (
     ),
     StudyFigure(
         name="verdict_{axis}",
+        section=EFFECTS,
         title="When does {axis_words} matter?",
         text="Change of demand, each motion with itself. Negligible, lower, higher: the {level} "
         "interval lies within, below or above the margin ({margin}, or as said beside the demand).",
@@ -162,6 +98,7 @@ MODEL_FIGURES: Final = (
     ),
     StudyFigure(
         name="ratios_{axis}",
+        section=EFFECTS,
         title="Paired effect of {axis_words} with {level} intervals",
         text="Student's intervals over motions. The shaded band is {margin} either "
         "way. A pair in which one run collapsed counts as a bound. Rotations and abutment "
@@ -171,14 +108,16 @@ MODEL_FIGURES: Final = (
     ),
     StudyFigure(
         name="curves_{component}_{method}",
+        section=CURVES,
         title="Fragility of {component_words}, {method} fit",
-        text="Bands are {level} of the fit; marks are the analyses. A limit state that no "
-        "analysis reached has no curve.",
+        text="Curves have the total dispersion (record-to-record and capacity), bands are {level} "
+        "of the fit; marks are the analyses. A limit state that no analysis reached has no curve.",
         draw=fragility_curves,
         cases=curve_cases,
     ),
     StudyFigure(
         name="cloud_{demand}",
+        section=CLOUDS,
         title="{label} against intensity",
         text="One mark per analysis; lines are the log-log regressions.",
         draw=demand_clouds,
@@ -186,6 +125,7 @@ MODEL_FIGURES: Final = (
     ),
     StudyFigure(
         name="modelling_choices",
+        section=CHOICES,
         title="Which choices of the modeller matter as much as friction?",
         text="{choice_text}",
         draw=tornado,
@@ -196,6 +136,7 @@ MODEL_FIGURES: Final = (
 STUDY_FIGURES: Final = (
     StudyFigure(
         name="hysteresis",
+        section=HISTORIES,
         title="Abutments without and with friction: {place}",
         text="Force of each abutment on the deck (backwall, keys, pads) against the displacement "
         "of its deck end.",
@@ -204,6 +145,7 @@ STUDY_FIGURES: Final = (
     ),
     StudyFigure(
         name="displacement",
+        section=HISTORIES,
         title="Deck without and with friction: {place}",
         text="Displacement and rotation at the mass centre, relative to the ground.",
         draw=displacement_figure,
@@ -211,6 +153,7 @@ STUDY_FIGURES: Final = (
     ),
     StudyFigure(
         name="frequency",
+        section=HISTORIES,
         title="Frequency content without and with friction: {place}",
         text="Smoothed Fourier amplitudes of the deck and their ratio.",
         draw=frequency_figure,
@@ -218,6 +161,7 @@ STUDY_FIGURES: Final = (
     ),
     StudyFigure(
         name="suite_spectra",
+        section=MOTIONS,
         title="Response spectra of the motions",
         text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
         draw=applied_spectra,
@@ -288,11 +232,8 @@ def _drawings(
     for cases, group in groupby(figures, attrgetter("cases")):
         for words, row in product(cases(tables), list(group)):
             texts = {"name": row.name, "title": row.title, "text": row.text}
-            caption = Caption(**{part: text.format_map(words) for part, text in texts.items()})
+            said = {part: text.format_map(words) for part, text in texts.items()}
+            caption = Caption(section=row.section, **said)
             needs = signature(row.draw).parameters
             given = {name: words.get(name, getattr(tables, name, None)) for name in needs}
             yield caption, partial(row.draw, **given)
-
-
-def _percent(table: pd.DataFrame, column: str) -> str:
-    return f"{100 * float(table[column].iloc[0]):g} %" if len(table) else ""

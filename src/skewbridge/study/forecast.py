@@ -1,23 +1,28 @@
 """What a study will cost and how far it is, from its configuration alone."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import ceil
 from pathlib import Path
 from typing import Any, Final
 
+from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
+from skewbridge.statuses import FAILED
 from skewbridge.study.cluster import JobSize
-from skewbridge.study.config import StudyConfig
+from skewbridge.study.config import StudyConfig, plain_sections
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.journal import read_journals
 from skewbridge.study.plan import planned_keys
-from skewbridge.study.progress import StudyState, study_state
+from skewbridge.study.progress import run_command, study_state
 from skewbridge.variant.grid import expand_grid
 
 TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # that a study works with
 COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")
+#: Of the configuration, on which the analyses depend.
+SECTIONS: Final = ("motions", "model", "analysis")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 
 
@@ -33,8 +38,9 @@ class Forecast:
 def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast:
     """Return what a study needs and what of it is done.
 
-    Before the motions are prepared the number of motions is the configured one; afterwards the
-    list of analyses that the workflow wrote says what is done, as long as it is of this grid.
+    Done is what the journals have, by the keys of the analyses: those of the list that the
+    workflow wrote, and for variants that are not on it those that the prepared motions give.
+    Before the motions are prepared the number of motions is the configured one.
 
     Args:
         config: The study.
@@ -44,15 +50,14 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
     """
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     folder = StudyFolder(Path(config.results))
-    keys = planned_keys(folder)
-    if set(keys) == set(slugs):
-        state = study_state(keys, folder, config.suspect)
-        by_variant = {slug: len(keys[slug]) for slug in slugs}
-    else:
-        each = _count_motions(config) * len(config.motions.incidence_deg)
-        by_variant = dict.fromkeys(slugs, each)
-        total = each * len(slugs)
-        state = StudyState(variants=len(slugs), analyses=total, done=0, failed=0, cpu_s=0.0)
+    keys = analysis_keys(config, slugs, folder)
+    each = _count_motions(config) * len(config.motions.incidence_deg)
+    by_variant = {slug: len(keys[slug]) if slug in keys else each for slug in slugs}
+    state = replace(
+        study_state(keys, folder, config.suspect),
+        variants=len(slugs),
+        analyses=sum(by_variant.values()),
+    )
     cpu_s = state.cpu_s / state.done if state.done else TYPICAL_MOTION_S * CPU_S_PER_MOTION_S
     summary = {
         **{name: getattr(state, name) for name in COUNTS},
@@ -68,6 +73,44 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
         analyses_by_variant=by_variant,
         notes=state.notes,
     )
+
+
+def analysis_keys(
+    config: StudyConfig, slugs: Sequence[str], folder: StudyFolder
+) -> dict[str, list[str]]:
+    """Return the keys of the analyses by variant, of those variants for which they are known."""
+    planned = planned_keys(folder)
+    keys = {slug: planned[slug] for slug in slugs if slug in planned}
+    new = [slug for slug in slugs if slug not in planned]
+    if not new or not (folder.suite.is_file() and folder.intensities.is_file()):
+        return keys
+    from skewbridge.study.keys import run_key
+    from skewbridge.study.setup import StudySetup
+
+    try:
+        setup = StudySetup.from_sections(plain_sections(config, *SECTIONS), folder)
+        return keys | {slug: [run_key(task) for task in setup.tasks(slug)] for slug in new}
+    except (InputError, KeyError):  # prepared by another version, or for other bridges
+        return keys
+
+
+def failed_analyses(config: StudyConfig) -> list[dict[str, Any]]:
+    """Return the analyses of a study without a usable result, with the command of each alone."""
+    folder = StudyFolder(Path(config.results))
+    slugs = [variant.slug for variant in expand_grid(config.grid)]
+    rows = read_journals(folder)
+    wanted = [key for own in analysis_keys(config, slugs, folder).values() for key in own]
+    return [
+        {
+            "variant": row["variant"],
+            "motion": row["motion_id"],
+            "status": row["status"],
+            "reason": row["collapse_criterion"],
+            "command": run_command(row),
+        }
+        for row in (rows[key] for key in wanted if key in rows)
+        if row["status"] in FAILED
+    ]
 
 
 def parts_of(config: StudyConfig, cpu_hours: float) -> int:

@@ -14,8 +14,11 @@ from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.statuses import FAILED
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import read_content
+from skewbridge.study.session import PROGRESS_LOG
 
 logger = logging.getLogger(__name__)
+
+progress_logger = logging.getLogger(PROGRESS_LOG)
 
 LOG_INTERVAL_S: Final = 60.0
 CRASH: Final = "crash"
@@ -135,7 +138,8 @@ class StudyProgress:
         self._logged_s = time.monotonic()
         left = self._state.left - self._new
         eta = f", {left / self.rate_per_min:.0f} min left" if self._new and left else ""
-        logger.info(
+        # a bar in a terminal says the same
+        (progress_logger if self._bar.disable else logger).info(
             "%s: %d of %d analyses done, %.1f per minute%s",
             self._name,
             self._state.analyses - left,
@@ -155,9 +159,13 @@ def failure_note(row: Mapping[str, Any]) -> str:
     """Return what became of an analysis, and the command that repeats it by itself."""
     return (
         f"{row['variant']} under {row['motion_id']}: {row['status']} "
-        f"({row['collapse_criterion']}); alone: "
-        f"skewbridge run --row {row['run_key']} --out row_{row['run_key']}"
+        f"({row['collapse_criterion']}); alone: {run_command(row)}"
     )
+
+
+def run_command(row: Mapping[str, Any]) -> str:
+    """Return the command that repeats one analysis by itself."""
+    return f"skewbridge run --row {row['run_key']} --out row_{row['run_key']}"
 
 
 def _crash_notes(rows: Iterable[Mapping[str, Any]]) -> list[str]:

@@ -15,6 +15,8 @@ from skewbridge.study.orphans import end_with, workflow_pid
 
 logger = logging.getLogger("skewbridge")
 
+#: Lines of this log are shown where errors are, so that a piped run shows that it goes on.
+PROGRESS_LOG: Final = "skewbridge.progress"
 EXIT_FAILED: Final = 1
 EXIT_BAD_INPUT: Final = 2
 #: The disk or its rights, not the program.
@@ -25,7 +27,9 @@ _OF_THE_DISK: Final = frozenset(
 
 @contextmanager
 def script_session(job: Any) -> Generator[None]:
-    """Log to a file (everything) and to the terminal (warnings); bad input ends in one sentence.
+    """Log to a file (everything) and to the terminal (warnings, the progress of a long job).
+
+    Bad input ends in one sentence.
 
     So does a disk that is full or cannot be written. When the script is through, its outputs are
     told where they come from (`mark_outputs`).
@@ -42,7 +46,7 @@ def script_session(job: Any) -> Generator[None]:
     logging.raiseExceptions = False  # a log that the disk has no room for ends nothing
     logger.setLevel(logging.INFO)
     to_terminal = logging.StreamHandler(sys.stderr)
-    to_terminal.setLevel(logging.WARNING)
+    to_terminal.addFilter(for_terminal)
     logger.addHandler(to_terminal)
     try:
         with _logging_to(job.log[0]):
@@ -61,6 +65,11 @@ def script_session(job: Any) -> Generator[None]:
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)
+
+
+def for_terminal(record: logging.LogRecord) -> bool:
+    """Return whether a line is shown in the terminal: warnings, errors, the progress of a job."""
+    return record.levelno >= logging.WARNING or record.name == PROGRESS_LOG
 
 
 @contextmanager

@@ -130,8 +130,8 @@ def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
             else str(row["row"]),
             "state": f"{row['component']}, {row['limit_state']}",
             "theta": _with_interval([row[f"theta{end}"] for end in _ENDS]),
-            "beta": _number(row["beta"]),
             "total": _number(row["beta_total"]),
+            "beta": _number(row["beta"]),
             "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
             **{
                 name: _with_interval([row[f"{name}_ratio{end}"] for end in _ENDS]) for name in names
@@ -145,8 +145,8 @@ _LATEX_HEADS: Final = {
     "variant": "Variant",
     "state": "Component, state",
     "theta": r"$\theta$ [interval]",
-    "beta": r"$\beta$",
     "total": r"$\beta_\mathrm{total}$",
+    "beta": r"$\beta_\mathrm{records}$",
     "exceed": "exceed",
 }
 
@@ -160,6 +160,8 @@ def latex_table(table: pd.DataFrame) -> str:
     return "\n".join(
         [
             f"% medians in {units}; ratios of medians to the smallest value of each axis",
+            "% beta_total: dispersion of the curve, with that of the capacity;",
+            "% beta_records: record-to-record",
             rf"\begin{{longtable}}{{ll{'r' * (len(names) - 2)}}}",
             r"\toprule",
             head + r" \\",

@@ -1,0 +1,85 @@
+"""The tables of a study as data frames that tell their units and where they come from."""
+
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.provenance.tables import read_frame, read_table
+
+#: What must be equal in all tables of one study.
+_OF_THE_STUDY: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
+_UNIT: Final = b"unit"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Results:
+    """What a study found.
+
+    Every frame has ``attrs["units"]``, units by column where the table tells them, and
+    ``attrs["provenance"]``, texts by name.
+
+    Attributes:
+        folder: Of the study.
+        demands: A row per analysis.
+        fragility: Tables of the fits by name: curves, effects, joint ...
+    """
+
+    folder: Path
+    demands: pd.DataFrame
+    fragility: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
+
+
+def load_results(folder: Path) -> Results:
+    """Read the demands of a study and all tables of its fits.
+
+    Warns (`UserWarning`) when tables are of different configurations, motions, commits or versions.
+
+    Raises:
+        InputError: The folder has no demands, or a table is damaged or of another version.
+    """
+    path = folder / "demands.parquet"
+    if not path.is_file():
+        raise InputError(
+            f"{folder} has no demands.parquet: give the folder of a study that has run"
+        )
+    demands = _frame(path)
+    fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
+    mixed = _differences({"demands": demands, **fits})
+    if mixed:
+        warnings.warn(f"{folder}: tables of different origin: {'; '.join(mixed)}", stacklevel=3)
+    return Results(folder=folder, demands=demands, fragility=fits)
+
+
+def _frame(path: Path) -> pd.DataFrame:
+    schema = read_table(path).schema
+    frame = read_frame(path)
+    frame.attrs["units"] = {
+        name: unit.decode()
+        for name in schema.names
+        if (unit := (schema.field(name).metadata or {}).get(_UNIT))
+    }
+    frame.attrs["provenance"] = {
+        key.decode(): value.decode()
+        for key, value in (schema.metadata or {}).items()
+        if key not in (b"pandas", b"ARROW:schema")
+    }
+    return frame
+
+
+def _differences(frames: dict[str, pd.DataFrame]) -> list[str]:
+    """Return in words in what tables differ that should not."""
+    said: list[str] = []
+    for name in _OF_THE_STUDY:
+        found: dict[str, list[str]] = {}
+        for table, frame in frames.items():
+            found.setdefault(frame.attrs["provenance"].get(name, "not told"), []).append(table)
+        if len(found) > 1:
+            said.append(
+                f"{name} "
+                + ", ".join(f"{value[:12]} ({', '.join(own)})" for value, own in found.items())
+            )
+    return said

@@ -1,0 +1,136 @@
+"""Colours, signs and words of the verdicts, the same in the page and in the figures.
+
+Hue tells the direction (blue lower, vermilion higher), depth how far the effect lies beyond its
+margin. The pair of hues is told apart by all common kinds of colour blindness (Okabe and Ito 2008),
+and a sign repeats what the colour says.
+"""
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.fragility.tables.verdicts import (
+    DETECTABLE,
+    DIFFERENCE,
+    HIGHER,
+    LOWER,
+    NEGLIGIBLE,
+    UNDECIDED,
+)
+
+#: Effects in units of the margin from which a colour is deeper.
+_DEPTHS: Final = (2.0, 5.0)
+
+type Row = Mapping[Hashable, Any] | pd.Series
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerdictStyle:
+    """How one verdict looks.
+
+    Attributes:
+        name: Name of its class in the page.
+        sign: Stands before the number.
+        text: Words of the legend; ``{margin}`` holds the margin.
+        fill: Colour of the cell.
+        ink: Colour of what is written on it.
+    """
+
+    name: str
+    sign: str
+    text: str
+    fill: str
+    ink: str
+
+
+_DARK, _LIGHT = "#1c2226", "#ffffff"
+_LOWER_TEXT, _HIGHER_TEXT = "lower by over {margin}", "higher by over {margin}"
+STYLES: Final = {
+    style.name: style
+    for style in (
+        VerdictStyle(name="lower3", sign="▼", text=_LOWER_TEXT, fill="#00466e", ink=_LIGHT),
+        VerdictStyle(name="lower2", sign="▼", text=_LOWER_TEXT, fill="#0072b2", ink=_LIGHT),
+        VerdictStyle(name="lower1", sign="▼", text=_LOWER_TEXT, fill="#6db3dc", ink=_DARK),
+        VerdictStyle(
+            name="down", sign="▽", text="lower, size not decided", fill="#cfe5f3", ink=_DARK
+        ),
+        VerdictStyle(name="within", sign="=", text="within ±{margin}", fill="#e3e7ea", ink=_DARK),
+        VerdictStyle(
+            name="up", sign="△", text="higher, size not decided", fill="#fbdcc5", ink=_DARK
+        ),
+        VerdictStyle(name="higher1", sign="▲", text=_HIGHER_TEXT, fill="#f0a06a", ink=_DARK),
+        VerdictStyle(name="higher2", sign="▲", text=_HIGHER_TEXT, fill="#b84f00", ink=_LIGHT),
+        VerdictStyle(name="higher3", sign="▲", text=_HIGHER_TEXT, fill="#7a3400", ink=_LIGHT),
+        VerdictStyle(
+            name="undecided", sign="?", text="more motions needed", fill="#ffffff", ink="#4a545c"
+        ),
+    )
+}
+#: Entries of a legend: one for each class.
+LEGEND: Final = tuple(
+    STYLES[name] for name in ("lower2", "down", "within", "up", "higher2", "undecided")
+)
+
+
+def verdict_style(item: Row) -> VerdictStyle:
+    """Return the style of a row of the effects: by verdict, direction and size."""
+    verdict = str(item["verdict"])
+    if verdict in (LOWER, HIGHER):
+        size = abs(in_margins(item)[1])
+        return STYLES[f"{verdict}{1 + sum(size >= depth for depth in _DEPTHS)}"]
+    if verdict == DETECTABLE:
+        return STYLES["down" if item["direction"] < 0 else "up"]
+    return STYLES["within" if verdict == NEGLIGIBLE else UNDECIDED]
+
+
+def in_margins(item: Row) -> tuple[float, float, float]:
+    """Return lower end, estimate and upper end of an effect in units of the margin on their side.
+
+    Ratios count by their logarithms.
+    """
+    if item["judged_by"] == DIFFERENCE:
+        names = ("difference_low", "difference", "difference_high")
+        low, value, high = (float(item[name]) / item["difference_margin"] for name in names)
+        return low, value, high
+    logs = [np.log(item[name]) for name in ("ci_low", "ratio", "ci_high")]
+    below, above = -np.log1p(-item["margin"]), np.log1p(item["margin"])
+    low, value, high = (float(x / (below if x < 0.0 else above)) for x in logs)
+    return low, value, high
+
+
+def change_text(item: Row) -> str:
+    """Return the change of a demand as it is judged: in per cent, or in its unit."""
+    if item["judged_by"] == DIFFERENCE:
+        return signed(float(item["difference"]), f" {item['unit']}")
+    return signed(100.0 * (float(item["ratio"]) - 1.0), " %")
+
+
+def interval_text(item: Row) -> str:
+    """Return the interval of the effect as it is judged: in per cent, or in its unit."""
+    if item["judged_by"] == DIFFERENCE:
+        ends, unit = (item["difference_low"], item["difference_high"]), f" {item['unit']}"
+    else:
+        ends, unit = tuple(100.0 * (item[name] - 1.0) for name in ("ci_low", "ci_high")), " %"
+    low, high = map(float, ends)
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return "no interval"
+    return f"{signed(low, unit).removesuffix(unit)} to {signed(high, unit)}"
+
+
+def margin_text(item: Row) -> str:
+    """Return the margin of a row with its unit, without sign."""
+    if item["judged_by"] == DIFFERENCE:
+        return f"{item['difference_margin']:g} {item['unit']}"
+    return f"{100 * item['margin']:g} %"
+
+
+def signed(value: float, unit: str) -> str:
+    """Return a number with its sign and unit, with as many digits as one looks at."""
+    if not np.isfinite(value):
+        return "–"
+    digits = 0 if abs(value) > 9.5 else 1 if abs(value) > 0.95 or unit == " %" else 2
+    # adding zero turns a rounded -0.0 into 0.0
+    return f"{round(value, digits) + 0:+.{digits}f}{unit}"

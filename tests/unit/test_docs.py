@@ -1,0 +1,150 @@
+"""The pages of the documentation: links lead somewhere, commands and code are those that exist."""
+
+import ast
+import importlib.util
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import typer
+import yaml
+from typer.core import TyperGroup
+from typer.main import get_command
+
+from skewbridge.bridge.catalogue.schema import bridge_schema
+from skewbridge.cli import build_app
+from skewbridge.fragility.exchange.foreign import ColumnMap
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.study.config import StudyConfig, parse_config
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(
+    [
+        *(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts),
+        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+        *(ROOT / name / "README.md" for name in ("config", "motions")),
+    ]
+)
+NAMES = [str(path.relative_to(ROOT)) for path in PAGES]
+
+
+def anchors(page: Path) -> set[str]:
+    titles = re.findall(r"^#+ (.*)$", page.read_text(), re.M)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
+    prose = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose):
+        if target.startswith(("http://", "https://")):
+            continue
+        name, _, heading = target.partition("#")
+        place = (page.parent / name).resolve() if name else page
+        assert place.exists(), target
+        if heading:
+            assert heading in anchors(place), target
+
+
+def fenced(language: str) -> Iterator[tuple[str, str]]:
+    """Name of the page and text of each block in a language."""
+    pattern = re.compile(rf"^( *)```{language}\n(.*?)^\1```", re.S | re.M)
+    for page, name in zip(PAGES, NAMES, strict=True):
+        for indent, text in pattern.findall(page.read_text()):
+            yield name, re.sub(rf"^{indent}", "", text, flags=re.M)
+
+
+def command_lines() -> Iterator[tuple[str, str]]:
+    """Name of the page and each line of a block that a shell reads."""
+    for name, text in fenced("sh"):
+        yield from ((name, line) for line in text.splitlines() if line)
+    for page, name in zip(PAGES, NAMES, strict=True):
+        if name == "docs/reference/commands.md":  # usage, no commands
+            continue
+        indented = re.findall(r"(?:^ {4,}\S.*\n)+", page.read_text(), re.M)
+        for block in indented:
+            lines = block.replace("\\\n", " ").splitlines()
+            yield from ((name, line.strip()) for line in lines)
+
+
+COMMANDS = sorted({(name, line.split("   #")[0].split("  #")[0]) for name, line in command_lines()})
+
+
+@pytest.mark.parametrize(
+    ("name", "line"), [each for each in COMMANDS if each[1].startswith("skewbridge ")]
+)
+def test_a_command_of_a_page_is_one_that_the_program_takes(name: str, line: str) -> None:
+    group = get_command(build_app())
+    assert isinstance(group, TyperGroup)
+    context = typer.Context(group, info_name="skewbridge")
+    words = [word for word in shlex.split(line)[1:] if word not in ("[--config", "CONFIG]")]
+    command, rest = group, words
+    while isinstance(command, TyperGroup) and not rest[0].startswith("-"):
+        _, command, rest = command.resolve_command(context, rest)
+    if "--help" not in rest and "--version" not in rest:
+        command.make_context("", rest)
+
+
+@pytest.mark.parametrize(("name", "line"), [each for each in COMMANDS if "make " in each[1][:5]])
+def test_a_target_of_a_page_is_in_the_makefile(name: str, line: str) -> None:
+    rules = (ROOT / "Makefile").read_text()
+    for word in shlex.split(line)[1:]:
+        variable, given, value = word.partition("=")
+        if given:
+            assert re.search(rf"^{variable} \?=|\$\((if )?\$?\(?{variable}", rules, re.M), word
+            if variable == "CONFIG":
+                assert (ROOT / value).is_file(), word
+        else:
+            assert re.search(rf"^{word}:", rules, re.M), word
+
+
+@pytest.mark.parametrize(
+    ("name", "line"), [each for each in COMMANDS if each[1].startswith(("snakemake", "cp "))]
+)
+def test_files_named_in_commands_exist(name: str, line: str) -> None:
+    words = shlex.split(line)
+    read = words[1:2] if words[0] == "cp" else [w for w in words if w.startswith("config/")]
+    assert all((ROOT / word).is_file() for word in read), line
+
+
+@pytest.mark.parametrize(("name", "text"), list(fenced("python")))
+def test_python_of_a_page_runs_or_imports_what_exists(name: str, text: str) -> None:
+    """What reads a study or needs a model is parsed, and what it imports is looked up."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            assert all(importlib.util.find_spec(alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            module = importlib.import_module(node.module)
+            assert all(hasattr(module, alias.name) for alias in node.names)
+    if "results/" not in text and "import" in text:
+        exec(compile(tree, name, "exec"), {})
+
+
+@pytest.mark.parametrize(("name", "text"), list(fenced("yaml")))
+def test_yaml_of_a_page_is_taken(name: str, text: str, tmp_path: Path) -> None:
+    content = yaml.safe_load(text)
+    if isinstance(content, list):
+        (tmp_path / "states.yaml").write_text(text)
+        assert load_limit_states(tmp_path / "states.yaml")
+    elif "columns" in content:
+        assert ColumnMap(**content).columns
+    elif "extends" in content:
+        assert set(content) <= {*bridge_schema()["properties"], "extends"}
+    elif "executor" in content:
+        assert set(content) == {"executor", "jobs", "cores"}
+    else:
+        assert set(content) <= set(StudyConfig.model_fields)
+        assert parse_config(content)
+
+
+def test_the_page_of_commands_is_current() -> None:
+    spec = importlib.util.spec_from_file_location("commands_page", ROOT / "docs/commands_page.py")
+    assert spec is not None
+    assert spec.loader is not None
+    written = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(written)
+    assert written.PAGE.read_text() == written.page(), "run `make docs`"
+    assert "## skewbridge motions check" in written.page()

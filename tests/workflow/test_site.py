@@ -1,0 +1,37 @@
+"""The documentation site is built without a warning."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
+    """Unknown pages in a toctree, pages in none, links and docstrings that fail are warnings."""
+    options = ("--quiet", "--fail-on-warning", "--keep-going")
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "sphinx",
+            *options,
+            "-c",
+            "docs",
+            "-d",
+            tmp_path / "d",
+            ".",
+            tmp_path / "s",
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "s/docs/theory/contact.html").read_text()
+    assert "<math" in page
+    assert "skewbridge motions check" in (tmp_path / "s/docs/reference/commands.html").read_text()
+    assert "https://" not in "".join(
+        line for line in page.splitlines() if "<script" in line or "stylesheet" in line
+    )
