@@ -22,6 +22,7 @@ POINTS: Final = 5003  # of the lattice for three or more components: error about
 #: Of the lattice of bootstrap replicates, whose errors are common and small beside their scatter.
 FEW_POINTS: Final = 251
 _CHUNK: Final = 400_000  # numbers held at once: they stay in the cache
+_NEGLIGIBLE: Final = 1e-7  # probability far below the error of the lattice
 _REACH: Final = (-1.4, -0.7, 0.0, 0.7, 1.4)  # probits at which a replicate is evaluated
 _JITTER: Final = 1e-10  # makes a singular correlation (equal components) factorisable
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
@@ -59,20 +60,29 @@ def residual_correlation(x: FloatArray, y: FloatArray, weights: FloatArray) -> F
         weights: How often each run enters each replicate, shape (R, n).
     """
     m = y.shape[1]
+    i, j = np.tril_indices(m, -1)
+    seen = np.isfinite(y)
+    both = (seen[:, i] & seen[:, j]).astype(np.float64)
+    x = (x - np.mean(x))[:, None]
+    y = np.where(seen, y - np.mean(y, axis=0, where=seen, keepdims=True), 0.0)
+
+    def products(first: FloatArray, second: FloatArray) -> FloatArray:
+        """Return the sums of products about the means of every pair, shape (R, pairs)."""
+        sums = [weights @ (values * both) for values in (first * second, first, second)]
+        return sums[0] - sums[1] * sums[2] / total
+
+    total = weights @ both
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_x = [products(x, values) for values in (y[:, i], y[:, j])]
+        about_x = products(x, np.broadcast_to(x, both.shape))
+        first, second = (
+            products(values, values) - own**2 / about_x
+            for values, own in zip((y[:, i], y[:, j]), by_x, strict=True)
+        )
+        shared = products(y[:, i], y[:, j]) - by_x[0] * by_x[1] / about_x
+        rho = np.where(np.sum(both, axis=0) < 4, 0.0, shared / np.sqrt(first * second))
     out = np.broadcast_to(np.eye(m), (weights.shape[0], m, m)).copy()
-    for i in range(m):
-        for j in range(i):
-            both = np.isfinite(y[:, i]) & np.isfinite(y[:, j])
-            if np.sum(both) < 4:
-                continue
-            own = weights[:, both]
-            first, second, total = (
-                weighted_lines(x[both], values[both], own).scatter
-                for values in (y[:, i], y[:, j], y[:, i] + y[:, j])
-            )
-            with np.errstate(divide="ignore", invalid="ignore"):
-                rho = (total**2 - first**2 - second**2) / (2.0 * first * second)
-            out[:, i, j] = out[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
+    out[:, i, j] = out[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
     # components observed in different runs: the nearest matrix that is a correlation
     values, vectors = np.linalg.eigh(out)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
@@ -199,30 +209,33 @@ def _union(z: FloatArray, correlation: FloatArray) -> FloatArray:
 
 def _union_of_each(z: FloatArray, correlation: FloatArray, points: int) -> FloatArray:
     """Return P(any Z_i <= z_i) of rows of z, shape (n, m), each with its own correlation."""
-    n, m = z.shape
-    if m == 1:
-        return np.asarray(special.ndtr(z[:, 0]))
-    rows = max(_CHUNK // (points * m), 1)
-    parts = [slice(first, first + rows) for first in range(0, n, rows)]
-    return 1.0 - np.concatenate([_all_below(-z[s], correlation[s], points) for s in parts])
+    order = np.argsort(-z, axis=1)  # the most restrictive first: less variance
+    top = np.take_along_axis(z, order, axis=1)
+    p = special.ndtr(top[:, 0])
+    # what adds less than `_NEGLIGIBLE` is left out: components, and all beside one that is certain
+    counts = np.where(p < 1.0 - _NEGLIGIBLE, np.sum(special.ndtr(top) > _NEGLIGIBLE, axis=1), 1)
+    for count in np.unique(counts[counts > 1]):
+        rows = np.flatnonzero(counts == count)
+        for part in np.array_split(rows, 1 + rows.size * points * count // _CHUNK):
+            own = order[part, :count]
+            matrix = correlation[part[:, None, None], own[:, :, None], own[:, None, :]]
+            p[part] = 1.0 - _all_below(-top[part, :count], matrix, points)
+    return p
 
 
 def _all_below(limit: FloatArray, correlation: FloatArray, points: int) -> FloatArray:
     """Return P(Z_i <= limit_i for all i) of each row by Genz's separation of variables."""
     n, m = limit.shape
-    order = np.argsort(limit, axis=1)  # the most restrictive first: less variance
-    row = np.arange(n)[:, None, None]
-    matrix = correlation[row, order[:, :, None], order[:, None, :]] + _JITTER * np.eye(m)
-    root, top = np.linalg.cholesky(matrix), np.take_along_axis(limit, order, axis=1)
+    root = np.linalg.cholesky(correlation + _JITTER * np.eye(m))
     lattice = _lattice(m - 1, points)
-    e = np.repeat(special.ndtr(top[:, :1] / root[:, :1, 0]), points, axis=1)
+    e = np.repeat(special.ndtr(limit[:, :1] / root[:, :1, 0]), points, axis=1)
     product = e.copy()
     y = np.zeros((n, m - 1, points))
     for i in range(1, m):
         e *= lattice[i - 1]
         special.ndtri(np.clip(e, 1e-300, 1.0 - 1e-16, out=e), out=y[:, i - 1])
-        inner = np.einsum("nk,nkp->np", root[:, i, :i], y[:, :i])
-        np.subtract(top[:, i, None], inner, out=inner)
+        inner = (root[:, i, None, :i] @ y[:, :i])[:, 0]
+        np.subtract(limit[:, i, None], inner, out=inner)
         inner /= root[:, i, i, None]
         special.ndtr(inner, out=e)
         product *= e
