@@ -73,7 +73,7 @@ class CensoredKernel:
         if self._observed.columns.size:
             w = weights[..., self._observed.columns]
             z = params @ self._observed.upper.T
-            count = np.sum(np.broadcast_to(w, z.shape), axis=1)
+            count = np.sum(w, axis=-1)
             total.loglik += np.sum(w * (-0.5 * z * z - HALF_LOG_2PI), axis=1)
             total.loglik += count * np.log(safe_h)
             total.add(self._observed.upper, -w * z, np.broadcast_to(-w, z.shape))

@@ -12,18 +12,20 @@ from functools import lru_cache
 from typing import Final
 
 import numpy as np
-from scipy import special
+from scipy import interpolate, special
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.bootstrap import Replicates, weighted_lines
+from skewbridge.fragility.likelihood.bootstrap import Replicates
 from skewbridge.fragility.likelihood.links import FloatArray
 
 POINTS: Final = 5003  # of the lattice for three or more components: error about 2e-5
 #: Of the lattice of bootstrap replicates, whose errors are common and small beside their scatter.
-FEW_POINTS: Final = 251
+FEW_POINTS: Final = 127
 _CHUNK: Final = 400_000  # numbers held at once: they stay in the cache
-_NEGLIGIBLE: Final = 1e-7  # probability far below the error of the lattice
+_NEGLIGIBLE: Final = 1e-6  # probability below the error of the lattice
+_NEVER: Final = -40.0  # standardised intensity at which a component does not fail
 _REACH: Final = (-1.4, -0.7, 0.0, 0.7, 1.4)  # probits at which a replicate is evaluated
+_BETWEEN: Final = 200  # probits at which a curve is compared with its lognormal
 _JITTER: Final = 1e-10  # makes a singular correlation (equal components) factorisable
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 
@@ -132,12 +134,9 @@ def contributions(im: FloatArray, joint: JointDemand) -> FloatArray:
     """Return (P - P without component i)/P, shape (n, m): what retrofitting it could save."""
     z = _standardised(im[:, None], joint.theta, joint.beta)
     m = joint.theta.size
-    union = _union(z, joint.correlation)
-    without = np.zeros((im.size, m))
-    for i in range(m if m > 1 else 0):
-        rest = [j for j in range(m) if j != i]
-        without[:, i] = _union(z[:, rest], joint.correlation[np.ix_(rest, rest)])
-    return 1.0 - without / np.maximum(union, 1e-300)[:, None]
+    rest = np.where(np.eye(m, dtype=np.bool_), _NEVER, z[:, None]).reshape(-1, m)
+    without = _union(rest, joint.correlation).reshape(-1, m)
+    return 1.0 - without / np.maximum(_union(z, joint.correlation), 1e-300)[:, None]
 
 
 def replicate_medians(
@@ -169,7 +168,7 @@ def _standardised(im: FloatArray, theta: FloatArray, beta: FloatArray) -> FloatA
     """Return ln(x/theta)/beta; far below zero where a component has no rising line."""
     with np.errstate(divide="ignore", invalid="ignore"):
         z = np.log(im / theta) / beta
-    return np.where(np.isfinite(theta) & np.isfinite(beta) & (beta > 0.0), z, -40.0)
+    return np.where(np.isfinite(theta) & np.isfinite(beta) & (beta > 0.0), z, _NEVER)
 
 
 def lognormal_of_system(im: FloatArray, p: FloatArray) -> tuple[float, float, float]:
@@ -181,10 +180,15 @@ def lognormal_of_system(im: FloatArray, p: FloatArray) -> tuple[float, float, fl
     ends = np.array([special.ndtr(-1.0), 0.5, special.ndtr(1.0)])
     if p[0] > ends[0] or p[-1] < ends[2]:
         raise InputError(f"the system curve spans {p[0]:.3g}..{p[-1]:.3g}, not 0.16..0.84")
-    x16, x50, x84 = np.interp(special.ndtri(ends), special.ndtri(p), np.log(im))
+    probit = special.ndtri(p)
+    with np.errstate(invalid="ignore"):
+        rising = np.isfinite(probit) & (np.diff(probit, prepend=-np.inf) > 0.0)
+    curve = interpolate.PchipInterpolator(probit[rising], np.log(im[rising]))
+    x16, x50, x84 = curve(special.ndtri(ends))
     beta = 0.5 * (x84 - x16)
-    fitted = special.ndtr((np.log(im) - x50) / beta)
-    return float(np.exp(x50)), float(beta), float(np.max(np.abs(fitted - p)))
+    between = np.linspace(*probit[rising][[0, -1]], _BETWEEN)
+    away = special.ndtr((curve(between) - x50) / beta) - special.ndtr(between)
+    return float(np.exp(x50)), float(beta), float(np.max(np.abs(away)))
 
 
 def bivariate_upper(h: FloatArray, k: FloatArray, rho: float) -> FloatArray:

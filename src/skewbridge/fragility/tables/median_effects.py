@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood.bootstrap import record_weights, student_reach
+from skewbridge.fragility.likelihood.bootstrap import shared_weights, student_reach
 from skewbridge.fragility.likelihood.fit import exp_end
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -102,8 +102,7 @@ def _ratio(
     count = int(np.unique(motions).size)
     if count < _MIN_MOTIONS:
         return None
-    weights = record_weights(motions, settings.bootstrap, settings.seed)
-    weights = np.vstack([np.ones(motions.size), weights])
+    weights = shared_weights(motions, settings.bootstrap, settings.seed)
     theta = {name: end.medians(usable, state.threshold, weights) for name, end in ends.items()}
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = theta["to"] / theta["from"]

@@ -15,7 +15,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import Replicates, record_weights, student_reach
+from skewbridge.fragility.likelihood.bootstrap import Replicates, shared_weights, student_reach
 from skewbridge.fragility.likelihood.fit import FITTED, exp_end
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods.system import (
@@ -48,7 +48,11 @@ MIN_RUNS: Final = 8
 MIN_COMPLETE: Final = 4
 #: Replicates behind the interval: its half-width is known to 5 %.
 REPLICATES: Final = 199
-_POINTS: Final = 41
+#: Intensities of the curve of a system, between those that leave `_TAIL` at either end by the
+#: bounds, and of the bounds.
+_POINTS: Final = 17
+_BOUND_POINTS: Final = 201
+_TAIL: Final = 1e-3
 
 
 def system_curves(
@@ -161,8 +165,7 @@ class _System:
     ) -> None:
         self._degree, members = system
         self._runs, self._settings = runs, settings
-        drawn = record_weights(runs.records, REPLICATES, settings.seed)
-        self._weights = np.vstack([np.ones(runs.im.size), drawn])
+        self._weights = shared_weights(runs.records, REPLICATES, settings.seed)
         self._motions = int(np.unique(runs.records).size)
         self._members: list[_Member] = []
         self._left_out: list[str] = []
@@ -252,9 +255,12 @@ class _System:
         joint = every.first
         reach = float(np.exp(4.0 * np.max(joint.beta)))
         lowest = float(np.min(joint.theta))
-        grid = np.geomspace(lowest / reach, lowest * reach, _POINTS)
+        wide = np.geomspace(lowest / reach, lowest * reach, _BOUND_POINTS)
+        bounds = system_bounds(wide, joint)
+        together, apart = (lognormal_of_system(wide, p) for p in bounds)
+        within = wide[(bounds[1] > _TAIL) & (bounds[0] < 1.0 - _TAIL)]
+        grid = np.geomspace(within[0], within[-1], _POINTS)
         theta, beta, distance = lognormal_of_system(grid, series_system(grid, joint))
-        together, apart = (lognormal_of_system(grid, p) for p in system_bounds(grid, joint))
         share = contributions(np.array([theta]), joint)[0]
         weakest = int(np.argmax(share)) if share.size > 1 else 0
         return {
