@@ -17,6 +17,7 @@ from skewbridge.report.axis_layout import named_value, shown_axes
 from skewbridge.report.fragility_figures import total_dispersion
 from skewbridge.report.html.answer import model_name
 from skewbridge.report.html.statements import plain_label
+from skewbridge.report.sampled_runs import sample_note, sampled_runs
 from skewbridge.variant.axes import axes_of
 
 _LIBRARY: Final = "plotly-basic.min.js"
@@ -32,6 +33,8 @@ def library() -> str:
 def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame) -> str:
     """Return runs, fits and variants as JSON that may stand in a script element.
 
+    Of a large study the runs are a sample, of which ``sample_note`` tells.
+
     Args:
         demands: Demands table.
         curves: Fits of the single variants.
@@ -41,7 +44,7 @@ def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame) -> str:
     columns = [name for name in dict.fromkeys(curves["demand"]) if name in demands]
     shown = shown_axes(demands)
     axes = axes_of(demands.columns)
-    variants = demands.drop_duplicates("variant")
+    variants, runs = demands.drop_duplicates("variant"), sampled_runs(demands)
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "axes": [{"name": axis.name, "label": axis.label_with_unit} for axis in axes],
@@ -55,13 +58,14 @@ def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame) -> str:
         },
         "demands": {name: label_of(name) for name in columns},
         "fits": [_fit(row) for row in fits.to_dict("records")],
+        "sample_note": sample_note(len(runs), len(demands)),
         "runs": {
-            "variant": demands["variant"].tolist(),
-            "motion": demands["motion_id"].tolist(),
-            "status": demands["status"].tolist(),
-            "key": demands["run_key"].tolist(),
-            "im": _numbers(demands[im]),
-            **{name: _numbers(demands[name]) for name in columns},
+            "variant": runs["variant"].tolist(),
+            "motion": runs["motion_id"].tolist(),
+            "status": runs["status"].tolist(),
+            "key": runs["run_key"].tolist(),
+            "im": _numbers(runs[im]),
+            **{name: _numbers(runs[name]) for name in columns},
         },
     }
     return json.dumps(payload, separators=(",", ":"), default=_plain).replace("</", "<\\/")

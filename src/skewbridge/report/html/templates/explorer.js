@@ -143,7 +143,7 @@
     pick("command").textContent = view === "cloud" ? "Choose a point: its command stands here." : "";
     const fits = data.fits.filter((f) => f.component === component && f.limit_state === state && f.method === pick("method").value && kept(f.variant));
     if (view === "curves") drawCurves(fits); else if (view === "cloud") drawCloud(fits.length ? fits : data.fits.filter((f) => f.component === component)); else drawTable();
-    pick("note").textContent = view === "curves" && !fits.length ? "No curve of this state and method for these variants." : "";
+    pick("note").textContent = view === "curves" && !fits.length ? "No curve of this state and method for these variants." : view === "cloud" ? data.sample_note : "";
   }
   function changed() {
     const told = new URLSearchParams(controls.map((c) => [c, pick(c).value]));
