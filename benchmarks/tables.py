@@ -1,7 +1,7 @@
 """Processor seconds and memory of the tables of a study by their number of rows.
 
 `python benchmarks/tables.py 10x100 20x100` takes variants x motions; each runs in a process of its
-own and prints seconds by step, peak memory, and the growth exponent from one size to the next.
+own and prints processor seconds by step, peak memory, and the growth exponent over all sizes.
 """
 
 import argparse
@@ -29,31 +29,42 @@ from skewbridge.fragility.tables.factors import factor_summary
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.fragility.tables.median_effects import paired_capacity_effects
 from skewbridge.fragility.tables.ordered_curves import ordered_curves
+from skewbridge.fragility.tables.paper_table import latex_table, paper_table
 from skewbridge.fragility.tables.system_curves import system_curves
+from skewbridge.report.checks import StudyTables, check_tables
+from skewbridge.report.html.explorer import explorer_data
 
 _STATES = Path(__file__).parents[1] / "config" / "limit_states.yaml"
 
 
 def measured(variants: int, motions: int) -> dict[str, Any]:
-    """Return seconds of each step, in one process, and the peak memory of all in MB."""
+    """Return processor seconds of each step, in one process, and the peak memory of all in MB."""
     rows, settings = synthetic_rows(variants, motions), FitSettings()
     states, names = load_limit_states(_STATES), list(demands_for("effect", rows.columns))
-    curves = fit_study(rows.head(motions), states, IM, settings)  # imports; their shape
-    steps: dict[str, Callable[[], object]] = {
-        "collect": lambda: _collect(rows, motions),
-        "curves": lambda: fit_study(rows, states, IM, settings),
-        "ordered": lambda: ordered_curves(rows, states, IM, settings),
-        "medians": lambda: paired_capacity_effects(rows, states, IM, settings),
-        "system": lambda: system_curves(rows, states, IM, settings),
-        "joint": lambda: joint_table(rows, states, IM, curves, settings),
-        "effects": lambda: paired_effects(rows, names, settings),
-        "factors": lambda: factor_summary(rows, names, settings),
-    }
+    fit_study(rows.head(motions), states, IM, settings)  # imports
     seconds: dict[str, float] = {}
-    for name, step in steps.items():
+
+    def timed[Found](name: str, step: Callable[[], Found]) -> Found:
         start = time.process_time()
-        step()
+        found = step()
         seconds[name] = round(time.process_time() - start, 2)
+        sys.stderr.write(f"{variants} x {motions} {name}: {seconds[name]} s\n")
+        return found
+
+    timed("collect", lambda: _collect(rows, motions))
+    effects = timed("effects", lambda: paired_effects(rows, names, settings))
+    timed("factors", lambda: factor_summary(rows, names, settings))
+    medians = timed("medians", lambda: paired_capacity_effects(rows, states, IM, settings))
+    curves = timed("curves", lambda: fit_study(rows, states, IM, settings))
+    timed("ordered", lambda: ordered_curves(rows, states, IM, settings))
+    joint = timed("joint", lambda: joint_table(rows, states, IM, curves, settings))
+    checked = StudyTables(
+        demands=rows, curves=curves, effects=effects, suite=rows, max_unfinished_share=1.0
+    )
+    timed("check", lambda: check_tables(checked))
+    timed("table", lambda: latex_table(paper_table(curves, medians, joint, settings)))
+    timed("explorer", lambda: explorer_data(rows, curves))
+    timed("systems", lambda: system_curves(rows, states, IM, settings))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     return {"variants": variants, "motions": motions, "seconds": seconds, "peak_mb": peak}
 
