@@ -227,8 +227,8 @@ SAMPLING_PLANS: Final[dict[str, Simulation]] = {
     },
     **{
         f"system of {motions}, {100 * share:g} % collapse": _system(motions, share)
-        for motions in (16,)
-        for share in (0.0, 0.05)
+        for motions in (16, 32)
+        for share in (0.0, 0.05, 0.20)
     },
 }
 

@@ -1,7 +1,8 @@
 """Uncertainty by motion: every motion left out once, and the bootstrap over motions.
 
 A fit hands over the share of each motion in its score and information. One Newton step with other
-weights of the motions then gives the estimate of a replicate: exact where the model is linear.
+weights of the motions then gives the estimate of a replicate: exact where the model is linear. A
+probit that few motions decide is not: it is fitted again without each of those.
 
 References:
     Bell and McCaffrey (2002), Survey Methodology 28(2):169-181: with few clusters the jackknife is
@@ -30,6 +31,7 @@ class MotionSums:
             scatter of its own (probit).
         slopes: Mean of x times residual, shape (G, p).
         products: Mean of x x', shape (G, p, p).
+        refitted: Parameters without each motion, shape (G, p), where one step is not enough.
     """
 
     params: FloatArray
@@ -38,6 +40,7 @@ class MotionSums:
     squares: FloatArray | None = None
     slopes: FloatArray | None = None
     products: FloatArray | None = None
+    refitted: FloatArray | None = None
 
     def reweighted(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return parameters (R, p) and scatter squared (R,) at weights of the motions (R, G)."""
@@ -65,6 +68,8 @@ class MotionSums:
     def one_left_out(self) -> tuple[FloatArray, FloatArray]:
         """Return parameters (G, p) and scatter squared (G,) without each motion."""
         count = self.score.shape[0]
+        if self.refitted is not None:
+            return self.refitted, np.ones(count)
         return self.reweighted(np.ones((count, count)) - np.eye(count))
 
 

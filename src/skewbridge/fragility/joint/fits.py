@@ -12,7 +12,7 @@ from scipy import special
 
 from skewbridge.fragility.joint.by_motion import MotionSums
 from skewbridge.fragility.joint.mixed import MixedData, fit_mixed
-from skewbridge.fragility.joint.probit import ProbitFit, fit_probit
+from skewbridge.fragility.joint.probit import ProbitFit, fit_probit, refitted_without_motions
 from skewbridge.fragility.joint.runs import JointRuns
 from skewbridge.fragility.joint.selection import Cells, Products, best_terms
 from skewbridge.fragility.joint.surface import Surface
@@ -163,7 +163,7 @@ def fit_outcomes(
             best = JointFit(
                 status=FITTED,
                 surface=surface,
-                sums=fit.sums,
+                sums=refitted_without_motions(fit, design, hit, motion),
                 without=without,
                 criterion=2.0 * (design.shape[1] - fit.loglik),
             )

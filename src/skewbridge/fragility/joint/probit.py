@@ -5,7 +5,7 @@ References:
     parameterised curves; Liang and Zeger (1986), Biometrika 73(1):13-22, for the clusters.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -20,6 +20,8 @@ from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 
 SEPARATION: Final = "separation"
 NOT_CONVERGED: Final = "not_converged"
+# A motion that moves the estimate by more than this many standard errors is left out by a new fit.
+_MOVES_MUCH: Final = 0.1
 # Less than this share of the information in some direction: the maximum may lie at infinity.
 _THIN_INFORMATION: Final = 1e-5
 
@@ -60,6 +62,32 @@ def fit_probit(design: FloatArray, exceed: FloatArray, motion: NDArray[np.intp])
     return ProbitFit(
         status=status, sums=sums, loglik=float(best.loglik[0]), score=score, curve=curve
     )
+
+
+def refitted_without_motions(
+    fit: ProbitFit, design: FloatArray, exceed: FloatArray, motion: NDArray[np.intp]
+) -> MotionSums:
+    """Return the shares of the motions with the estimates without each of them, iterated.
+
+    One Newton step is kept for the motions that hardly move the estimate. Where the outcomes are
+    separated without a motion its slope is very large: beta then has no lower bound to speak of.
+
+    Args:
+        fit: A fit with an estimate.
+        design: What it was made of, shape (n, p).
+        exceed: 0 or 1, shape (n,).
+        motion: Number of the motion, shape (n,).
+    """
+    params, _ = fit.sums.one_left_out()
+    moved = params - fit.sums.params
+    information = np.sum(fit.sums.information, axis=0)
+    far = np.einsum("gp,pq,gq->g", moved, information, moved) > _MOVES_MUCH**2
+    kept = (motion != np.flatnonzero(far)[:, None]).astype(np.float64)
+    if far.any():
+        kernel = BinomialKernel(design, kept, kept * exceed)
+        start = np.broadcast_to(fit.sums.params, (len(kept), design.shape[1]))
+        params[far] = maximise(kernel, start, covariance=False).params
+    return replace(fit.sums, refitted=params)
 
 
 def _is_thin(design: FloatArray, information: FloatArray) -> bool:
