@@ -49,15 +49,19 @@ _COLLAPSE_DRIFT: Final = 0.10
 
 
 def grid_of(count: int) -> list[Variant]:
-    """Return ``count`` variants of one bridge: skews, gaps and frictions, as even as they go."""
-    skews = list(range(0, 61, 3 if count > 2000 else 15))
-    frictions = [0, 25, 50, 75]
-    gaps = range(10, 10 + -(-count // (len(skews) * len(frictions))))
+    """Return ``count`` variants, a hundred of each bridge: skews, gaps and frictions."""
     every = [
-        Variant(bridge="osb1", abutment="contact_friction", skew_deg=s, gap_mm=g, friction_pct=f)
-        for g in gaps
-        for s in skews
-        for f in frictions
+        Variant(
+            bridge=f"b{number:03d}",
+            abutment="contact_friction",
+            skew_deg=skew,
+            gap_mm=gap,
+            friction_pct=friction,
+        )
+        for number in range(-(-count // 100))
+        for gap in (10, 25, 51, 76, 102)
+        for skew in (0, 15, 30, 45, 60)
+        for friction in (0, 25, 50, 75)
     ]
     return every[:count]
 
@@ -76,7 +80,7 @@ def synthetic_rows(variants: int, motions: int, seed: int = SEED) -> pd.DataFram
     effect = sum(slope * axes[name] for name, slope in _EFFECTS.items())
     found: dict[str, object] = {
         "variant": np.repeat([each.slug for each in grid], motions),
-        "bridge": "osb1",
+        "bridge": np.repeat([each.bridge for each in grid], motions),
         "abutment": "contact_friction",
         **axes,
         "motion_id": np.tile([f"m{m:05d}" for m in range(motions)], variants),

@@ -25,9 +25,14 @@ _CHUNK: Final = 400_000  # numbers held at once: they stay in the cache
 _NEGLIGIBLE: Final = 1e-6  # probability below the error of the lattice
 _NEVER: Final = -40.0  # standardised intensity at which a component does not fail
 _REACH: Final = (-1.4, -0.7, 0.0, 0.7, 1.4)  # probits at which a replicate is evaluated
+_WIDE: Final = 201  # intensities of the bounds of a system
+_WITHIN: Final = 17  # of its curve, where the bounds leave more than `_TAIL` open
+_TAIL: Final = 1e-3
 _BETWEEN: Final = 200  # probits at which a curve is compared with its lognormal
 _JITTER: Final = 1e-10  # makes a singular correlation (equal components) factorisable
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+
+type Lognormal = tuple[float, float, float]  # theta, beta, largest distance in probability
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,7 +176,21 @@ def _standardised(im: FloatArray, theta: FloatArray, beta: FloatArray) -> FloatA
     return np.where(np.isfinite(theta) & np.isfinite(beta) & (beta > 0.0), z, _NEVER)
 
 
-def lognormal_of_system(im: FloatArray, p: FloatArray) -> tuple[float, float, float]:
+def lognormals(joint: JointDemand) -> tuple[Lognormal, Lognormal, Lognormal]:
+    """Return `lognormal_of_system` of a system, and if its components were one or independent."""
+    lowest, reach = float(np.min(joint.theta)), float(np.exp(4.0 * np.max(joint.beta)))
+    wide = np.geomspace(lowest / reach, lowest * reach, _WIDE)
+    together, apart = system_bounds(wide, joint)
+    within = wide[(apart > _TAIL) & (together < 1.0 - _TAIL)]
+    im = np.geomspace(within[0], within[-1], _WITHIN)
+    return (
+        lognormal_of_system(im, series_system(im, joint)),
+        lognormal_of_system(wide, together),
+        lognormal_of_system(wide, apart),
+    )
+
+
+def lognormal_of_system(im: FloatArray, p: FloatArray) -> Lognormal:
     """Return theta and beta of a lognormal through x16, x50, x84 and the largest |dP| to it.
 
     Raises:

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from math import nan
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -102,8 +102,8 @@ def _ratio(
     count = int(np.unique(motions).size)
     if count < _MIN_MOTIONS:
         return None
-    weights = shared_weights(motions, settings.bootstrap, settings.seed)
-    theta = {name: end.medians(usable, state.threshold, weights) for name, end in ends.items()}
+    drawn = _Drawn(motions.tobytes(), settings.bootstrap, settings.seed)
+    theta = {name: end.medians(usable, state.threshold, drawn) for name, end in ends.items()}
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = theta["to"] / theta["from"]
         logs = np.log(ratio)
@@ -149,12 +149,28 @@ class _End:
         data = outcomes.censored(state.threshold)
         return cls(im, outcomes, data, data.used)
 
-    def medians(
-        self, usable: NDArray[np.bool_], threshold: float, weights: FloatArray
-    ) -> FloatArray:
+    def medians(self, usable: NDArray[np.bool_], threshold: float, drawn: "_Drawn") -> FloatArray:
         """Return the medians of the weighted replicates, the data first; NaN without a line."""
         complete = self.outcomes.complete & usable
         if np.sum(complete) < _MIN_MOTIONS or np.ptp(self.im[complete]) == 0.0:
-            return np.full(weights.shape[0], nan)
-        kept = CensoredDemands(self.data.lower[usable], self.data.upper[usable], usable[usable])
-        return refit_censored(self.im[usable], kept, threshold, weights).theta
+            return np.full(1 + drawn.replicates, nan)
+        columns = np.stack([self.im, self.data.lower, self.data.upper])[:, usable]
+        return _medians(columns.tobytes(), threshold, drawn)
+
+
+class _Drawn(NamedTuple):
+    """The motions of the runs, as bytes, and how they are drawn."""
+
+    motions: bytes
+    replicates: int
+    seed: int
+
+
+@lru_cache(maxsize=8192)  # a variant is in several pairs; 80 MB with 1000 replicates
+def _medians(columns: bytes, threshold: float, drawn: _Drawn) -> FloatArray:
+    """Return the medians of runs told by their intensities, lower and upper demands."""
+    im, lower, upper = np.frombuffer(columns).reshape(3, -1)
+    motions = np.frombuffer(drawn.motions, dtype=np.intp)
+    weights = shared_weights(motions, drawn.replicates, drawn.seed)
+    data = CensoredDemands(lower, upper, np.ones(im.size, dtype=np.bool_))
+    return refit_censored(im, data, threshold, weights).theta

@@ -22,11 +22,9 @@ from skewbridge.fragility.methods.system import (
     JointDemand,
     contributions,
     joint_demand,
-    lognormal_of_system,
+    lognormals,
     replicate_medians,
     residual_correlation,
-    series_system,
-    system_bounds,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.key_columns import variant_values, variants_of
@@ -48,11 +46,6 @@ MIN_RUNS: Final = 8
 MIN_COMPLETE: Final = 4
 #: Replicates behind the interval: its half-width is known to 5 %.
 REPLICATES: Final = 199
-#: Intensities of the curve of a system, between those that leave `_TAIL` at either end by the
-#: bounds, and of the bounds.
-_POINTS: Final = 17
-_BOUND_POINTS: Final = 201
-_TAIL: Final = 1e-3
 
 
 def system_curves(
@@ -253,14 +246,7 @@ class _System:
             correlation,
         )
         joint = every.first
-        reach = float(np.exp(4.0 * np.max(joint.beta)))
-        lowest = float(np.min(joint.theta))
-        wide = np.geomspace(lowest / reach, lowest * reach, _BOUND_POINTS)
-        bounds = system_bounds(wide, joint)
-        together, apart = (lognormal_of_system(wide, p) for p in bounds)
-        within = wide[(bounds[1] > _TAIL) & (bounds[0] < 1.0 - _TAIL)]
-        grid = np.geomspace(within[0], within[-1], _POINTS)
-        theta, beta, distance = lognormal_of_system(grid, series_system(grid, joint))
+        (theta, beta, distance), together, apart = lognormals(joint)
         share = contributions(np.array([theta]), joint)[0]
         weakest = int(np.argmax(share)) if share.size > 1 else 0
         return {
