@@ -16,7 +16,7 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices headline smoke test test-cluster lint bench verify verify-accuracy audit mutants docs clean
+.PHONY: help setup study choices headline smoke test test-browser test-cluster test-exports lint bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
@@ -25,13 +25,15 @@ help:
 	@echo "make choices      the modeller's choices one at a time, beside friction, gap and skew"
 	@echo "make test         install everything, run all checks"
 	@echo "make headline     table and picture of the README from a finished study   (RESULTS=folder)"
+	@echo "make test-browser the page in a real browser   (needs chromium)"
 	@echo "make test-cluster the smoke study through a real Slurm on this host (root, slurm-wlm, munge)"
+	@echo "make test-exports  exported curves read by pelicun and OpenQuake, in environments of their own"
 	@echo "make smoke        two variants x three motions, full report"
 	@echo "make verify       the paper's studies and statements against references, the hard set, and the slow tests"
 	@echo "make verify-accuracy  effects of friction, gap and skew at default against reference: 1 to 2 hours, goes on"
 	@echo "                  where it was broken off   (WHOLE=1 for motions of full length: 4 to 6 hours)"
 	@echo "make bench        what things cost, as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
-	@echo "make audit        known vulnerabilities of the locked packages   (skipped without a network)"
+	@echo "make audit        known vulnerabilities of the locked packages   (skipped where PyPI cannot be asked)"
 	@echo "make mutants      do the tests notice? 200 small changes of the sources; hours, goes on where it was broken off"
 	@echo "make docs         reference pages from the code, and the documentation site in docs/_build/html"
 	@echo "make setup lint clean"
@@ -63,11 +65,22 @@ lint: setup
 	$(BIN)/deptry src
 
 test: setup lint
-	$(BIN)/pytest -n $(CORES) --dist loadfile -m "not slow and not cluster" tests/workflow tests
+	$(BIN)/pytest -n $(CORES) --dist loadfile \
+		-m "not slow and not browser and not cluster and not exports" tests/workflow tests
+
+# The page of a study in Chromium at two widths; skipped, with the reason, where there is none.
+test-browser: setup
+	@VIRTUAL_ENV=$(VENV) $$(command -v uv || echo .uv/bin/uv) pip install --quiet --require-hashes --requirement workflow/browser.txt
+	$(BIN)/pytest -rs -m browser tests/browser
 
 # A Slurm of two nodes on this host, started and stopped by the test; skipped where it cannot be.
 test-cluster: setup
 	$(BIN)/pytest -rs -m cluster tests/cluster
+
+# In .exports stand pelicun and OpenQuake; what cannot be installed is skipped.
+test-exports: setup
+	bash tests/exports/setup.sh "$$(command -v uv || echo .uv/bin/uv)" $(abspath $(BIN))/python .exports
+	$(BIN)/pytest -rs -m exports tests/exports
 
 verify: setup
 	$(BIN)/skewbridge verify

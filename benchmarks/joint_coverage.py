@@ -22,6 +22,7 @@ from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.limit_states import LimitState
+from skewbridge.reading.tables import records_of
 
 SEED: Final = 20261122
 REPLICATES: Final = 500
@@ -108,8 +109,8 @@ def measure(collapse: float, replicates: int, seed: int) -> list[dict[str, Any]]
     errors: dict[tuple[str, str], list[float]] = {}
     for _ in range(replicates):
         found = joint_table(simulated(table, collapse, rng), [STATE], IM, curves, settings)
-        for row in found[found["status"] == FITTED].to_dict("records"):
-            model = JointModel.of_row({str(name): value for name, value in row.items()})
+        for row in records_of(found[found["status"] == FITTED]):
+            model = JointModel.of_row(row)
             source = str(row["source"])
             for name, place in PLACES.items():
                 theta, low, high = model.median(place)

@@ -24,10 +24,12 @@ from pathlib import Path
 import pandas as pd
 import psutil
 
+from skewbridge.study.journal import JournalContent, read_content
+
 ROOT = Path(__file__).parents[1]
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
 LEFT_OUT = shutil.ignore_patterns(
-    ".git", ".venv", ".uv", ".snakemake", "results", ".*_cache", ".hypothesis"
+    ".git", ".venv", ".uv", ".exports", ".snakemake", "results", ".*_cache", ".hypothesis"
 )
 CORES = 2
 GRACE_S = 5.0
@@ -91,16 +93,9 @@ def alive(mark: str) -> list[psutil.Process]:
     return found
 
 
-def finished(tree: Path) -> list[str]:
-    """Return the keys in the journals, repeated ones as often as they are there."""
-    keys: list[str] = []
-    for path in (tree / "results/journal").glob("*.jsonl"):
-        for line in path.read_text(errors="replace").splitlines():
-            try:
-                keys.append(json.loads(line)["run_key"])
-            except (ValueError, KeyError):
-                continue
-    return keys
+def finished(tree: Path) -> JournalContent:
+    """Return what the journals hold, wherever the study writes its results."""
+    return read_content(sorted((tree / "results").rglob("journal/*.jsonl")))
 
 
 def equal(tree: Path, reference: Path) -> bool:
@@ -133,11 +128,10 @@ def ended_at(tree: Path, reference: Path, at_s: float, sent: signal.Signals) -> 
     before = finished(tree)
     again = start(tree, mark)
     completed = again.wait() == 0
-    keys = finished(tree)
     return Outcome(
         at_s=round(at_s, 1),
-        finished_before=len(before),
-        finished_repeated=len(keys) - len(set(keys)),
+        finished_before=len(before.rows),
+        finished_repeated=finished(tree).repeated,
         alive_after_grace=len(left),
         ended_after_s=round(ended_after_s, 1),
         completed=completed,

@@ -43,7 +43,7 @@ measure speedup "$ours" benchmarks/speedup.py "${speedup[@]}"
 measure overhead "$ours" benchmarks/overhead.py
 measure native "$ours" benchmarks/native.py
 measure workers "$ours" benchmarks/workers.py "${workers[@]}"
-[ ! -f benchmarks/pipeline.py ] || measure pipeline "$ours" benchmarks/pipeline.py "${pipeline[@]}"
+measure pipeline "$ours" benchmarks/pipeline.py "${pipeline[@]}"
 measure contact_update "$ours" benchmarks/contact_update.py
 # 2 GB of dependencies: where they can't be had, the comparison is missing and the rest stands
 if opstool=$(environment opstool); then

@@ -63,7 +63,7 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
     )
     timed("check", lambda: check_tables(checked))
     timed("table", lambda: latex_table(paper_table(curves, medians, joint, settings)))
-    timed("explorer", lambda: explorer_data(rows, curves))
+    timed("explorer", lambda: explorer_data(rows, curves, effects))
     timed("systems", lambda: system_curves(rows, states, IM, settings))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     return {"variants": variants, "motions": motions, "seconds": seconds, "peak_mb": peak}

@@ -4,6 +4,8 @@ import os
 import signal
 from pathlib import Path
 
+from skewbridge.study import capacity_search
+from skewbridge.study.capacity_search import Known, Search
 from skewbridge.study.task import Task, no_result
 from skewbridge.study.worker import Desk, Row, of_task
 
@@ -31,3 +33,14 @@ def signalled(
             first.touch()
         os.kill(os.getpid(), sent)
     return done_at_once(task, key, desk)
+
+
+def searched(task: Task, key: str, desk: Desk, *, search: Search, known: Known) -> list[Row]:
+    """Search a capacity without analyses; the demand is the factor."""
+
+    def row_of(trial: Task, trial_key: str, _desk: Desk) -> Row:
+        row = {**no_result("ok", ""), "cpu_s": 0.0, search.demand: trial.motion.scale}
+        return of_task(row, trial, trial_key)
+
+    capacity_search.analysed_row = row_of  # of this worker, which ends with the batch
+    return capacity_search.search_capacity(search, known, task, key, desk)

@@ -3,11 +3,24 @@
 import numpy as np
 import pandas as pd
 
+from skewbridge.fragility.tables.limit_states import limit_states_of
 from skewbridge.fragility.tables.verdicts import verdicts_of
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.variant import Variant
 
 IM = "im_saavg_rotd50_g"
+DRIFT = limit_states_of(
+    [
+        {
+            "component": "column_drift",
+            "demand": "column_drift_ratio",
+            "unit": "percent",
+            "dispersion": 0.35,
+            "citation": "test",
+            "states": {"slight": 1.0, "moderate": 2.5},
+        }
+    ]
+)
 # ln demand = ln a + b ln im + scatter of the motion + small scatter of the run
 DEMAND_MODELS = {
     "column_shear_kn": (np.log(2000.0), 0.25, 0.12),

@@ -2,8 +2,10 @@
 
 import re
 import sys
-from importlib.metadata import PackageMetadata, PackageNotFoundError, metadata
+from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
+
+from skewbridge.provenance.licences import licence_of
 
 HEAD = """\
 # Licences
@@ -16,20 +18,6 @@ This page is written by `make docs`.
 | package | version | licence |
 | --- | --- | --- |
 """
-LONGEST = 80
-
-
-def licence_of(found: PackageMetadata) -> str:
-    """Return the licence of a package: its expression, else its classifiers, else its text."""
-    classified = [
-        text.rpartition(" :: ")[2]
-        for text in found.get_all("Classifier") or []
-        if text.startswith("License :: ") and text != "License :: OSI Approved"
-    ]
-    stated = (found.get("License") or "").strip().split("\n")[0]
-    return (
-        found.get("License-Expression") or ", ".join(classified) or stated[:LONGEST] or "not stated"
-    )
 
 
 def rows_of(lock: Path) -> list[str]:

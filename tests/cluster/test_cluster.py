@@ -23,7 +23,15 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 BIN = Path(sys.executable).parent
 LEFT_OUT = shutil.ignore_patterns(
-    ".git", ".venv", ".uv", ".snakemake", "results", ".*_cache", ".hypothesis", "__pycache__"
+    ".git",
+    ".venv",
+    ".uv",
+    ".exports",
+    ".snakemake",
+    "results",
+    ".*_cache",
+    ".hypothesis",
+    "__pycache__",
 )
 TIMES = ["wall_s", "cpu_s"]  # may differ between two runs of the same analysis
 TABLES = ["demands", "fragility/curves", "fragility/effects", "fragility/factors"]

@@ -3,9 +3,7 @@
 import json
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
-import pyarrow.parquet as pq
 import pytest
 import yaml
 from typer.testing import CliRunner
@@ -16,22 +14,14 @@ from skewbridge.cli import build_app
 from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.conditions import rows_where
-from skewbridge.fragility.exchange.data_files import read_data, write_csv
+from skewbridge.fragility.exchange.data_files import write_csv
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions, read_index
-from skewbridge.motions.read import read_trace
 from skewbridge.motions.write import write_index
-from skewbridge.provenance.tables import read_frame, read_table, write_frame
-from skewbridge.reading import read_json, read_yaml
-from skewbridge.reading.tables import read_csv
 from skewbridge.study.config import parse_config
 from skewbridge.study.inputs import check_inputs
 
 ROOT = Path(__file__).parents[2]
-BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
-    f"{new}: &{new} [{', '.join(['*' + old] * 9)}]\n"
-    for old, new in zip("abcdefgh", "bcdefghi", strict=True)
-)
 
 
 def run(*arguments: object) -> tuple[int, str]:
@@ -39,107 +29,6 @@ def run(*arguments: object) -> tuple[int, str]:
     result = CliRunner().invoke(build_app(), [str(each) for each in arguments])
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
     return result.exit_code, result.stderr
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (b"a: 1\nb: \xff\n", "line 2: byte 0xff is no UTF-8"),
-        (b"a: 1\nb: 2\na: 3\n", "line 1: the key 'a' stands twice, in the lines 1 and 3"),
-        (b"[" * 100_000, "nested more than 30 levels"),
-        (BOMB.encode(), "more than 20000 values"),
-        (b"a: &a [*a]\n", "names nothing before it"),
-        (b"a: " + b"9" * 5000, "at most 30 digits"),
-        (b"a: 0x" + b"f" * 5000, "at most 30 digits"),
-        (b"1: a\n", "a key must be text"),
-        (b"? [a]\n: b\n", "a key must be text"),
-        (b"a: !!python/name:os.system x\n", "tags such as"),
-        (b"a: !!timestamp 2020-13-45\n", "tags such as"),
-        (b"x" * 300_000, "at most 200000 are read"),
-        (b"a: [1\n", "not valid YAML"),
-    ],
-)
-def test_a_document_beyond_the_limits_is_refused(
-    tmp_path: Path, content: bytes, words: str
-) -> None:
-    path = tmp_path / "file.yaml"
-    path.write_bytes(content)
-    with pytest.raises(InputError) as caught:
-        read_yaml(path)
-    assert "file.yaml" in str(caught.value)
-    assert words in str(caught.value)
-
-
-def test_aliases_and_dates_within_the_limits_are_plain_values(tmp_path: Path) -> None:
-    path = tmp_path / "file.yaml"
-    path.write_text("a: &a {x: 1}\nb: {<<: *a, y: 2}\nc: *a\nd: 2020-01-31\n", encoding="utf-8")
-    assert read_yaml(path) == {
-        "a": {"x": 1},
-        "b": {"x": 1, "y": 2},
-        "c": {"x": 1},
-        "d": "2020-01-31",
-    }
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('{"a": ' * 100_000, "nested too deeply"),
-        ('{"a": 1, "a": 2}', "'a' stands twice"),
-        ('{"a": ' + "9" * 5000 + "}", "at most 30 digits"),
-        ("{", "line 1, column 2"),
-    ],
-)
-def test_json_beyond_the_limits_is_refused(tmp_path: Path, text: str, words: str) -> None:
-    path = tmp_path / "file.json"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=words):
-        read_json(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("a,b\n1,2\n3\n", "line 3 has 1 cells, the header 2"),
-        ("a,b\n1,2,3\n", "line 2 has 3 cells"),
-        ("a,a\n1,2\n", "'a' stands twice"),
-        ("", "it is empty"),
-        ('a,b\n"1,2\n', "not a table"),
-    ],
-)
-def test_a_ragged_table_is_refused(tmp_path: Path, text: str, words: str) -> None:
-    path = tmp_path / "t.csv"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=words):
-        read_csv(path)
-
-
-@pytest.mark.parametrize("name", ["x" * 100_000, "a/" * 3000, "nul\0", "no/such/file", ""])
-def test_an_absurd_name_of_a_file_is_refused(name: str) -> None:
-    for read in (read_yaml, read_table, read_trace, load_bridge_file, read_data, list_motions):
-        with pytest.raises(InputError) as caught:
-            read(Path(f"{name}.yaml"))
-        assert len(str(caught.value)) < 300
-
-
-def test_a_damaged_table_is_never_taken_for_another(tmp_path: Path) -> None:
-    """Pages carry checksums: a flipped byte changes no number in silence."""
-    path = tmp_path / "t.parquet"
-    table = pd.DataFrame({"a": np.linspace(0.0, 1.0, 50), "b": [f"text {i}" for i in range(50)]})
-    write_frame(table, path, {"made_by": "tests"})
-    content = path.read_bytes()
-    for place in range(0, len(content), 7):
-        path.write_bytes(content[:place] + bytes([content[place] ^ 0x10]) + content[place + 1 :])
-        try:
-            found = read_frame(path)
-        except InputError:
-            continue
-        shared = [name for name in ("a", "b") if name in found]
-        pd.testing.assert_frame_equal(found[shared], table[shared], check_dtype=False)
-    for length in range(0, len(content), 97):
-        path.write_bytes(content[:length])
-        with pytest.raises(InputError, match=r"t\.parquet"):
-            read_frame(path)
 
 
 RUNS = pd.DataFrame(
@@ -359,8 +248,3 @@ def test_the_version_is_shown() -> None:
     result = CliRunner().invoke(build_app(), ["--version"])
     assert result.exit_code == 0
     assert result.stdout.startswith("skewbridge 0.")
-
-
-def test_our_tables_carry_checksums(tmp_path: Path) -> None:
-    write_frame(pd.DataFrame({"a": [1.0]}), tmp_path / "t.parquet", {})
-    assert pq.read_table(tmp_path / "t.parquet", page_checksum_verification=True).num_rows == 1

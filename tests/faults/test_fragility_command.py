@@ -1,41 +1,13 @@
-"""`skewbridge fit` and `export`: one JSON object, the row of an error, exit codes."""
+"""`skewbridge fit`: one JSON object, the row of an error, exit codes."""
 
 import json
-import re
-from xml.etree import ElementTree
-from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import norm
-from typer.testing import CliRunner
 
+from cli_json import run
 from fragility_tables import IM, synthetic_demands
-from skewbridge.cli import build_app
-from skewbridge.errors import InputError
-from skewbridge.fragility.exchange.foreign import read_foreign
-from skewbridge.fragility.exchange.measures import openquake_measure
-from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.limit_states import limit_states_of
-
-DRIFT = limit_states_of(
-    [
-        {
-            "component": "column_drift",
-            "demand": "column_drift_ratio",
-            "unit": "percent",
-            "dispersion": 0.35,
-            "citation": "test",
-            "states": {"slight": 1.0, "moderate": 2.5},
-        }
-    ]
-)
-
-
-def run(*arguments):
-    result = CliRunner().invoke(build_app(), [*map(str, arguments), "--json"])
-    return result.exit_code, json.loads(result.stdout)
 
 
 @pytest.fixture
@@ -82,6 +54,8 @@ def test_bad_data_exits_two_with_the_row(write, data, method, row, text):
     assert found["status"] == "error"
     assert found["row"] == row
     assert text in found["message"]
+    assert "data.json: " in found["message"]
+    assert found["file"].endswith("data.json")
 
 
 @pytest.mark.parametrize(
@@ -196,18 +170,6 @@ def test_censored_demands_choose_tobit(write):
         (["--method", "stripes", "--link", "cauchit"], "is not one of 'probit', 'logit'"),
         (["--method", "stripes", "--level", "1.5"], "level must be within"),
         (["--method", "cloud", "--capacity-dispersion", "-1"], "capacity_dispersion"),
-    ],
-)
-def test_wrong_options_name_the_choice(write, options, text):
-    path = write({"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1})
-    code, found = run("fit", path, *options)
-    assert code == 2
-    assert text in found["message"]
-
-
-@pytest.mark.parametrize(
-    ("options", "text"),
-    [
         (["--method", "stripes", "--model", "tobit"], "--model is of --method cloud"),
         (["--method", "cloud", "--link", "logit"], "--link is of --method stripes"),
         (["--method", "ida", "--capacity-dispersion", "0.3"], "--capacity-dispersion is of"),
@@ -215,7 +177,7 @@ def test_wrong_options_name_the_choice(write, options, text):
         (["--method", "stripes", "--censor-above", "0.3"], "are of --model tobit"),
     ],
 )
-def test_options_that_a_method_lacks_are_refused_and_not_dropped(write, options, text):
+def test_options_that_are_wrong_or_of_another_method_are_refused(write, options, text):
     path = write({"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1})
     code, found = run("fit", path, *options)
     assert code == 2
@@ -290,227 +252,3 @@ def test_unreadable_files_are_one_sentence(tmp_path, name):
     code, found = run("fit", path, "--method", "stripes")
     assert code == 2
     assert name in found["message"]
-
-
-def curves_file(tmp_path, im=IM):
-    table = synthetic_demands(skews=(0, 30), gaps=(51,), motions=30).rename(columns={IM: im})
-    path = tmp_path / "curves.parquet"
-    fit_study(table, DRIFT, im).to_parquet(path)
-    return path, pd.read_parquet(path)
-
-
-def test_nrml_carries_the_lognormal_back(tmp_path):
-    path, curves = curves_file(tmp_path, "im_sa_1p000_rotd50_g")
-    out = tmp_path / "fragility.xml"
-    code, report = run("export", path, "--format", "nrml", "--out", out)
-    assert code == 0
-    assert report["curves"] == 8
-    space = {"n": "http://openquake.org/xmlns/nrml/0.5"}
-    model = ElementTree.parse(out).getroot().find("n:fragilityModel", space)
-    assert model.find("n:limitStates", space).text.split() == ["slight", "moderate"]
-    functions = model.findall("n:fragilityFunction", space)
-    assert len(functions) == 4
-    assert functions[0].find("n:imls", space).get("imt") == "SA(1)"
-    cloud = curves[(curves["method"] == "cloud") & (curves["limit_state"] == "moderate")]
-    first = cloud.sort_values("variant").iloc[0]
-    params = functions[0].findall("n:params", space)[1]
-    mean, deviation = float(params.get("mean")), float(params.get("stddev"))
-    sigma = np.sqrt(np.log1p((deviation / mean) ** 2))
-    assert sigma == pytest.approx(first["beta_total"], rel=1e-6)
-    assert mean * np.exp(-0.5 * sigma**2) == pytest.approx(first["theta"], rel=1e-6)
-
-
-def test_pelicun_table_has_one_row_per_component(tmp_path):
-    path, _ = curves_file(tmp_path, "im_pga_rotd50_g")
-    out = tmp_path / "fragility.csv"
-    run("export", path, "--format", "pelicun", "--out", out)
-    table = pd.read_csv(out)
-    assert len(table) == 4
-    assert set(table["Demand-Type"]) == {"Peak Ground Acceleration"}
-    assert set(table["LS1-Family"]) == {"lognormal"}
-    assert (table["LS1-Theta_0"] < table["LS2-Theta_0"]).all()
-    assert set(table["Demand-Directional"]) == {1}
-
-
-def test_limit_states_keep_their_number_where_a_milder_one_has_no_estimate(tmp_path):
-    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
-    first = curves["variant"].iloc[0]
-    hole = (curves["variant"] == first) & (curves["limit_state"] == "slight")
-    curves.loc[hole, ["status", "theta", "beta", "beta_total"]] = ["all_exceed", *[np.nan] * 3]
-    curves.iloc[::-1].to_parquet(path)  # the order of the rows is that of nothing
-    out = tmp_path / "fragility.csv"
-    _, report = run("export", path, "--format", "pelicun", "--out", out)
-    name = f"{first}.column_drift"
-    assert report["holes"] == [{"id": name, "missing": ["slight"]}]
-    assert report["left_out"] == 1
-    row = pd.read_csv(out).set_index("ID").loc[name]
-    assert np.isnan(row["LS1-Theta_0"])
-    assert row["LS2-Theta_0"] > 0
-    told = json.loads((tmp_path / "fragility.json").read_text())[name]
-    assert told["LimitStates"]["LS2"]["DS1"]["Description"].startswith("moderate")
-    assert "LS1 slight (all_exceed)" in told["Comments"]
-    assert told["LimitStates"]["LS2"]["DS1"]["Reference"] == "test"
-
-
-def test_nrml_drops_no_curve_and_names_the_files_that_it_wrote(tmp_path):
-    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
-    first = curves["variant"].iloc[0]
-    hole = (curves["variant"] == first) & (curves["limit_state"] == "slight")
-    curves.loc[hole, "status"] = "all_exceed"
-    curves.iloc[::-1].to_parquet(path)
-    out = tmp_path / "fragility.xml"
-    _, report = run("export", path, "--format", "nrml", "--out", out)
-    assert {model["functions"] for model in report["models"]} == {1, 3}
-    assert report["curves"] == 7
-    states = {}
-    for name in report["files"]:
-        model = ElementTree.parse(name).getroot()[0]
-        states[model[1].text] = len(model) - 2
-    assert states == {"slight moderate": 3, "moderate": 1}
-    assert any("fragility.xml was not written" in note for note in report["notes"])
-
-
-def test_curves_over_a_range_and_factors_of_skew(tmp_path):
-    path, curves = curves_file(tmp_path)
-    out = tmp_path / "p.csv"
-    run("export", path, "--format", "csv", "--out", out, "--im-range", 0.1, 2, "--points", 7)
-    long = pd.read_csv(out)
-    one = curves[(curves["method"] == "cloud") & (curves["status"] == "ok")].iloc[0]
-    same = (long["variant"] == one["variant"]) & (long["limit_state"] == one["limit_state"])
-    u = np.log(long.loc[same, "intensity"] / one["theta"]) / one["beta_total"]
-    assert long.loc[same, "probability"].to_numpy() == pytest.approx(norm.cdf(u), rel=1e-9)
-    run("export", path, "--format", "csv", "--out", out, "--im-range", 0.1, 2, "--wide")
-    assert pd.read_csv(out).shape == (50, 9)
-    run("export", path, "--format", "csv", "--out", out, "--wide")
-    assert pd.read_csv(out)["column_drift.slight.theta"].notna().all()
-    run("export", path, "--format", "csv", "--out", out, "--skew-factors")
-    factors = pd.read_csv(out)
-    assert len(factors) == 4
-    assert factors["hazus_factor"].to_numpy() == pytest.approx(np.sqrt(np.cos(np.pi / 6)))
-    assert (factors["theta"] / factors["theta_straight"]).to_numpy() == pytest.approx(
-        factors["factor"]
-    )
-
-
-def test_workbook_and_paper_table(tmp_path):
-    path, _ = curves_file(tmp_path)
-    out = tmp_path / "curves.xlsx"
-    options = ("--im-range", 0.1, 2, "--skew-factors")
-    code, _ = run("export", path, "--format", "xlsx", "--out", out, *options)
-    assert code == 0
-    with ZipFile(out) as book:
-        sheets = book.read("xl/workbook.xml").decode()
-    assert re.findall('sheet name="([^"]+)"', sheets) == [
-        "curves", "probabilities", "skew factors", "notes",
-    ]  # fmt: skip
-    tex = tmp_path / "curves.tex"
-    run("export", path, "--format", "latex", "--out", tex)
-    assert r"\beta_\mathrm{total}" in tex.read_text()
-    code, found = run("export", path, "--format", "latex", "--out", tex, "--wide")
-    assert code == 2
-    assert "csv and xlsx" in found["message"]
-
-
-def test_plain_table_keeps_the_rows_without_estimate_and_their_status(tmp_path):
-    path, curves = curves_file(tmp_path)
-    out = tmp_path / "curves.csv"
-    run("export", path, "--format", "csv", "--out", out, "--method", "exceedance")
-    table = pd.read_csv(out)
-    assert len(table) == (curves["method"] == "exceedance").sum()
-    assert "status" in table
-
-
-def test_hazard_table_adds_annual_frequencies(tmp_path):
-    path, _ = curves_file(tmp_path)
-    hazard, out = tmp_path / "hazard.csv", tmp_path / "curves.csv"
-    im = np.geomspace(1e-3, 1e3, 20)
-    pd.DataFrame({"im": im, "rate": 1e-4 * im**-2.5}).to_csv(hazard, index=False)
-    run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
-    first = pd.read_csv(out).query("status == 'ok'").iloc[0]
-    beta = first["beta_total"]
-    wanted = 1e-4 * first["theta"] ** -2.5 * np.exp(0.5 * (2.5 * beta) ** 2)
-    assert first["annual_frequency"] == pytest.approx(wanted, rel=1e-4)  # ends of the table
-    short = np.geomspace(0.05, 0.5, 8)
-    pd.DataFrame({"im": short, "rate": 1e-4 * short**-2.5}).to_csv(hazard, index=False)
-    run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
-    cut = pd.read_csv(out).query("status == 'ok'").iloc[0]
-    part = cut["annual_frequency"]
-    assert part + cut["annual_frequency_above_least"] < wanted
-    assert part + cut["annual_frequency_above_most"] > 0.99 * wanted
-    assert 0 < cut["probability_at_first_level"] < 0.05
-    pd.DataFrame({"im": im, "rate": im}).to_csv(hazard, index=False)
-    code, found = run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
-    assert code == 2
-    assert "rate must not increase (rows" in found["message"]
-
-
-def test_export_refuses_what_the_other_tool_cannot_name(tmp_path):
-    path, _ = curves_file(tmp_path, "im_sa_t1_rotd50_g")
-    code, found = run("export", path, "--format", "nrml", "--out", tmp_path / "x.xml")
-    assert code == 2
-    assert "has no name in OpenQuake" in found["message"]
-    assert openquake_measure("im_pgv_rotd50_mps") == ("PGV", 100.0)
-
-
-def test_a_table_of_somebody_else_is_read_and_fitted(tmp_path):
-    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=30)
-    theirs = pd.DataFrame(
-        {
-            "record": table["motion_id"],
-            "PGA": table[IM],
-            "drift_pct": 100 * table["column_drift_ratio"],
-        }
-    )
-    path = tmp_path / "theirs.csv"
-    theirs.to_csv(path, index=False)
-    columns = {"motion_id": "record", "im_pga_rotd50_g": "PGA", "column_drift_ratio": "drift_pct"}
-    ours = read_foreign(path, columns, factors={"column_drift_ratio": 0.01})
-    fitted = fit_study(ours, DRIFT, "im_pga_rotd50_g").iloc[0]
-    direct = fit_study(table, DRIFT, IM).iloc[0]
-    assert fitted["theta"] == pytest.approx(direct["theta"])
-
-
-@pytest.mark.parametrize(
-    ("change", "text"),
-    [
-        ({"PGA": [0.1, 0.0]}, "im_pga_g must be > 0 and finite (row 1)"),
-        ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
-        ({"status": ["ok", "fine"]}, "status 'fine' is not known (row 1)"),
-        ({"record": ["a", "a"]}, "row 1 repeats"),
-    ],
-)
-def test_a_bad_foreign_table_names_row_and_column(tmp_path, change, text):
-    data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
-    path = tmp_path / "theirs.csv"
-    pd.DataFrame(data | change).to_csv(path, index=False)
-    columns = {
-        "motion_id": "record",
-        "im_pga_g": "PGA",
-        "column_drift_ratio": "drift",
-        "status": "status",
-    }
-    with pytest.raises(InputError) as caught:
-        read_foreign(path, columns)
-    assert text in str(caught.value)
-
-
-def test_a_foreign_table_is_fitted_through_its_file_of_columns(tmp_path):
-    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=30)
-    ours, theirs = tmp_path / "ours.parquet", tmp_path / "theirs.csv"
-    table.to_parquet(ours)
-    drift = 100 * table["column_drift_ratio"]
-    pd.DataFrame({"rec": table["motion_id"], "sa": table[IM], "pct": drift}).to_csv(theirs)
-    columns = tmp_path / "columns.yaml"
-    columns.write_text(
-        f"columns: {{motion_id: rec, {IM}: sa, column_drift_ratio: pct}}\n"
-        "factors: {column_drift_ratio: 0.01}\n",
-        encoding="utf-8",
-    )
-    options = ["--method", "cloud", "--im", IM, "--edp", "column_drift_ratio", "--threshold", 0.02]
-    _, first = run("fit", ours, *options)
-    _, second = run("fit", theirs, *options, "--columns", columns)
-    assert second["theta"] == pytest.approx(first["theta"])
-    columns.write_text("column: {}\n", encoding="utf-8")
-    code, found = run("fit", theirs, *options, "--columns", columns)
-    assert code == 2
-    assert "columns.yaml" in found["message"]

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,13 @@ import numpy as np
 import psutil
 import pytest
 
-from fake_work import done_at_once, signalled
+from fake_work import done_at_once, searched, signalled
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.intensity import motion_measures, scaled_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.study.batch import run_tasks
+from skewbridge.study.capacity_search import Known, Search
 from skewbridge.study.guard import Workers, worker_pids
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.task import Task
@@ -89,6 +92,38 @@ def test_a_stopped_worker_is_ended_and_its_analysis_recorded(tmp_path: Path) -> 
 
 def test_a_batch_without_faults_has_none(tmp_path: Path) -> None:
     assert {row["status"] for row in batch(tmp_path, done_at_once)} == {"ok"}
+
+
+def test_a_search_that_was_not_through_goes_on_from_its_journal(tmp_path: Path) -> None:
+    at_1_g = task(1).motion.measures[LEVEL_MEASURE]
+    search = Search(demand="deck_disp_m", threshold=1.0, low_g=0.5 * at_1_g, high_g=1.5 * at_1_g)
+    factor = search.first_factor(task(1).motion)
+    measures = scaled_measures(task(1).motion.measures, factor)
+    first = replace(task(1), motion=replace(task(1).motion, scale=factor, measures=measures))
+    own, trials = tmp_path / "v.jsonl", tmp_path / "v_searches.jsonl"
+
+    def run() -> tuple[list[str], int]:
+        """Keys of the search, and how many analyses it took."""
+        known = Known(rows=read_content([own, trials]).rows, journal=trials)
+        new: list[dict[str, Any]] = []
+        with open_journal(own) as journal:
+            rows = run_tasks(
+                [first],
+                journal,
+                known.rows,
+                workers=Workers(count=2),
+                log_folder=tmp_path,
+                on_finished=new.append,
+                search=lambda _task: partial(searched, search=search, known=known),
+            )
+        return [row["run_key"] for row in rows], len(new)
+
+    keys, ran = run()
+    assert ran == len(keys) > 5
+    assert list(read_content([own]).rows) == keys[:1]
+    assert list(read_content([trials]).rows) == keys[1:]
+    own.unlink()  # as after a kill in the midst of it
+    assert run() == (keys, 1)
 
 
 CHILD = (

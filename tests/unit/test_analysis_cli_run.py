@@ -13,7 +13,7 @@ from skewbridge.cli import build_app
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import write_demands
-from skewbridge.study.config import load_config, plain_sections
+from skewbridge.study.config import analysis_sections, load_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import run_key
 from skewbridge.study.prepare import prepare_motions
@@ -167,7 +167,7 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     parsed = load_config(study / "config" / "config.yaml")
     folder = StudyFolder(study / "elsewhere")
     prepare_motions(parsed.motions, conditioning_t1_s=0.748, t1_s={"osb1": 0.748}, folder=folder)
-    sections = plain_sections(parsed, "motions", "model", "analysis")
+    sections = analysis_sections(parsed)
     task = StudySetup.from_sections(sections, folder).tasks("osb1_cf_skew30_gap051_mu050")[0]
     result = analyse(task.variant, task.excitation, task.settings, task.options)
     times = {"wall_s": 0.0, "cpu_s": 0.0}

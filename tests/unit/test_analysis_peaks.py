@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from hand_made_column import SECTION
 from skewbridge.analysis import column_peaks, peaks
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.status import Watch
@@ -17,7 +18,7 @@ from skewbridge.bridge.handles import (
     CornerHandle,
     SpringHandle,
 )
-from skewbridge.bridge.shear_capacity import ShearSection, sdc_shear_strength
+from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.errors import InputError
 
 CENTRE, TOP, BASE, CORNER_1, CORNER_2, WALL = 1, 2, 3, 4, 5, 6
@@ -25,21 +26,6 @@ COLUMN = 10
 SPRING = 20
 GAP_M = 0.05
 STEPS = 4
-
-SECTION = ShearSection(
-    diameter_m=1.676,
-    core_diameter_m=1.549,
-    cover_m=0.064,
-    hoop_area_m2=510e-6,
-    hoop_spacing_m=0.127,
-    hoop_yield_pa=414e6,
-    expected_hoop_yield_pa=469e6,
-    concrete_strength_pa=27.6e6,
-    expected_concrete_strength_pa=35.85e6,
-    longitudinal_ratio=0.02,
-    shear_span_m=5.64,
-    neutral_axis_depth_m=0.5,
-)
 
 
 @pytest.fixture

@@ -6,7 +6,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from skewbridge.cli.output import JsonOption, clear_errors, emit
+from skewbridge.cli.output import JsonOption, clear_errors, emit, emit_table
+from skewbridge.cli.us_units import in_units
 from skewbridge.errors import InputError, SolutionError
 
 
@@ -51,3 +52,57 @@ def test_a_table_stands_for_the_object_and_leaves_out_long_lists():
     assert "1, 2.5" in table
     assert "None" not in table
     assert "spectrum" not in table
+
+
+def test_noise_of_zero_prints_as_zero_and_small_numbers_as_they_are():
+    rows = [{"mass_x": 0.7, "rate": 2e-9}, {"mass_x": 7e-32, "rate": 1e-9}]
+    shown = run(lambda _: emit_table(rows)).stdout
+    assert "e-32" not in shown
+    assert "1e-09" in shown
+    alone = run(lambda j: emit({"work_kj": 1e5, "residual": 3e-13}, as_json=j)).stdout
+    assert "3e-13" in alone
+
+
+def test_a_table_in_a_pipe_is_not_cut_off():
+    long = "column_residual_drift_ratio_of_a_long_name"
+    rows = [dict.fromkeys("abcdef", long)]
+    assert run(lambda _: emit_table(rows)).stdout.count(long) == 6
+
+
+@pytest.mark.parametrize(
+    ("row", "expected"),
+    [
+        ({"weight_kn": 4448.2216152605}, {"weight_kip": 1000.0}),
+        ({"moment_knm": 1.3558179483314}, {"moment_kip_ft": 1.0}),
+        ({"initial_stiffness_kn_per_m": 175.126835}, {"initial_stiffness_kip_per_in": 1.0}),
+        ({"deck_disp_m": 0.0254}, {"deck_disp_in": 1.0}),
+        ({"length_m": 30.48}, {"length_ft": 100.0}),
+        ({"gap_mm": 50.8}, {"gap_in": 2.0}),
+        ({"deck_accel_mps2": 2.54}, {"deck_accel_in_per_s2": 100.0}),
+        ({"yield_curvature_per_m": 1.0}, {"yield_curvature_per_in": 0.0254}),
+        ({"period_s": 0.7, "ok": True}, {"period_s": 0.7, "ok": True}),
+        ({"quantity": "drop_m", "value": 0.254}, {"quantity": "drop_in", "value": 10.0}),
+        ({"quantity": "status", "value": "ok"}, {"quantity": "status", "value": "ok"}),
+    ],
+)
+def test_a_table_in_us_units_has_their_names_and_numbers(row, expected):
+    (found,) = in_units([row], "us")
+    assert found == {
+        key: pytest.approx(value, rel=1e-6) if isinstance(value, float) else value
+        for key, value in expected.items()
+    }
+    assert in_units([row], "si") == [row]
+
+
+def test_the_json_answer_stays_in_si():
+    payload = {"peak_kn": 100.0}
+    said = run(lambda j: emit(payload, as_json=j, units="us"), "--json").stdout
+    assert json.loads(said) == payload
+    assert "peak_kip" in run(lambda j: emit(payload, as_json=j, units="us")).stdout
+
+
+def test_ratios_of_checks_have_no_unit():
+    row = {"check": "left seat, SDC (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
+    (found,) = in_units([row], "us")
+    assert found["check"] == "left seat, SDC (in)"
+    assert [found["demand"], found["capacity"], found["ratio"]] == pytest.approx([10.0, 20.0, 0.5])

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from hand_made_column import SECTION
 from skewbridge.analysis import peaks
 from skewbridge.analysis.trace import Layout, Trace
 from skewbridge.bridge.handles import AbutmentHandle, CornerHandle, SpringHandle
 from skewbridge.bridge.shear_capacity import (
-    ShearSection,
     hoop_strength_n,
     kowalsky_priestley_strength,
     sdc_shear_strength,
@@ -21,20 +21,6 @@ from skewbridge.motions.scaling import block_factors, block_targets
 
 CENTRE, WALL_1, WALL_2 = 1, 2, 3
 PSI_PA = 6894.757293168
-SECTION = ShearSection(
-    diameter_m=1.676,
-    core_diameter_m=1.549,
-    cover_m=0.064,
-    hoop_area_m2=510e-6,
-    hoop_spacing_m=0.127,
-    hoop_yield_pa=414e6,
-    expected_hoop_yield_pa=469e6,
-    concrete_strength_pa=27.6e6,
-    expected_concrete_strength_pa=35.85e6,
-    longitudinal_ratio=0.02,
-    shear_span_m=5.64,
-    neutral_axis_depth_m=0.5,
-)
 
 
 def abutment(**changes) -> AbutmentHandle:

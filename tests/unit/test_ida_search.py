@@ -9,8 +9,10 @@ import pytest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.study import capacity_search
-from skewbridge.study.capacity_search import SEARCH_IM, Search, search_capacity
+from skewbridge.study.capacity_search import Known, Search, search_capacity
+from skewbridge.study.journal import read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Desk, of_task
@@ -19,6 +21,7 @@ from skewbridge.variant.variant import Variant
 
 SEARCH = Search(demand="column_drift_ratio", threshold=0.025, low_g=0.1, high_g=2.0)
 DESK = Desk(log_folder=Path("unused"), heartbeats=Path("unused"), owner_pid=os.getpid())
+JOURNAL = Path("searches.jsonl")
 AT_1_G = 0.4  # Sa_avg of the motion at factor 1
 CAPACITY_G = 0.77
 VARIANT = Variant(
@@ -29,7 +32,7 @@ VARIANT = Variant(
 def first_task(scale: float = 2.0) -> Task:
     wave = np.array([0.0, 1.0, -1.0, 0.0])
     motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
-    measures = dict.fromkeys(IM_COLUMNS, 1.0) | {SEARCH_IM: AT_1_G * scale}
+    measures = dict.fromkeys(IM_COLUMNS, 1.0) | {LEVEL_MEASURE: AT_1_G * scale}
     return Task(
         variant=VARIANT,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
@@ -46,10 +49,13 @@ class Engine:
         self.capacity = capacity_g / AT_1_G
         self.collapse = collapse_g / AT_1_G
         self.factors: list[float] = []
+        self.killed_at: int | None = None
 
     def analysed_row(self, task: Task, key: str, _desk: Desk) -> dict:
         factor = task.motion.scale
         self.factors.append(factor)
+        if len(self.factors) == self.killed_at:
+            raise KeyboardInterrupt
         drift = SEARCH.threshold * factor / self.capacity
         status = "collapse" if factor > self.collapse else "ok"
         row = {"column_drift_ratio": drift, "status": status, "beyond_model": ""}
@@ -57,21 +63,24 @@ class Engine:
 
 
 @pytest.fixture
-def engine(monkeypatch) -> Engine:
+def engine(monkeypatch, tmp_path) -> Engine:
     made = Engine()
     monkeypatch.setattr(capacity_search, "analysed_row", made.analysed_row)
+    monkeypatch.chdir(tmp_path)
     return made
 
 
 def searched(known=None, scale: float = 2.0) -> list[dict]:
     task = first_task(scale)
-    return search_capacity(SEARCH, known or {}, task, "", DESK)
+    first_key = run_key(first_task(SEARCH.first_factor(task.motion)))
+    kept = Known(rows=known or {}, journal=JOURNAL)
+    return search_capacity(SEARCH, kept, task, first_key, DESK)
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 def test_the_capacity_is_bracketed_within_a_percent_whatever_factor_it_starts_from(engine, scale):
     rows = searched(scale=scale)
-    levels_g = np.array([row[SEARCH_IM] for row in rows])
+    levels_g = np.array([row[LEVEL_MEASURE] for row in rows])
     below = levels_g[[row["column_drift_ratio"] < SEARCH.threshold for row in rows]].max()
     above = levels_g[[row["column_drift_ratio"] >= SEARCH.threshold for row in rows]].min()
     assert below < CAPACITY_G <= above <= 1.01 * below
@@ -101,18 +110,34 @@ def test_what_is_known_is_not_analysed_again(engine):
     assert len(engine.factors) == tried + 2
 
 
+def test_a_search_that_is_killed_goes_on_from_its_journal(engine):
+    whole = searched()
+    JOURNAL.unlink()
+    engine.factors.clear()
+    engine.killed_at = 5
+    with pytest.raises(KeyboardInterrupt):
+        searched()
+    kept = read_content([JOURNAL]).rows
+    assert [row["scale"] for row in kept.values()] == engine.factors[1:4]
+    engine.factors.clear()
+    engine.killed_at = None
+    assert searched(kept) == whole
+    # the first one is kept by the batch when the search is through
+    assert engine.factors == [row["scale"] for row in whole[:1] + whole[4:]]
+
+
 def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):
     engine.collapse = 0.3 / AT_1_G  # long before the drift reaches its limit
     rows = searched()
-    ended = [row[SEARCH_IM] for row in rows if row["status"] == "collapse"]
-    stood = [row[SEARCH_IM] for row in rows if row["status"] == "ok"]
+    ended = [row[LEVEL_MEASURE] for row in rows if row["status"] == "collapse"]
+    stood = [row[LEVEL_MEASURE] for row in rows if row["status"] == "ok"]
     assert max(stood) <= 0.3 <= min(ended) <= 1.01 * max(stood)
 
 
 @pytest.mark.parametrize(("capacity_g", "side"), [(0.01, "low_g"), (50.0, "high_g")])
 def test_a_capacity_outside_the_range_is_told_by_its_end(engine, capacity_g, side):
     engine.capacity = capacity_g / AT_1_G
-    levels_g = [row[SEARCH_IM] for row in searched()]
+    levels_g = [row[LEVEL_MEASURE] for row in searched()]
     assert levels_g[-1] == pytest.approx(getattr(SEARCH, side))
 
 

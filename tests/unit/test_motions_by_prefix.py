@@ -12,7 +12,7 @@ from skewbridge.motions.content import content_digest
 from skewbridge.motions.settings import LEVEL_RANGE_G, MotionsConfig
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis import embedded
-from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config, plain_sections
+from skewbridge.study.config import CONDITIONING_BRIDGE, analysis_sections, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import run_key
 from skewbridge.study.prepare import prepare_motions
@@ -66,7 +66,7 @@ def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
         t1_s={"osb1": T1_S},
         folder=place,
     )
-    setup = StudySetup.from_sections(plain_sections(study, "motions", "model", "analysis"), place)
+    setup = StudySetup.from_sections(analysis_sections(study), place)
     return [
         [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
     ]

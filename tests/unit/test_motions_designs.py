@@ -9,8 +9,15 @@ from hypothesis import strategies as st
 
 from motions_files import make_pairs
 from skewbridge.errors import InputError
-from skewbridge.motions.levels import bracket_capacity, striped, unscaled_cloud
+from skewbridge.motions.levels import (
+    IDA_LIMITS,
+    bracket_capacity,
+    most_trials,
+    striped,
+    unscaled_cloud,
+)
 from skewbridge.motions.prepared import read_suite, write_suite
+from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.motions.spectrum import component_psa
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis.generate import synthesize
@@ -23,19 +30,16 @@ def suite(tmp_path):
     return prepare_suite(tmp_path, t1_s=0.7)
 
 
-@pytest.mark.parametrize(
-    "measure", ["im_saavg_rotd50_g", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g"]
-)
-def test_striped_motions_reach_their_stripe(suite, measure):
-    low_g = suite[measure].median()
-    table = striped(suite, [low_g, 2 * low_g], measure=measure, factor_limits=(1e-3, 1e3))
-    np.testing.assert_allclose(table["scale"] * table[measure], table["stripe_g"])
+def test_striped_motions_reach_their_stripe(suite):
+    low_g = suite[LEVEL_MEASURE].median()
+    table = striped(suite, [low_g, 2 * low_g], factor_limits=(1e-3, 1e3))
+    np.testing.assert_allclose(table["scale"] * table[LEVEL_MEASURE], table["stripe_g"])
     assert len(table) == 6
     assert not table.duplicated(["motion_id", "scale"]).any()
 
 
 def test_factors_outside_the_limits_are_left_out_and_counted(suite):
-    level_g = suite["im_saavg_rotd50_g"].iloc[0]
+    level_g = suite[LEVEL_MEASURE].iloc[0]
     table = striped(suite, [level_g], factor_limits=(0.999, 1.001))
     assert list(table["motion_id"]) == ["q0"]
     assert table.attrs["left_out"] == 2
@@ -46,8 +50,6 @@ def test_unreachable_stripes_are_refused(suite):
         striped(suite, [1e4])
     with pytest.raises(InputError, match="ascend"):
         striped(suite, [0.2, 0.1])
-    with pytest.raises(InputError, match="measure"):
-        striped(suite, [0.2], measure="im_arias_mps")
     with pytest.raises(InputError, match="positive"):
         striped(suite, [])
 
@@ -57,7 +59,7 @@ def test_striped_suite_survives_parquet(suite, tmp_path):
     write_suite(table, tmp_path / "stripes.parquet")
     back = read_suite(tmp_path / "stripes.parquet")
     assert [item.motion.motion_id for item in back] == ["q0", "q1", "q2"] * 2
-    levels_g = [item.measures["im_saavg_rotd50_g"] for item in back]
+    levels_g = [item.measures[LEVEL_MEASURE] for item in back]
     np.testing.assert_allclose(levels_g, [0.1] * 3 + [0.2] * 3)
 
 
@@ -111,10 +113,18 @@ def test_ida_brackets_the_capacity_of_a_yielding_oscillator():
 
 
 @settings(max_examples=200, deadline=None)
+@given(st.floats(0.05, 20.0), st.floats(1.001, 1e3), st.floats(1e-4, 0.5))
+def test_no_search_takes_more_analyses_than_are_forecast(capacity, ratio, tolerance):
+    limits = (0.1, 0.1 * ratio)
+    found = bracket_capacity(lambda scale: scale >= capacity, limits=limits, tolerance=tolerance)
+    assert found.analyses <= most_trials(limits, tolerance)
+
+
+@settings(max_examples=200, deadline=None)
 @given(capacity=st.floats(1e-3, 1e3))
 def test_bracket_holds_any_capacity_within_ten_analyses(capacity):
     bracket = bracket_capacity(lambda scale: scale >= capacity)
-    assert bracket.analyses <= 10
+    assert bracket.analyses <= most_trials(IDA_LIMITS) == 10
     assert bracket.lower <= capacity <= bracket.upper
     if 0.1 < capacity <= 10.0:
         assert bracket.upper / bracket.lower <= 1.01

@@ -111,6 +111,16 @@ def test_components_are_paired_by_name_up_to_the_azimuth(first, second, name):
     assert pairs == {name: [Path(first), Path(second)]}
 
 
+@pytest.mark.parametrize(
+    ("folders", "names"), [(("2010", "2011"), ["2010_A", "2011_A"]), (("2010/x", "2011/x"), ["A"])]
+)
+def test_no_pair_is_lost_where_several_folders_have_the_same_files(folders, names):
+    files = [Path(folder, name) for folder in folders for name in ("A090.AT2", "A180.AT2")]
+    groups = group_by_name(files)
+    assert list(groups) == names
+    assert sorted(path for group in groups.values() for path in group) == files
+
+
 def test_a_lone_component_is_named(tmp_path):
     (tmp_path / "A090.AT2").touch()
     with pytest.raises(InputError, match=r"A090\.AT2.*2 needed"):

@@ -1,6 +1,7 @@
 """Every artefact says where it comes from, and whether it is still what would be made."""
 
 import json
+import logging
 import platform
 from pathlib import Path
 from types import SimpleNamespace
@@ -122,6 +123,16 @@ def test_a_script_marks_its_outputs_when_it_is_through(tmp_path):
     assert told["rule_digest"] == rules(x=1)["rules"]["fit"]
     assert told["suite_digest"] == "suite"
     assert {"config_digest", "openseespy_version", "git_commit"} <= set(told)
+
+
+def test_a_script_without_messages_leaves_no_log_not_even_that_of_the_last_run(tmp_path):
+    table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
+    for message in ("17 rows left out", ""):
+        with script_session(job(tmp_path, table)):
+            write_frame(FRAME, table, {})
+            if message:
+                logging.getLogger("skewbridge.fit").info(message)
+        assert log.exists() == bool(message)
 
 
 def test_what_failed_ends_with_its_sentence_and_its_code(tmp_path, capsys):

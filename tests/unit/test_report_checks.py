@@ -123,6 +123,15 @@ def test_a_variant_with_an_analysis_too_few_is_found():
     }
 
 
+def test_searches_of_a_capacity_take_as_many_analyses_as_they_need():
+    other = demands().assign(variant="osb1_cf_skew30_gap025_mu000", skew_deg=30)
+    further = demands().head(1).assign(scale=1.1)
+    table = pd.concat([demands(), further, other])
+    assert failed(table, searched=True) == {}
+    assert list(failed(table)) == ["rows of variants with fewer analyses than others"]
+    assert failed(pd.concat([demands(), further, other.head(1)]), searched=True)
+
+
 def test_faults_of_fits_and_effects_are_named():
     curves = CURVES.assign(theta=[0.0, None])
     effects = EFFECTS.assign(ratio=[1.2, 1.1])

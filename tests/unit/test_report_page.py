@@ -1,99 +1,31 @@
 """The page says of a study what its tables say: several studies, each with its own sentences."""
 
+import base64
+import gzip
 import json
 import re
+from importlib.resources import files
 
-import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from fragility_tables import IM, synthetic_demands
-from skewbridge.fragility.settings import DEFAULTS
-from skewbridge.fragility.tables.all_tables import effect_tables, fit_tables
-from skewbridge.fragility.tables.limit_states import limit_states_of
-from skewbridge.provenance.tables import write_frame
-from skewbridge.report.figure_cases import CURVES
+from report_pages import STATES, write_page
 from skewbridge.report.html.answer import title_of
-from skewbridge.report.html.page import write_report
 
-STATES = [
-    {
-        "component": "column_drift",
-        "demand": "column_drift_ratio",
-        "unit": "percent",
-        "dispersion": 0.35,
-        "citation": "a test",
-        "states": {"slight": 1.0, "moderate": 2.5},
-    },
-    {
-        "component": "bearing",
-        "demand": "bearing_disp_m",
-        "unit": "mm",
-        "dispersion": 0.0,
-        "citation": "a test",
-        "states": {"slight": 100.0},
-    },
-]
 BEYOND = [STATES[0] | {"states": {"complete": 900.0}}]
-MORE = {
-    "recovery_rung": 0,
-    "energy_residual_ratio": 0.002,
-    "cone_work_over_10pct_ratio": 0.03,
-    "slip_work_kj": 1.0,
-    "cpu_s": 3.0,
-    "beyond_model": "",
-    "suspect": "",
-}
-CHECKS = {
-    "passed": True,
-    "checks": [{"name": "rows twice", "value": 0.0, "limit": 0.0, "passed": True, "rows": []}],
-    "suspect_rows": 0,
-    "suspect": [],
-    "rungs": [],
-}
 
 
 @pytest.fixture
 def render(tmp_path):
     """Return a function that makes the tables of a study and its page, and gives page, tables."""
 
-    def page_of(demands, *, states=STATES, bridges=("osb1",)):
-        demands = demands.assign(**MORE)
-        known = limit_states_of(states)
-        columns = list(dict.fromkeys(state.demand for state in known))
-        found = fit_tables(demands, known, DEFAULTS)
-        found |= effect_tables(demands, DEFAULTS, columns)
-        empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
-        frames = {
-            "demands": demands,
-            "curves": found["curves"],
-            "medians": found["median_effects"],
-            **{name: found[name] for name in ("joint", "system", "effects", "factors")},
-            "needed_motions": found["needed_motions"],
-            "measures": empty,
-            "gate": empty,
-            "sensitivity": empty,
-        }
-        paths = {name: tmp_path / f"{name}.parquet" for name in frames}
-        for name, frame in frames.items():
-            write_frame(frame, paths[name], {"made_by": "a test"})
-        paths["checks"] = tmp_path / "checks.json"
-        paths["checks"].write_text(json.dumps(CHECKS))
-        paths["captions"] = tmp_path / "captions.json"
-        caption = {"name": "one", "section": CURVES, "title": "A curve", "text": "Of a test."}
-        paths["captions"].write_text(json.dumps({"figures": [caption]}))
-        picture(tmp_path / "one.png")
-        config = {"grid": {"bridge": list(bridges)}, "fragility": {"exclude_suspect": False}}
-        write_report(tables=paths, figures=tmp_path, config=config, output=tmp_path / "page.html")
-        return plain((tmp_path / "page.html").read_text("utf-8")), frames
+    def page_of(demands, **study):
+        page, frames = write_page(tmp_path, demands, **study)
+        return plain(page.read_text("utf-8")), frames
 
     return page_of
-
-
-def picture(path):
-    from matplotlib.image import imsave
-
-    imsave(path, np.full((8, 8, 3), 0.5))
 
 
 def plain(page):
@@ -127,7 +59,7 @@ def test_both_bases_are_named_with_their_bridges(render):
     page, _ = render(demands, bridges=("osb1", "osb1_fixed"))
     assert "(<code>osb1</code>): pinned column bases" in page
     assert "(<code>osb1_fixed</code>): fixed column bases" in page
-    assert "osb1_fixed, contact-friction:" in page
+    assert "<strong>osb1_fixed:</strong>" in page
 
 
 def test_mixed_abutments_have_maps_of_their_own(render):
@@ -197,3 +129,26 @@ def test_intensities_of_the_page_are_those_of_the_fits(render):
     page, frames = render(demands)
     assert set(frames["curves"]["im"]) == {IM}
     assert "Median θ of Sa,avg RotD50 (g)" in page
+
+
+def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):
+    script = "<script>alert(1)</script>"
+    catalogue = files("skewbridge.bridge.catalogue") / "osb1.yaml"
+    bridge = yaml.safe_load(catalogue.read_text("utf-8"))
+    bridge["title"] = f"Bridge {script} & 'sons'"
+    own = tmp_path / "config" / "bridges"
+    own.mkdir(parents=True)
+    (own / "mine.yaml").write_text(yaml.safe_dump(bridge | {"name": "mine"}), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    demands = synthetic_demands(bridge="mine", skews=(0, 30), gaps=(25,))
+    demands["motion_id"] += f"</script>{script}"
+    demands["collapse_criterion"] = script
+    state = STATES[0] | {"component": f"drift{script}", "citation": script}
+    caption = {"name": "one", "section": "curves", "title": script, "text": script}
+    page, _ = render(demands, states=[state], bridges=("mine",), caption=caption)
+    assert "Bridge &lt;script&gt;alert(1)&lt;/script&gt; &amp; &#39;sons&#39;" in page
+    assert "alert(1)" in page
+    assert "<script>alert" not in page
+    packed = re.search('id="explorer-data"[^>]*>([^<]*)', page)[1]
+    data = json.loads(gzip.decompress(base64.b64decode(packed)))
+    assert f"</script>{script}" in data["motions"][0]

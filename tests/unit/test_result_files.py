@@ -18,6 +18,7 @@ from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance import tables
 from skewbridge.provenance.files import written_aside
+from skewbridge.study import worker
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.guard import Workers
@@ -221,3 +222,18 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
         break_off()
     assert [each.name for each in tmp_path.iterdir()] == ["plan.json"]
     assert path.read_text() == "before"
+
+
+@pytest.mark.parametrize("said", ["", "WARNING: a step failed"])
+def test_a_solver_that_says_nothing_leaves_no_log(
+    setup: StudySetup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: str
+) -> None:
+    def analysed(_task: Task, log: Path, _go_on: object) -> dict[str, object]:
+        log.write_text(said)
+        return no_result("ok", "")
+
+    monkeypatch.setattr(worker, "analyse_task", analysed)
+    desk = worker.Desk(log_folder=tmp_path / "logs", heartbeats=tmp_path, owner_pid=0)
+    (task,) = setup.tasks(SLUG)
+    worker.analysed_row(task, "key", desk)
+    assert [path.read_text() for path in (tmp_path / "logs").iterdir()] == [said] * bool(said)

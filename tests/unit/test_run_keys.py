@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from skewbridge.variant.variant import Variant
 VARIANT = Variant(bridge="osb1", abutment="contact", skew_deg=30, gap_mm=25, friction_pct=0)
 
 
-def task_of(motion: SuiteMotion, **changes: object) -> Task:
+def task_of(motion: SuiteMotion, **changes: Any) -> Task:
     task = Task(
         variant=VARIANT,
         motion=motion,
@@ -31,7 +32,7 @@ def task_of(motion: SuiteMotion, **changes: object) -> Task:
         settings=AnalysisSettings(),
         options=ModelOptions(),
     )
-    return replace(task, **changes)  # pyright: ignore[reportArgumentType]
+    return replace(task, **changes)
 
 
 def first_motion(folder: Path, **index: list[object]) -> SuiteMotion:

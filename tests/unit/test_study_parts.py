@@ -21,11 +21,12 @@ from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance import tables as provenance_tables
+from skewbridge.study.capacity_search import Search, at_factor
 from skewbridge.study.config import parse_config
 from skewbridge.study.costs import CPU_S_PER_MOTION_S, forecast_cpu_s
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.forecast import parts_of
-from skewbridge.study.journal import open_journal
+from skewbridge.study.forecast import forecast_study, parts_of
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.plan import Plan, Planned, planned_keys, write_plan
 from skewbridge.study.progress import study_state
@@ -128,6 +129,25 @@ def test_a_forecast_goes_by_length_and_by_what_was_measured(tmp_path: Path) -> N
     assert forecast_cpu_s(tasks, keys, crashed)[1:] == constant[1:]
 
 
+def test_a_row_tells_its_analysis_that_of_a_search_at_its_own_factor(tmp_path: Path) -> None:
+    plain = setup_in(tmp_path)
+    search = Search(demand="deck_disp_m", threshold=0.1, low_g=0.1, high_g=2.0)
+    searching = replace(plain, search=search)
+    first = searching.tasks(SLUGS[1])[1]
+    for setup, task in (
+        (plain, plain.tasks(SLUGS[1])[2]),
+        (searching, first),
+        (searching, at_factor(first, 1.37)),
+    ):
+        found = setup.task_of(row_of(task))
+        assert found is not None
+        assert run_key(found) == run_key(task)
+        assert found.motion.measures == task.motion.measures
+    assert plain.task_of(row_of(at_factor(first, 1.37))) is None
+    with pytest.raises(InputError, match=r"osb2s_.*: the study has the bridges osb1"):
+        plain.tasks("osb2s_cf_skew30_gap025_mu050")
+
+
 def write_part(plan: Plan, setup: StudySetup, number: int, count: int) -> Path:
     """Rows of a part as a job writes them, in the order in which they were analysed."""
     tasks = {slug: setup.tasks(slug) for slug in SLUGS}
@@ -198,7 +218,7 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
         with open_journal(setup.folder.journal(name)) as journal:
             journal.append(row_of(task))
     write_plan(setup, SLUGS[:2], {})
-    state = study_state(planned_keys(setup.folder), setup.folder)
+    state = study_state(planned_keys(setup.folder), read_content(setup.folder.journals))
     assert (state.analyses, state.done, state.left) == (6, 3, 3)
     assert [each.cpu_s == 0.0 for each in Plan.read(setup.folder.plan).analyses] == [True] * 3 + [
         False
@@ -221,3 +241,25 @@ def test_a_cluster_has_as_many_parts_as_its_hours_ask_for(
     assert parts_of(study, 2.0 * hours) == 1
     assert parts_of(study, hours / 3.9) == 4
     assert parts_of(study, 1e-6) == 768
+
+
+def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    given, searching = (
+        forecast_study(
+            parse_config(
+                {
+                    "results": str(tmp_path),
+                    "motions": {"design": design, "level_range_g": [0.05, 5.0]},
+                }
+            )
+        )
+        for design in ("scaled_cloud", "ida")
+    )
+    assert searching.summary["analyses"] == given.summary["analyses"]
+    assert searching.summary["core_hours"] == pytest.approx(
+        10 * given.summary["core_hours"], rel=1e-3
+    )
+    assert searching.notes == ("Counted are searches of up to 10 analyses; the cost is of all.",)

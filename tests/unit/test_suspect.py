@@ -22,7 +22,7 @@ from skewbridge.report.checks import read_tables, write_checks
 from skewbridge.report.reference_pages import ROOT
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import open_journal
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.keys import ANALYSIS_MODULE
 from skewbridge.study.progress import study_state
 
@@ -149,9 +149,9 @@ def test_the_state_of_a_study_counts_them(tmp_path: Path) -> None:
     with open_journal(folder.journal("v")) as journal:
         for number in range(3):
             journal.append(row(run_key=str(number), recovery_rung=number))
-    keys = {"v": ["0", "1", "2"]}
-    assert study_state(keys, folder).suspect == 0
-    assert study_state(keys, folder, SuspectLimits(max_rung=0)).suspect == 2
+    keys, content = {"v": ["0", "1", "2"]}, read_content(folder.journals)
+    assert study_state(keys, content).suspect == 0
+    assert study_state(keys, content, SuspectLimits(max_rung=0)).suspect == 2
 
 
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:

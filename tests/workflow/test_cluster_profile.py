@@ -10,7 +10,15 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
 LEFT_OUT = shutil.ignore_patterns(
-    ".git", ".venv", ".uv", ".snakemake", "results", ".*_cache", ".hypothesis", "__pycache__"
+    ".git",
+    ".venv",
+    ".uv",
+    ".exports",
+    ".snakemake",
+    "results",
+    ".*_cache",
+    ".hypothesis",
+    "__pycache__",
 )
 
 

@@ -22,7 +22,15 @@ from skewbridge.study.tree_lock import LOCK_NAME
 
 ROOT = Path(__file__).parents[2]
 LEFT_OUT = shutil.ignore_patterns(
-    ".git", ".venv", ".uv", ".snakemake", "results", ".*_cache", ".hypothesis", "__pycache__"
+    ".git",
+    ".venv",
+    ".uv",
+    ".exports",
+    ".snakemake",
+    "results",
+    ".*_cache",
+    ".hypothesis",
+    "__pycache__",
 )
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
 

@@ -22,7 +22,12 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.study.made_for import tell_rules
 from skewbridge.study.chosen_variants import chosen_variants
-from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config, plain_sections
+from skewbridge.study.config import (
+    CONDITIONING_BRIDGE,
+    analysis_sections,
+    parse_config,
+    plain_sections,
+)
 from skewbridge.study.inputs import check_inputs, motions_digest
 from skewbridge.study.tree_lock import hold_tree
 from skewbridge.variant.grid import expand_grid
@@ -77,11 +82,7 @@ def figures_folder(_wildcards):
 
 
 # What an analysis depends on besides its variant and its motion.
-ANALYSIS_SECTIONS = {
-    "motions": section("motions"),
-    "model": section("model"),
-    "analysis": section("analysis"),
-}
+ANALYSIS_SECTIONS = analysis_sections(STUDY)
 
 
 def parts_of_study(_wildcards):

@@ -40,6 +40,7 @@ rule check_results:
         asked={
             "max_unfinished_share": STUDY.max_unfinished_share,
             "cohesion_n": STUDY.model.cohesion_n,
+            "searched": STUDY.motions.design == "ida",
         },
         strict=STUDY.checks == "strict",
         digest=script_digest(

@@ -11,8 +11,9 @@ import openseespy.opensees as ops
 RECORDED: Final = (
     "wipe", "model", "node", "fix", "mass", "uniaxialMaterial", "section", "fiber", "geomTransf",
     "beamIntegration", "element", "rigidLink", "equalDOF", "timeSeries", "pattern", "load", "sp",
-    "remove", "region", "rayleigh", "parameter", "updateParameter", "constraints", "numberer",
-    "system", "test", "algorithm", "integrator", "analysis", "analyze", "loadConst", "wipeAnalysis",
+    "remove", "region", "rayleigh", "parameter", "addToParameter", "updateParameter", "constraints",
+    "numberer", "system", "test", "algorithm", "integrator", "analysis", "analyze", "loadConst",
+    "wipeAnalysis",
 )  # fmt: skip
 
 HEADER: Final = '''"""{title}

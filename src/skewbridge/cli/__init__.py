@@ -19,11 +19,17 @@ class _Commands(DeferredGroup):
         "skewbridge.cli.contact",
         "skewbridge.cli.fragility",
         "skewbridge.cli.statistics",
+        "skewbridge.cli.compare",
+        "skewbridge.cli.publish",
     )
 
 
 class _MotionCommands(DeferredGroup):
     modules = ("skewbridge.cli.motions",)
+
+
+class _BridgeCommands(DeferredGroup):
+    modules = ("skewbridge.cli.bridge_check",)
 
 
 def build_app() -> typer.Typer:
@@ -39,12 +45,11 @@ def build_app() -> typer.Typer:
         rich_markup_mode=None,
     )
     app.callback()(_options)
-    group = typer.Typer(
-        cls=_MotionCommands,
-        no_args_is_help=True,
-        help="Read, check, measure, draw and make ground motions.",
-    )
-    app.add_typer(group, name="motions")
+    for name, kind, told in (
+        ("bridge", _BridgeCommands, "Check a bridge of your own before any study."),
+        ("motions", _MotionCommands, "Read, check, measure, draw and make ground motions."),
+    ):
+        app.add_typer(typer.Typer(cls=kind, no_args_is_help=True, help=told), name=name)
     return app
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Final
 import typer
 
 from skewbridge.cli.output import JsonOption, clear_errors, emit
+from skewbridge.cli.us_units import UnitsOption
 from skewbridge.cli.variant_options import BridgeOption, OutOption
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
@@ -26,6 +27,7 @@ def sdc(
         Path | None,
         typer.Option("--bridge", help="File of the analysed bridge, if its name does not find it."),
     ] = None,
+    units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
     """Displacement, P-Delta and seat checks, as in the Caltrans criteria.
@@ -59,7 +61,13 @@ def sdc(
             }
             for row in rows
         ]
-        emit({"title": data.title, "bents": rows}, shown, as_json=as_json, title=data.title)
+        emit(
+            {"title": data.title, "bents": rows},
+            shown,
+            as_json=as_json,
+            title=data.title,
+            units=units,
+        )
         return
 
     def variant_of(slug: str) -> Variant:
@@ -84,7 +92,7 @@ def sdc(
         moves = corner_moves_m(variant, series)
         rows = sdc_rows(variant, float(table["deck_disp_m"].iloc[0]), moves)
         title = variant.slug
-    emit({"title": title, "checks": rows}, rows, as_json=as_json, title=title)
+    emit({"title": title, "checks": rows}, rows, as_json=as_json, title=title, units=units)
 
 
 @clear_errors
@@ -92,6 +100,7 @@ def column(
     out: OutOption,
     bridge: BridgeOption = "osb1",
     bent: Annotated[int, typer.Option("--bent", help="Number from the left, 1 and up.")] = 1,
+    units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
     """Moment-curvature and shear strength of a bridge's column under dead load."""
@@ -125,7 +134,7 @@ def column(
         "curvature_ductility": curve.curvature_ductility,
         "plastic_shear_kn": curve.plastic_moment_nm / span / KN,
     }
-    emit(summary, [summary], as_json=as_json, title=title)
+    emit(summary, [summary], as_json=as_json, title=title, units=units)
 
 
 COMMANDS: Final = (sdc, column)

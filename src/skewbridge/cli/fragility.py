@@ -24,9 +24,15 @@ def fit(
     ] = "probit",
     level: Annotated[float, typer.Option(help="Confidence level.")] = 0.95,
     threshold: Annotated[float | None, typer.Option(help="Median capacity.")] = None,
-    im: Annotated[str | None, typer.Option(help="Column of intensities, table of runs.")] = None,
-    edp: Annotated[str | None, typer.Option(help="Column of demands, table of runs.")] = None,
-    where: Annotated[str | None, typer.Option(help="Rows to use: skew_deg == 30.")] = None,
+    im: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Of intensities, table of runs.")
+    ] = None,
+    edp: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Of demands, table of runs.")
+    ] = None,
+    where: Annotated[
+        str | None, typer.Option(metavar="CONDITION", help="Rows to use: skew_deg == 30.")
+    ] = None,
     capacity_dispersion: Annotated[
         float, typer.Option(help="Of the capacity: cloud, and stripes of a table of runs.")
     ] = 0.0,

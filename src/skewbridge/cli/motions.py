@@ -190,8 +190,9 @@ def default_suite(
 
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.synthesis.embedded import write_default_suite
+    from skewbridge.study.config import CONDITIONING_BRIDGE
 
-    period_s = load_bridge("osb1").t1_s if t1_s is None else t1_s
+    period_s = load_bridge(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
     effects = write_default_suite(out, period_s)
     rows = [
         {

@@ -4,6 +4,7 @@ import json
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
+from math import isfinite
 from typing import Annotated, Any
 
 import typer
@@ -11,12 +12,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from skewbridge.cli.us_units import Units, in_units
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.reading.files import shortened
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
 LONGEST_LIST = 3  # values in one cell of a table
+FILE_WIDTH = 400  # characters of a line that goes to a file or a pipe: nothing is cut off
+ROUNDING = 1e-12  # of the largest number of a column, below which a number is the noise of zero
 
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
 
@@ -34,6 +38,7 @@ def emit(
     *,
     as_json: bool,
     title: str | None = None,
+    units: Units = "si",
 ) -> None:
     """Answer a command.
 
@@ -42,24 +47,28 @@ def emit(
         rows: Table in its place; by default a row per number or text of the payload, a mapping.
         as_json: Whether the answer is the JSON value.
         title: Of the table.
+        units: Of the table; the JSON value is in SI.
     """
     if as_json:
         emit_json(payload)
         return
-    emit_table(_quantities(payload) if rows is None else rows, title)
+    emit_table(in_units(_quantities(payload) if rows is None else rows, units), title)
 
 
 def emit_table(rows: Sequence[Mapping[str, Any]], title: str | None = None) -> None:
     """Print rows (all with the keys of the first) as a table on stdout."""
     table = Table(title=None if title is None else Text(_printable(title)))
-    for column in rows[0] if rows else ():
+    noise = {column: _noise(rows, column) for column in (rows[0] if rows else ())}
+    for column in noise:
         table.add_column(
             Text(_printable(column)),
             justify="left" if isinstance(rows[0][column], str) else "right",
+            overflow="fold",
         )
     for row in rows:
-        table.add_row(*(Text(_printable(_cell(value))) for value in row.values()))
-    Console(highlight=False).print(table)
+        cells = (_cell(value, noise.get(column, 0.0)) for column, value in row.items())
+        table.add_row(*(Text(_printable(cell)) for cell in cells))
+    Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH).print(table)
 
 
 def clear_errors[**P, R](command: Callable[P, R]) -> Callable[P, R]:
@@ -101,12 +110,23 @@ def _quantities(payload: Mapping[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def _cell(value: object) -> str:
+def _noise(rows: Sequence[Mapping[str, Any]], column: str) -> float:
+    """Return the size below which numbers of a column are zero with rounding errors."""
+    if column == "value":  # rows are quantities of their own
+        return 0.0
+    values = [row.get(column) for row in rows]
+    sizes = [abs(value) for value in values if isinstance(value, float) and isfinite(value)]
+    return ROUNDING * max(sizes, default=0.0)
+
+
+def _cell(value: object, noise: float) -> str:
     if isinstance(value, list):
-        return ", ".join(map(_cell, value))
+        return ", ".join(_cell(item, noise) for item in value)
     if value is None:
         return ""
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return "0" if abs(value) < noise else f"{value:.5g}"
+    return str(value)
 
 
 def _printable(text: str) -> str:

@@ -7,6 +7,7 @@ import typer
 
 from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, messages
 from skewbridge.cli.study import DEFAULT_CONFIG
+from skewbridge.cli.us_units import UnitsOption
 from skewbridge.cli.variant_options import (
     OutOption,
     SetOption,
@@ -49,7 +50,9 @@ SaveModelOption = Annotated[
 ]
 RowOption = Annotated[
     str | None,
-    typer.Option("--row", help="run_key in results/demands.parquet: repeat that analysis."),
+    typer.Option(
+        "--row", metavar="RUN_KEY", help="Of results/demands.parquet: repeat that analysis."
+    ),
 ]
 ConfigOption = Annotated[Path, typer.Option("--config", help="Configuration of that study.")]
 FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")]
@@ -72,6 +75,7 @@ def run(
     save_model: SaveModelOption = False,
     study_row: RowOption = None,
     config: ConfigOption = DEFAULT_CONFIG,
+    units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
     """Analyse one variant under one motion; collapse is a result, a failure exits with 1."""
@@ -90,7 +94,7 @@ def run(
 
         script = model_script(task.variant, task.settings.model_options(task.options))
         (out / "model.py").write_text(script, encoding="utf-8")
-    emit(row, as_json=as_json)
+    emit(row, as_json=as_json, units=units)
     suspect = [f"suspect: {row['suspect']}"] if row["suspect"] else []
     for text in (*result.messages, *suspect):
         messages.print(text)
@@ -136,7 +140,7 @@ def _task_of_row(key: str, config: Path) -> "Task":
         InputError: No results here, no such row, or the configuration has no such analysis.
     """
     from skewbridge.provenance.tables import read_table
-    from skewbridge.study.config import load_config, plain_sections
+    from skewbridge.study.config import analysis_sections, load_config
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import read_journals
     from skewbridge.study.keys import run_key
@@ -153,17 +157,16 @@ def _task_of_row(key: str, config: Path) -> "Task":
         row = next((row for row in rows if row["run_key"] == key), None)
         if row is None:
             raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
-    sections = plain_sections(study, "motions", "model", "analysis")
-    setup = StudySetup.from_sections(sections, folder)
-    wanted = row["motion_id"], row["scale"], row["incidence_deg"]
-    for task in setup.tasks(row["variant"]):
-        if (task.motion.motion.motion_id, task.motion.scale, task.incidence_deg) == wanted:
-            if run_key(task) != key:
-                messages.print("settings or sources have changed since: the result may differ")
-            return task
-    raise InputError(
-        f"row {key}: {config} has no {wanted[0]} x {wanted[1]:g} at {wanted[2]:g} degrees"
-    )
+    setup = StudySetup.from_sections(analysis_sections(study), folder)
+    task = setup.task_of(row)
+    if task is None:
+        raise InputError(
+            f"row {key}: {config} has no {row['motion_id']} x {row['scale']:g} at "
+            f"{row['incidence_deg']:g} degrees"
+        )
+    if run_key(task) != key:
+        messages.print("settings or sources have changed since: the result may differ")
+    return task
 
 
 def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]]:

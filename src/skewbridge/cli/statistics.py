@@ -7,7 +7,12 @@ from typing import Annotated, Any, Final
 import typer
 
 from skewbridge.cli.output import JsonOption, clear_errors, emit, messages
-from skewbridge.cli.variant_options import OutOption
+from skewbridge.cli.variant_options import (
+    ABUTMENT_CHOICES,
+    ABUTMENT_NAMES,
+    OutOption,
+    bridges_of_the_user,
+)
 from skewbridge.errors import InputError
 
 
@@ -21,7 +26,8 @@ def statistics(
         Path, typer.Option("--limit-states", help="File of limit states.")
     ] = Path("config/limit_states.yaml"),
     im: Annotated[
-        str | None, typer.Option("--im", help="Column of intensities, if there are several.")
+        str | None,
+        typer.Option("--im", metavar="COLUMN", help="Of intensities, if there are several."),
     ] = None,
     margin: Annotated[
         float | None, typer.Option("--margin", help="Relative change that is negligible: 0.05.")
@@ -50,9 +56,19 @@ def _counts(report: dict[str, Any]) -> list[dict[str, Any]]:
 
 @clear_errors
 def predict(
-    bridge: Annotated[str | None, typer.Option(help="Bridge; not needed for a single one.")] = None,
+    bridge: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Not needed for a single one.", autocompletion=bridges_of_the_user
+        ),
+    ] = None,
     abutment: Annotated[
-        str | None, typer.Option(help="Abutment model; the only one, or contact-friction.")
+        str | None,
+        typer.Option(
+            metavar=ABUTMENT_CHOICES,
+            help="The only one, or contact-friction.",
+            autocompletion=lambda: list(ABUTMENT_NAMES),
+        ),
     ] = None,
     skew_deg: Annotated[float | None, typer.Option(help="Skew in degrees.")] = None,
     gap_mm: Annotated[float | None, typer.Option(help="Joint gap in mm.")] = None,
@@ -61,8 +77,12 @@ def predict(
         list[str] | None,
         typer.Option("--axis", metavar="NAME=VALUE", help="A further axis; repeatable."),
     ] = None,
-    component: Annotated[str | None, typer.Option(help="Only this component.")] = None,
-    state: Annotated[str | None, typer.Option(help="Only this limit state.")] = None,
+    component: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Only this component.")
+    ] = None,
+    state: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Only this limit state.")
+    ] = None,
     at: Annotated[float | None, typer.Option(help="Intensity of the probabilities.")] = None,
     results: Annotated[
         Path, typer.Option(help="Folder of a study, or one that statistics wrote.")

@@ -8,6 +8,7 @@ import typer
 
 from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, emit_table, messages
 from skewbridge.errors import InputError
+from skewbridge.statuses import FAILED
 
 if TYPE_CHECKING:
     from skewbridge.study.folder import StudyFolder
@@ -18,7 +19,13 @@ ConfigOption = Annotated[
 ]
 
 StatusOption = Annotated[
-    str, typer.Option("--status", help="failed for all without a result, or one status: crash.")
+    str,
+    typer.Option(
+        "--status",
+        metavar=f"[failed|{'|'.join(FAILED)}]",
+        help="failed: all without a result.",
+        autocompletion=lambda: ["failed", *FAILED],
+    ),
 ]
 CompactOption = Annotated[
     bool, typer.Option("--compact", help="Drop lines that are repeated, outdated or damaged.")
@@ -67,7 +74,9 @@ def plan(
     profile: Annotated[
         str | None,
         typer.Option(
-            "--profile", help="Of a cluster, slurm or a folder: jobs and hours there besides."
+            "--profile",
+            metavar="slurm|FOLDER",
+            help="Of a cluster: jobs and hours there besides.",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -79,7 +88,9 @@ def plan(
     from skewbridge.study.config import load_config
     from skewbridge.study.inputs import check_inputs
 
-    check_inputs(load_config(config, base=DEFAULT_CONFIG))
+    study = load_config(config, base=DEFAULT_CONFIG)
+    check_inputs(study)
+    _warn_of_periods(study.bridges_with_periods())
     if pilot is not None:
         _propose_levels(config, pilot, as_json=as_json)
         return
@@ -127,7 +138,6 @@ def retry(
     as_json: JsonOption = False,
 ) -> None:
     """Forget failed analyses, so that the study tries them again when it is run."""
-    from skewbridge.statuses import FAILED
     from skewbridge.study.upkeep import forget
 
     if status != "failed" and status not in FAILED:
@@ -197,6 +207,14 @@ def _propose_levels(config: Path, motions: int, *, as_json: bool) -> None:
     messages.print(f"{words}\n{found.config_lines}", markup=False)
 
 
+def _warn_of_periods(bridges: tuple[str, ...]) -> None:
+    from skewbridge.analysis.conditioning_period import periods_of_file, standing_bridge
+
+    for name in bridges:
+        for told in periods_of_file(name, standing_bridge(name)):
+            messages.print(f"warning: {told}", style="yellow")
+
+
 def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
     ledger = forecast["ledger"]
     rows = {name: value for name, value in forecast.items() if name != "ledger"}
@@ -208,6 +226,7 @@ def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
 def _needed_motions(config: Path) -> list[dict[str, Any]]:
     """Return what the finished study of a configuration says; nothing where there is none."""
     from skewbridge.provenance.tables import read_frame
+    from skewbridge.reading.tables import records_of
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
 
@@ -215,10 +234,7 @@ def _needed_motions(config: Path) -> list[dict[str, Any]]:
     path = folder.fragility("needed_motions")
     if not path.is_file():
         return []
-    return [
-        {str(name): value for name, value in row.items()}
-        for row in read_frame(path).to_dict("records")
-    ]
+    return records_of(read_frame(path))
 
 
 def _needed_row(row: dict[str, Any]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 ABUTMENT_NAMES: Final = tuple(name.replace("_", "-") for name in ABUTMENTS)
+ABUTMENT_CHOICES: Final = f"[{'|'.join(ABUTMENT_NAMES)}]"
 
 
 def bridges_of_the_user() -> list[str]:
@@ -43,7 +44,7 @@ AbutmentOption = Annotated[
     typer.Option(
         "--abutment",
         help="Abutment model, from the simplest to contact with friction.",
-        metavar=f"[{'|'.join(ABUTMENT_NAMES)}]",
+        metavar=ABUTMENT_CHOICES,
         autocompletion=lambda: list(ABUTMENT_NAMES),
     ),
 ]

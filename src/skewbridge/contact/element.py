@@ -127,9 +127,11 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Vector, ..
     ops.element("zeroLength", element, *nodes, "-mat", *materials, "-dir", *local, "-orient", *axes)
     probed = [_attach(tags, element, 1, "Fy"), _attach(tags, element, 2, "Fy")]
     ops.updateParameter(probed[1], bound)
-    for position in local[1:]:
-        probed.append(_attach(tags, element, position, "epsInit"))
-        ops.updateParameter(probed[-1], 10.0 * other / stiffness)
+    # One parameter for all directions: OpenSees keeps 3 kB of each that is removed.
+    probed.append(_attach(tags, element, 2, "epsInit"))
+    for position in local[2:]:
+        ops.addToParameter(probed[-1], "element", element, "material", position, "epsInit")
+    ops.updateParameter(probed[-1], 10.0 * other / stiffness)
     forces = ops.basicForce(element)
     normal_yield = ops.getParamValue(probed[0])
     for parameter in probed:

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from skewbridge.errors import InputError
+from skewbridge.motions.folders import files_below
 from skewbridge.provenance.digests import digest_of, source_digest
 from skewbridge.provenance.files import write_text
 from skewbridge.reading import read_json
+from skewbridge.reading.files import shown_path
 
 if TYPE_CHECKING:
     from skewbridge.motions.index import IndexEntry
@@ -30,8 +32,7 @@ def content_digest(
     Raises:
         InputError: As `entries_to_read`, or motions that cannot be read; names each of them.
     """
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    states = [(str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in files]
+    states = [_state_of(path) for path in files_below(folder)]
     readers = source_digest("skewbridge.motions.suite")
     state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, *states)
     kept = {} if cache is None else _kept(cache)
@@ -46,6 +47,20 @@ def content_digest(
     if cache is not None:
         write_text(cache, json.dumps({"state": state, "digest": digest}))
     return digest
+
+
+def _state_of(path: Path) -> tuple[str, int, int]:
+    """Return name, size and time of a file.
+
+    Raises:
+        InputError: It was removed since the folder was listed.
+    """
+    try:
+        state = path.stat()
+    except OSError as error:
+        told = f"{shown_path(path)} cannot be read: {error.strerror}"
+        raise InputError(told, file=str(path)) from None
+    return str(path), state.st_size, state.st_mtime_ns
 
 
 def _said(entry: "IndexEntry", folder: Path) -> tuple[object, ...]:

@@ -16,7 +16,7 @@ from skewbridge.motions.read import read_trace
 from skewbridge.motions.record import NUMBER_FIELDS
 from skewbridge.reading import shortened
 from skewbridge.reading.files import shown_path
-from skewbridge.reading.tables import read_csv
+from skewbridge.reading.tables import read_csv, records_of
 
 MAX_MOTIONS: Final = 20_000
 INDEX_NAME: Final = "index.csv"
@@ -143,8 +143,7 @@ def read_index(index: Path) -> list[IndexEntry]:
     if not repeated.empty:
         told = f"{index}: motion {shortened(repeated.iloc[0])} is listed twice"
         raise InputError(told, file=str(index))
-    rows: list[dict[str, str]] = table.to_dict("records")  # pyright: ignore[reportAssignmentType]
-    return [_entry(row, index, number) for number, row in enumerate(rows, start=2)]
+    return [_entry(row, index, number) for number, row in enumerate(records_of(table), start=2)]
 
 
 def read_index_table(index: Path) -> pd.DataFrame:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import ceil, log, log1p, log2
 from typing import Final
 
 import numpy as np
@@ -9,8 +10,8 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.motions.scaling import FACTOR_LIMITS, stripe_factors
+from skewbridge.motions.settings import LEVEL_MEASURE
 
-STRIPE_MEASURES: Final = ("im_saavg_rotd50_g", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g")
 IDA_LIMITS: Final = (0.1, 10.0)
 IDA_TOLERANCE: Final = 0.01
 
@@ -24,27 +25,23 @@ def striped(
     suite: pd.DataFrame,
     stripes_g: Sequence[float],
     *,
-    measure: str = "im_saavg_rotd50_g",
     factor_limits: tuple[float, float] = FACTOR_LIMITS,
 ) -> pd.DataFrame:
-    """Return a suite with a row for each motion and level of a measure within the factor limits.
+    """Return a suite with a row for each motion and level of Sa_avg within the factor limits.
 
     Returns:
         The rows of `prepare_suite`, repeated, with their `scale` and a column `stripe_g`; by
         stripe, then in suite order. `attrs["left_out"]` counts the rows outside the limits.
 
     Raises:
-        InputError: An unknown measure, levels or limits that are not positive and ascending, no
-            row left.
+        InputError: Levels or limits that are not positive and ascending, no row left.
     """
-    if measure not in STRIPE_MEASURES:
-        raise InputError(f"measure must be one of {', '.join(STRIPE_MEASURES)}, got {measure!r}")
     low, high = factor_limits
     if not 0.0 < low < high:
         raise InputError(f"factor_limits must be two ascending positive factors, got {low}, {high}")
     if list(stripes_g) != sorted(set(stripes_g)):
         raise InputError(f"stripes_g must ascend, got {list(stripes_g)}")
-    factors, allowed = stripe_factors(suite[measure].to_list(), stripes_g, factor_limits)
+    factors, allowed = stripe_factors(suite[LEVEL_MEASURE].to_list(), stripes_g, factor_limits)
     parts = [
         suite[allowed[:, column]].assign(
             scale=factors[allowed[:, column], column], stripe_g=float(level_g)
@@ -80,6 +77,13 @@ class CapacityBracket:
         if self.lower == 0.0 or np.isinf(self.upper):
             return float("nan")
         return float(np.sqrt(self.lower * self.upper))
+
+
+def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
+    """Return how many analyses `bracket_capacity` takes at most, one of them at an end."""
+    low, high = limits
+    halvings = ceil(log2(log(high / low) / log1p(tolerance)))
+    return max(halvings, 1) + 1
 
 
 def bracket_capacity(

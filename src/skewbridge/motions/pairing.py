@@ -55,7 +55,7 @@ def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
     """Return the horizontal component files of each motion name, both sorted.
 
     Where the files of a name make a pair in each of several folders, they are as many motions, with
-    the name of the folder before it.
+    the name of the folder before it, if that tells them apart.
     """
     groups: defaultdict[str, defaultdict[Path, list[Path]]] = defaultdict(lambda: defaultdict(list))
     for path in sorted(paths):
@@ -63,7 +63,8 @@ def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
             groups[split_name(path)[0]][path.parent].append(path)
     named: dict[str, list[Path]] = {}
     for name, folders in groups.items():
-        if len(folders) > 1 and all(len(files) == 2 for files in folders.values()):
+        apart = len({folder.name for folder in folders}) == len(folders) > 1
+        if apart and all(len(files) == 2 for files in folders.values()):
             named |= {f"{folder.name}_{name}": files for folder, files in folders.items()}
         else:
             named[name] = [path for files in folders.values() for path in files]

@@ -7,6 +7,8 @@ from pydantic.dataclasses import dataclass
 
 from skewbridge.reading import FileName, Number, Whole
 
+#: What the levels of a study are told in: ``level_range_g``, ``stripes_g``.
+LEVEL_MEASURE: Final = "im_saavg_rotd50_g"
 #: source: pilot of the default study (`skewbridge plan --pilot 8`), see config/config.yaml
 LEVEL_RANGE_G: Final = (0.07, 2.25)
 Level = Annotated[Number, Field(ge=1.0e-4, le=20.0)]

@@ -17,7 +17,7 @@ from skewbridge.motions.prepared import suite_row
 from skewbridge.motions.read import join_traces, read_trace
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import BLOCK, FACTOR_LIMITS, block_factors
-from skewbridge.motions.settings import LEVEL_RANGE_G
+from skewbridge.motions.settings import LEVEL_MEASURE, LEVEL_RANGE_G
 
 logger = logging.getLogger(__name__)
 
@@ -110,7 +110,7 @@ def prepare_suite(
     treat = (conditioning or Conditioning()).apply
     motions = [treat(motion) for motion in read_entries(entries)]
     measures = [motion_measures(motion, t1_s) for motion in motions]
-    computed = block_factors([row["im_saavg_rotd50_g"] for row in measures], level_range_g)
+    computed = block_factors([row[LEVEL_MEASURE] for row in measures], level_range_g)
     rows = [
         suite_row(motion, _known(kept, float(factor)), values)
         for kept, motion, factor, values in zip(factors, motions, computed, measures, strict=False)

@@ -62,6 +62,7 @@ def canonical(value: Any) -> Any:
     return value
 
 
+@cache
 def opensees_version() -> str:
     """Return the version of the solver."""
     return version("openseespy")

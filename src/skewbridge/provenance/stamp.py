@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import written_aside
+from skewbridge.provenance.tables import encoded, texts_of, write_table
 
 #: Key of a JSON object, identifier of an SVG or HTML element, keyword of a PNG text.
 MARK: Final = "skewbridge-provenance"
@@ -23,7 +24,6 @@ _ELEMENTS: Final = {
     ".svg": (f'<desc id="{MARK}">', "</desc>", r"<svg\b[^>]*>"),
     ".html": (f'<template id="{MARK}">', "</template>", r"<head\b[^>]*>"),
 }
-_NOT_OURS: Final = frozenset({b"pandas", b"ARROW:schema"})
 
 
 def stamp(path: Path, metadata: Mapping[str, str]) -> None:
@@ -42,9 +42,8 @@ def stamp(path: Path, metadata: Mapping[str, str]) -> None:
     match path.suffix:
         case ".parquet":
             table = pq.read_table(path)
-            found = {**(table.schema.metadata or {}), **_encoded(metadata)}
-            with written_aside(path) as part:
-                pq.write_table(table.replace_schema_metadata(found), part, compression="zstd")
+            found = {**(table.schema.metadata or {}), **encoded(metadata)}
+            write_table(table.replace_schema_metadata(found), path)
         case ".json":
             content = json.loads(path.read_text(encoding="utf-8"))
             if isinstance(content, dict):
@@ -80,8 +79,7 @@ def read_stamp(path: Path) -> dict[str, str]:
 def _read(path: Path) -> dict[str, str]:
     match path.suffix:
         case ".parquet":
-            own = (pq.read_schema(path).metadata or {}).items()
-            return {k.decode(): v.decode() for k, v in own if k not in _NOT_OURS}
+            return texts_of(pq.read_schema(path))
         case ".json":
             content = json.loads(path.read_text(encoding="utf-8"))
             return content.get(MARK, {}) if isinstance(content, dict) else {}
@@ -100,10 +98,6 @@ def _read(path: Path) -> dict[str, str]:
         case _:
             with path.open("rb"):  # a file that is not there is told first
                 return {}
-
-
-def _encoded(metadata: Mapping[str, str]) -> dict[bytes, bytes]:
-    return {key.encode(): value.encode() for key, value in metadata.items()}
 
 
 def _replace(path: Path, content: bytes) -> None:

@@ -4,6 +4,7 @@ import os
 import platform
 import subprocess
 from collections.abc import Iterable, Mapping
+from functools import cache
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -26,6 +27,7 @@ MAX_CELLS: Final = 200_000_000
 MAX_COLUMNS: Final = 10_000
 _GROUP_ROWS: Final = 65_536
 _FORMAT_KEY: Final = b"skewbridge_table_format"
+_NOT_OURS: Final = frozenset({b"pandas", b"ARROW:schema"})
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
 _CPU_INFO: Final = Path("/proc/cpuinfo")
 
@@ -90,8 +92,19 @@ def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, 
 def write_frame(frame: pd.DataFrame, path: Path, metadata: Mapping[str, str]) -> None:
     """Write a data frame with provenance in the file metadata."""
     table = pa.Table.from_pandas(frame, preserve_index=False)
-    own = {key.encode(): value.encode() for key, value in metadata.items()}
-    write_table(table.replace_schema_metadata({**(table.schema.metadata or {}), **own}), path)
+    found = {**(table.schema.metadata or {}), **encoded(metadata)}
+    write_table(table.replace_schema_metadata(found), path)
+
+
+def encoded(metadata: Mapping[str, str]) -> dict[bytes, bytes]:
+    """Return texts by name as the metadata of a file."""
+    return {key.encode(): value.encode() for key, value in metadata.items()}
+
+
+def texts_of(schema: pa.Schema) -> dict[str, str]:
+    """Return what a file tells, by name, without what pandas and Arrow keep there."""
+    own = (schema.metadata or {}).items()
+    return {key.decode(): value.decode() for key, value in own if key not in _NOT_OURS}
 
 
 def read_table(path: Path) -> pa.Table:
@@ -153,7 +166,11 @@ def read_frame(path: Path) -> pd.DataFrame:
     Raises:
         InputError: As `read_table`.
     """
-    table = read_table(path)
+    return frame_of(read_table(path))
+
+
+def frame_of(table: pa.Table) -> pd.DataFrame:
+    """Return a table that was read as a data frame."""
     try:
         return table.to_pandas()
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):
@@ -161,8 +178,9 @@ def read_frame(path: Path) -> pd.DataFrame:
     return table.replace_schema_metadata(None).to_pandas()
 
 
+@cache
 def _git(*arguments: str) -> str | None:
-    """Return what git says of the sources; None where there is no git or no repository."""
+    """Return what git says of the sources, asked once; None without git or a repository."""
     try:
         found = subprocess.run(
             ["git", "-C", str(PACKAGE), *arguments], capture_output=True, text=True, check=False

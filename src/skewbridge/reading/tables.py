@@ -40,6 +40,11 @@ def read_csv(path: Path, **options: Any) -> pd.DataFrame:
         raise InputError(f"{shown} is not a table: {told}", file=str(path)) from None
 
 
+def records_of(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows of a table, each by the names of the columns."""
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
+
+
 def no_formula(value: Any) -> Any:
     """Return a cell that a spreadsheet takes for no formula: such a text gets a ``'``."""
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value

@@ -10,11 +10,14 @@ import pandas as pd
 import seaborn as sns
 from matplotlib.lines import Line2D
 
+from skewbridge.demands.columns import unit_of
 from skewbridge.variant.axes import Axis, axes_of
 
 DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 _LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constant ones included
 _PANEL_LETTERS: Final = 34  # that stand above one panel
+
+_UNITS: Final = {"m": (1000.0, " mm"), "rad": (1000.0, " mrad")}
 
 type Values = tuple[float, ...]
 
@@ -35,6 +38,15 @@ def value_text(axis: Axis, value: float) -> str:
     """Return a value of an axis with its unit, such as ``30°`` or ``51 mm``."""
     unit = {"-": "", "deg": "°"}.get(axis.unit, f" {axis.unit}")
     return f"{value:g}{unit}"
+
+
+def threshold_text(demand: str, threshold: float) -> str:
+    """Return the capacity of a limit state in the unit that engineers use."""
+    unit = unit_of(demand)
+    if demand.endswith("drift_ratio"):
+        return f"{100.0 * threshold:.3g} %"
+    factor, shown = _UNITS.get(unit, (1.0, f" {unit}".rstrip()))
+    return f"{factor * threshold:.3g}{shown}"
 
 
 def named_value(axis: Axis, value: float) -> str:

@@ -60,6 +60,8 @@ class StudyTables:
         suite: Its motions with their accelerations.
         max_unfinished_share: Largest share of rows without a usable result that passes.
         cohesion_n: Cohesion at the backwalls, unless it is an axis of the grid.
+        searched: Whether each motion was searched for a capacity (IDA): variants have as many
+            searches then, but not as many analyses.
     """
 
     demands: pd.DataFrame
@@ -68,6 +70,7 @@ class StudyTables:
     suite: pd.DataFrame
     max_unfinished_share: float
     cohesion_n: float = 0.0
+    searched: bool = False
 
 
 def check_tables(tables: StudyTables) -> list[TableCheck]:
@@ -75,7 +78,8 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
     demands, curves, effects = tables.demands, tables.curves, tables.effects
     finished = demands["status"].isin(RAN)
     ok = demands[finished]
-    runs_per_variant = demands.groupby("variant")["motion_id"].transform("size")
+    planned = ["variant", "motion_id", "incidence_deg"] if tables.searched else list(KEY)
+    per_variant = demands.drop_duplicates(planned)["variant"].value_counts()
     numbers = ok[[column.name for column in DEMAND_COLUMNS if column.name in ok]]
     components = ok[["column_shear_x_kn", "column_shear_y_kn"]].max(axis=1)
     cohesion_n = ok.get("cohesion_n", pd.Series(tables.cohesion_n, index=ok.index))
@@ -96,7 +100,7 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
         _none("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
         _none(
             "rows of variants with fewer analyses than others",
-            demands[runs_per_variant != runs_per_variant.max()],
+            demands[demands["variant"].map(per_variant) != per_variant.max()],
             KEY,
         ),
         _none(
@@ -207,7 +211,7 @@ def write_checks(tables: StudyTables, output: Path, *, strict: bool) -> None:
 
 
 def read_tables(
-    *, demands: Path, curves: Path, effects: Path, suite: Path, **asked: float
+    *, demands: Path, curves: Path, effects: Path, suite: Path, **asked: Any
 ) -> StudyTables:
     """Return the tables to be checked from their files.
 
@@ -216,7 +220,7 @@ def read_tables(
         curves: Its fits.
         effects: Its paired effects.
         suite: Its motions.
-        **asked: ``max_unfinished_share`` and ``cohesion_n`` of `StudyTables`.
+        **asked: ``max_unfinished_share``, ``cohesion_n`` and ``searched`` of `StudyTables`.
     """
     return StudyTables(
         demands=read_frame(demands),

@@ -14,11 +14,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
-from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.verdicts import HIGHER, LOWER, RATIO
 from skewbridge.report.axis_layout import short_value, shown_axes
 from skewbridge.report.fragility_style import STYLE, note
-from skewbridge.report.verdict_style import LEGEND, change_text, margin_text, verdict_style
+from skewbridge.report.verdict_style import (
+    LEGEND,
+    change_text,
+    demand_name,
+    margin_text,
+    verdict_style,
+)
 from skewbridge.variant.axes import Axis, axes_of
 
 _RATIO_RANGE: Final = (0.5, 2.0)
@@ -56,7 +61,7 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         axes.set_ylim(len(rows) - 0.5, -0.5)
         margins = table.drop_duplicates("demand").to_dict("records")
         ratios = [item for item in margins if item["judged_by"] == RATIO]
-        usual = margin_text(ratios[0]) if ratios else "the margin"
+        usual = margin_text(ratios[0]) if ratios else ""
         axes.set_yticks(range(len(rows)), [_row_label(item, usual) for item in margins])
         axes.set_xticks(range(len(columns)), labels)
         axes.tick_params(length=0)
@@ -76,16 +81,17 @@ def verdict_map(effects: pd.DataFrame, axis: str = "friction") -> Figure:
 def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
     """Draw the paired ratios of every demand with their intervals against the margin.
 
-    Colours tell apart the values of the first other axis that varies; with the first axis itself,
-    the values that it is changed to.
+    Demands that are judged by their differences are left out. Colours tell apart the values of the
+    first other axis that varies; with the first axis itself, the values that it is changed to.
 
     Args:
         effects: Table of `skewbridge.fragility.tables.effects.paired_effects`.
         axis: Column of the axis that differs.
     """
-    table = _pairs_along(effects, axis).dropna(subset=["ratio"])
+    table = _pairs_along(effects, axis)
+    table = table[table["ratio"].notna() & (table["judged_by"] == RATIO)]
     if table.empty:
-        return note(f"No pair of variants differs in {axis} only")
+        return note(f"No pair of variants that differ in {axis} only is judged by a ratio")
     demands = list(dict.fromkeys(table["demand"]))
     hue = _hue(effects, axis)
     order = [hue, *(other.name for other in _other_axes(effects, axis) if other.name != hue)]
@@ -104,8 +110,9 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
             offsets = np.linspace(-0.32, 0.32, len(part)) if len(part) > 1 else [0.0]
             for offset, item in zip(offsets, part.to_dict("records"), strict=True):
                 _ratio_mark(axes, item, y + offset, palette[item[hue]])
+            _name_ratios_beyond(axes, part["ratio"], y)
         _scale_ratios(axes, table)
-        axes.set_yticks(range(len(demands)), [label_of(name) for name in demands])
+        axes.set_yticks(range(len(demands)), [demand_name(name) for name in demands])
         axes.set_ylim(len(demands) - 0.5, -0.5)
         axes.grid(axis="y", visible=False)
         start = table["from_value"].iloc[0]
@@ -122,21 +129,22 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
 
 
 def verdict_patches(margin: str) -> list[Patch]:
-    """Return the entries of a legend for the verdicts; ``margin`` is that of most demands."""
+    """Return the entries of a legend for the verdicts; ``margin`` may be empty."""
     return [
         Patch(
             facecolor=style.fill,
             edgecolor="#9a9a9a",
-            label=f"{style.sign} {style.text.format(margin=margin)}",
+            label=f"{style.sign} {style.words(margin)}",
         )
         for style in LEGEND
     ]
 
 
 def _row_label(item: Mapping[Hashable, Any], usual: str) -> str:
-    margin = margin_text(item)
-    label = label_of(str(item["demand"]))
-    return label if margin == usual else f"{label}, ±{margin}"
+    name, margin = demand_name(str(item["demand"])), margin_text(item)
+    if item["judged_by"] == RATIO:
+        return name if margin == usual else f"{name}, ±{margin}"
+    return f"{name} ({item['unit']}), ±{margin.removesuffix(' ' + item['unit'])}"
 
 
 def _pairs_along(effects: pd.DataFrame, axis: str) -> pd.DataFrame:
@@ -181,7 +189,10 @@ def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
     corner = x - 0.48, y - 0.46
     axes.add_patch(Rectangle(corner, 0.96, 0.92, facecolor=style.fill, edgecolor="#ffffff"))
     bold = "bold" if item["verdict"] in (LOWER, HIGHER) else "normal"
-    text = f"{style.sign} {change_text(item)}"
+    change = change_text(item)
+    if item["judged_by"] != RATIO:  # the label of the row has the unit
+        change = change.removesuffix(f" {item['unit']}")
+    text = f"{style.sign} {change}"
     axes.text(
         x, y, text, ha="center", va="center", color=style.ink,
         fontsize=_SMALL_SIZE, fontweight=bold,
@@ -198,26 +209,35 @@ def _ratio_range(table: pd.DataFrame) -> tuple[float, float]:
 
 
 def _ratio_mark(axes: Axes, item: Mapping[Hashable, Any], y: float, colour: Any) -> None:
-    """Draw a ratio with its interval; beyond the axis as an arrow with its value."""
+    """Draw a ratio with its interval; beyond the axis as an arrow."""
     low, high = _RATIO_RANGE
     ratio = float(item["ratio"])
     axes.plot([item["ci_low"], item["ci_high"]], [y, y], color=colour, lw=1.4)
-    if low <= ratio <= high:
-        axes.plot(ratio, y, "o", color=colour, ms=3.2)
-        return
-    beyond = ratio > high
-    end, arrow, shift, side = (high, ">", -7, "right") if beyond else (low, "<", 7, "left")
-    axes.plot(end, y, arrow, color=colour, ms=6, clip_on=False)
-    axes.annotate(
-        f"{ratio:.2g}",
-        (end, y),
-        xytext=(shift, 0),
-        textcoords="offset points",
-        ha=side,
-        va="center",
-        fontsize=6.5,
-        color=colour,
-    )
+    mark, size = ("o", 3.2) if low <= ratio <= high else (">" if ratio > high else "<", 5.0)
+    shown = float(np.clip(ratio, low, high))
+    axes.plot(shown, y, mark, color=colour, ms=size, clip_on=mark == "o")
+
+
+def _name_ratios_beyond(axes: Axes, ratios: pd.Series, y: float) -> None:
+    """Write beside the axis which ratios of a demand lie beyond it."""
+    low, high = _RATIO_RANGE
+    for beyond, end, shift, side in (
+        (ratios[ratios > high], high, -8, "right"),
+        (ratios[ratios < low], low, 8, "left"),
+    ):
+        if beyond.empty:
+            continue
+        ends = dict.fromkeys(f"{end:.2g}" for end in (beyond.min(), beyond.max()))
+        axes.annotate(
+            " to ".join(ends),
+            (end, y),
+            xytext=(shift, 0),
+            textcoords="offset points",
+            ha=side,
+            va="center",
+            fontsize=7,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+        )
 
 
 def _column_labels(columns: pd.DataFrame, others: Sequence[Axis]) -> list[str]:

@@ -9,18 +9,20 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from skewbridge.demands.columns import label_of, unit_of
+from skewbridge.demands.columns import label_of
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.intervals import curve, curve_band
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complete, is_of_column
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS
-from skewbridge.report.axis_layout import VariantLayout
+from skewbridge.report.axis_layout import VariantLayout, threshold_text
 from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
 from skewbridge.report.sampled_runs import sample_note, sampled_runs
 from skewbridge.statuses import COLLAPSE
 
 _LEGEND_COLUMNS: Final = 4
+_ABOVE_ZERO: Final = 1e-300
+_FAR_BELOW: Final = 300.0  # parts of the first limit state: a demand below is as good as none
 
 
 def fragility_curves(
@@ -63,8 +65,8 @@ def fragility_curves(
                 axes.set_xscale("log")
                 axes.set_ylim(-0.06, 1.06)
             state = table[table["limit_state"] == name].iloc[0]
-            unit = unit_of(str(state["demand"]))
-            row[0].set_ylabel(f"P({name} | IM)\n{state['threshold']:.3g} {unit}".rstrip())
+            capacity = threshold_text(str(state["demand"]), float(state["threshold"]))
+            row[0].set_ylabel(f"P(exceeds | IM)\n{str(name).replace('_', ' ')}: {capacity}")
         for axes, (title, _) in zip(panels[0], columns, strict=True):
             axes.set_title(title, fontsize=9)
         for axes in panels[-1]:
@@ -81,7 +83,8 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
     """Draw demand over the intensity of the fits, log-log, with fitted lines and thresholds.
 
     Runs that did not complete are drawn open, at their peak so far. Of a large study a sample of
-    the runs is drawn, and the figure says so.
+    the runs is drawn, and the figure says so. The axis of the demand shows what matters beside the
+    limit states; how many runs lie below it stands in the panel.
 
     Args:
         demands: Demands table.
@@ -93,6 +96,9 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
     im_column = str(curves["im"].iloc[0])
     layout, shown = VariantLayout.of(demands), sampled_runs(demands)
     columns = layout.panels(shown)
+    least = _least_shown(demands[demand], thresholds)
+    if not (demands[demand] >= max(least, _ABOVE_ZERO)).any():
+        return note(f"{label_of(demand)}: in no analysis above {least:.1g}")
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.6 * len(columns) + 0.9, 3.3), layout="constrained")
         if said := sample_note(len(shown), len(demands)):
@@ -100,19 +106,37 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
         panels = figure.subplots(1, len(columns), squeeze=False, sharex=True, sharey=True)[0]
         for axes, (title, own) in zip(panels, columns, strict=True):
             for part, style in layout.lines(own):
-                _cloud_points(axes, part, demand, im_column, style)
+                _cloud_points(axes, part[part[demand] >= least], demand, im_column, style)
                 line = fits[fits["variant"].isin(part["variant"])].head(1)
                 _cloud_line(axes, line, part[im_column], style)
             _draw_thresholds(axes, thresholds)
+            _count_below(axes, own[demand], least)
             axes.set_xscale("log")
             axes.set_yscale("log")
             axes.set_title(title, fontsize=9)
             axes.set_xlabel(label_of(im_column))
         panels[0].set_ylabel(label_of(demand))
         plain_log_ticks(panels[0].xaxis)
+        im = demands[im_column]
+        panels[0].set_xlim(im.min() / 1.15, im.max() * 1.15)
+        panels[0].set_ylim(least / 1.3, max([demands[demand].max(), *thresholds.values()]) * 1.6)
         plain_log_ticks(panels[0].yaxis)
         _add_legend(figure, layout)
     return figure
+
+
+def _least_shown(values: pd.Series, thresholds: Mapping[str, float]) -> float:
+    """Return the smallest demand that is drawn, which lies not far below the first state."""
+    positive = values[values > 0.0]
+    smallest = float(positive.min()) if len(positive) else 0.0
+    return max(smallest, min(thresholds.values(), default=0.0) / _FAR_BELOW)
+
+
+def _count_below(axes: Axes, values: pd.Series, least: float) -> None:
+    below = int((~(values >= least)).sum())
+    if below:
+        text = f"{below} of {len(values)} analyses below {least:.1g}"
+        axes.text(0.97, 0.03, text, transform=axes.transAxes, fontsize=7, ha="right", va="bottom")
 
 
 def _add_legend(figure: Figure, layout: VariantLayout) -> None:
@@ -153,8 +177,20 @@ def _curve_panel(
         weak = {"linewidth": 1.0, "alpha": 0.7} if flagged else {"linewidth": 1.6}
         axes.plot(grid, curve(grid, theta, beta), **weak, **style)
     if missing:
-        text = "\n".join(_counted(pd.Series(missing).str.replace("_", " ")))
-        axes.text(0.03, 0.9, text, transform=axes.transAxes, fontsize=7, va="top", color="#555555")
+        # curves that rise early leave the lower right corner free, all others the upper left one
+        early = any(item["theta"] < np.sqrt(grid[0] * grid[-1]) for item in part.to_dict("records"))
+        x, y, side, end = (0.97, 0.12, "right", "bottom") if early else (0.03, 0.9, "left", "top")
+        axes.text(
+            x,
+            y,
+            "\n".join(_counted(pd.Series(missing).str.replace("_", " "))),
+            transform=axes.transAxes,
+            fontsize=7,
+            ha=side,
+            va=end,
+            color="#333333",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+        )
 
 
 def total_dispersion(item: Mapping[Any, Any]) -> float:

@@ -18,9 +18,14 @@ STYLE: Final[Any] = {
 }
 
 
+_MANY: Final = 2000.0  # span of an axis from which 1, 2 and 5 of every decade crowd
+
+
 def plain_log_ticks(axis: Axis) -> None:
-    """Label a logarithmic axis with plain numbers at 1, 2 and 5."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    """Label a logarithmic axis with plain numbers at 1, 2 and 5, over many decades at 1 alone."""
+    low, high = axis.get_view_interval()
+    many = high > _MANY * low > 0.0
+    axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
 

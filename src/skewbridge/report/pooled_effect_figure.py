@@ -7,12 +7,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
+from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
-from skewbridge.demands.columns import label_of
 from skewbridge.report.fragility_effect_figures import verdict_patches
 from skewbridge.report.fragility_style import STYLE, note
-from skewbridge.report.verdict_style import change_text, in_margins, verdict_style
+from skewbridge.report.verdict_style import change_text, demand_name, in_margins, verdict_style
 from skewbridge.variant.axes import axes_of
 
 _REACH: Final = 8.0  # margins that the axis shows
@@ -46,7 +45,7 @@ def pooled_effects(effects: pd.DataFrame) -> Figure:
         for axes in panels[len(changes) :]:
             axes.set_visible(False)
         for axes in panels[: len(changes)]:
-            axes.set_yticks(range(len(demands)), [label_of(name) for name in demands])
+            axes.set_yticks(range(len(demands)), [demand_name(name) for name in demands])
             axes.set_ylim(len(demands) - 0.5, -0.5)
         level = 100 * float(table["level"].iloc[0])
         figure.suptitle(
@@ -55,7 +54,7 @@ def pooled_effects(effects: pd.DataFrame) -> Figure:
             ha="left",
             fontsize=10,
         )
-        handles = verdict_patches("the margin")
+        handles = verdict_patches("")
         figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
@@ -74,7 +73,8 @@ def _panel(axes: Axes, change: Any, part: pd.DataFrame) -> None:
         axes.plot(ends, [y, y], color="#555555", lw=1.2)
         shown = float(np.clip(value, -_REACH, _REACH))
         colour = verdict_style(item).fill
-        axes.plot(shown, y, "o", color=colour, mec="#555555", mew=0.6, ms=5.5, clip_on=False)
+        mark = "o" if abs(value) <= _REACH else ">" if value > 0.0 else "<"
+        axes.plot(shown, y, mark, color=colour, mec="#555555", mew=0.6, ms=5.5, clip_on=False)
         axes.text(
             1.02,
             y,
@@ -85,7 +85,9 @@ def _panel(axes: Axes, change: Any, part: pd.DataFrame) -> None:
         )
     axes.set_xscale("symlog", linthresh=1.0, linscale=1.0)
     axes.set_xlim(-_REACH, _REACH)
-    axes.xaxis.set_major_locator(FixedLocator([-8, -3, -1, 0, 1, 3, 8]))
+    axes.xaxis.set_major_locator(FixedLocator([-_REACH, -1, 0, 1, _REACH]))
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_minor_locator(FixedLocator([-4, -2, 2, 4]))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("Effect over margin")
     axes.grid(axis="y", visible=False)

@@ -1,7 +1,7 @@
 """Figures of one analysis, or of a few to compare, from their tables of histories."""
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -22,6 +22,7 @@ from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
 from skewbridge.units import MM
 
 _LINE: Final = 0.9
+_LOOP: Final = 0.6
 _COLOURS: Final = sns.color_palette("colorblind")
 SPECTRA: Final = {
     "deck_ux_m": "longitudinal (m s)",
@@ -50,39 +51,65 @@ def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
 
 def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw displacement and rotation of the deck's mass centre against time, runs overlaid."""
-    figure = Figure(figsize=(7.2, 5.6), layout="constrained")
-    axes = figure.subplots(3, 1, sharex=True)
-    quantities = (
-        ("deck_ux_m", MM, "Longitudinal (mm)"),
-        ("deck_uy_m", MM, "Transverse (mm)"),
-        ("deck_rot_rad", 1e-3, "Rotation (mrad)"),
-    )
-    for axis, (column, unit, text) in zip(axes, quantities, strict=True):
-        for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
-            axis.plot(table["t_s"], table[column] / unit, lw=_LINE, color=colour, label=name)
-        axis.axhline(0.0, color="0.4", lw=0.5)
-        axis.set_ylabel(text)
-    axes[-1].set_xlabel("Time (s)")
-    _name_runs(figure, axes[0], list(runs))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 5.6), layout="constrained")
+        axes = figure.subplots(3, 1, sharex=True)
+        quantities = (
+            ("deck_ux_m", MM, "Longitudinal (mm)"),
+            ("deck_uy_m", MM, "Transverse (mm)"),
+            ("deck_rot_rad", 1e-3, "Rotation (mrad)"),
+        )
+        for axis, (column, unit, text) in zip(axes, quantities, strict=True):
+            for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
+                axis.plot(table["t_s"], table[column] / unit, lw=_LINE, color=colour, label=name)
+            axis.axhline(0.0, color="0.4", lw=0.5)
+            axis.set_ylabel(text)
+        axes[-1].set_xlabel("Time (s)")
+        _name_runs(figure, axes[0], list(runs))
     return figure
 
 
 def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
-    """Draw force against displacement of both abutments along both axes, runs overlaid."""
-    figure = Figure(figsize=(7.2, 5.8), layout="constrained")
-    axes = figure.subplots(2, 2)
-    directions = {"x": "longitudinal", "y": "transverse"}
-    for row, (direction, text) in zip(axes, directions.items(), strict=True):
-        for axis, side in zip(row, ("left", "right"), strict=True):
+    """Draw what the left abutment does to the deck against the displacement, runs overlaid.
+
+    The whole force along and across the bridge; where there are contacts also the normal forces of
+    backwall and shear keys alone.
+    """
+    names = contact_names(next(iter(runs.values())))
+    walls, keys = (
+        [name for name in names if f"_left_{part}" in name] for part in ("backwall", "key")
+    )
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 5.8 if names else 3.1), layout="constrained")
+        axes = figure.subplots(2 if names else 1, 2, squeeze=False)
+        for axis, direction, text in zip(
+            axes[0], "xy", ("longitudinal", "transverse"), strict=True
+        ):
+            axis.set_title(f"All of the abutment, {text}", loc="left", fontsize=9)
             for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
-                disp_mm = table[f"abutment_{side}_{direction}_m"] / MM
-                force_mn = table[f"abutment_{side}_{direction}_kn"] / 1e3
-                axis.plot(disp_mm, force_mn, lw=_LINE, color=colour, label=name)
-            axis.set_title(f"{side} abutment, {text}", fontsize=9)
-            axis.set_xlabel("Deck end displacement (mm)")
-            axis.set_ylabel("Force on the deck (MN)")
-    _name_runs(figure, axes[0][0], list(runs))
+                force_kn = table[f"abutment_left_{direction}_kn"]
+                _loops(axis, table, direction, force_kn, color=colour, label=name)
+        if names:
+            for axis, direction, parts, text in zip(
+                axes[1], "xy", (walls, keys), ("Backwall", "Shear keys"), strict=True
+            ):
+                axis.set_title(f"{text} alone, normal force", loc="left", fontsize=9)
+                for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
+                    force_kn = table[[f"{part}_normal_kn" for part in parts]].sum(axis=1)
+                    _loops(axis, table, direction, force_kn, color=colour, label=name)
+        for axis in axes.flat:
+            axis.set_ylabel("Force (MN)")
+        for axis, text in zip(axes[-1], ("longitudinal", "transverse"), strict=True):
+            axis.set_xlabel(f"Deck end, {text} (mm)")
+        _name_runs(figure, axes[0][0], list(runs))
     return figure
+
+
+def _loops(
+    axis: Axes, table: pd.DataFrame, direction: str, force_kn: pd.Series, **line: Any
+) -> None:
+    disp_mm = table[f"abutment_left_{direction}_m"] / MM
+    axis.plot(disp_mm, force_kn / 1e3, lw=_LOOP, alpha=0.8, **line)
 
 
 def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
@@ -210,4 +237,4 @@ def _name_runs(figure: Figure, axis: Axes, names: list[str]) -> None:
     if len(names) == 1:
         figure.suptitle(names[0], fontsize=10)
     else:
-        axis.legend(loc="best", fontsize=8)
+        figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=4)

@@ -6,7 +6,7 @@ import pandas as pd
 
 from skewbridge.fragility.settings import DEFAULTS
 
-#: Runs of a figure, or of the explorer of the page.
+#: Runs of a figure.
 MAX_SHOWN_RUNS: Final = 5000
 
 

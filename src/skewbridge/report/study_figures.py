@@ -10,6 +10,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Final
 
+import matplotlib as mpl
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
@@ -39,7 +40,9 @@ from skewbridge.report.run_figures import displacement_figure, frequency_figure,
 from skewbridge.study.friction_pair import read_friction_pair
 from skewbridge.variant.abutments import ABUTMENTS
 
-PNG_DPI: Final = 150
+PNG_DPI: Final = 300
+#: Texts of an SVG file stay texts, which can be searched and edited.
+_SAVED: Final = {"svg.fonttype": "none"}
 type Drawing = Callable[[], Figure]
 
 
@@ -101,8 +104,8 @@ MODEL_FIGURES: Final = (
         section=EFFECTS,
         title="Paired effect of {axis_words} with {level} intervals",
         text="Student's intervals over motions. The shaded band is {margin} either "
-        "way. A pair in which one run collapsed counts as a bound. Rotations and abutment "
-        "deformations are judged by their differences, not by these ratios.",
+        "way. A pair in which one run collapsed counts as a bound. Arrows with numbers lie beyond "
+        "the axis. Demands that are judged by their differences stand in the map of verdicts.",
         draw=paired_ratios,
         cases=effect_cases,
     ),
@@ -119,7 +122,8 @@ MODEL_FIGURES: Final = (
         name="cloud_{demand}",
         section=CLOUDS,
         title="{label} against intensity",
-        text="One mark per analysis; lines are the log-log regressions.",
+        text="One mark per analysis, open where its demand is a peak so far; lines are the log-log "
+        "regressions.",
         draw=demand_clouds,
         cases=cloud_cases,
     ),
@@ -137,9 +141,10 @@ STUDY_FIGURES: Final = (
     StudyFigure(
         name="hysteresis",
         section=HISTORIES,
-        title="Abutments without and with friction: {place}",
-        text="Force of each abutment on the deck (backwall, keys, pads) against the displacement "
-        "of its deck end.",
+        title="Abutment without and with friction: {place}",
+        text="Left abutment: all that it does to the deck (backwall, keys and pads) along and "
+        "across the bridge, and the contact forces of backwall and shear keys alone, against the "
+        "displacement of the deck end.",
         draw=hysteresis_figure,
         cases=pair_cases,
     ),
@@ -203,8 +208,9 @@ def draw_study(
 
 def _save(draw: Drawing, folder: Path, name: str) -> None:
     figure = draw()
-    for ending in ("svg", "png"):
-        figure.savefig(folder / f"{name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
+    with mpl.rc_context(_SAVED):
+        for ending in ("svg", "png"):
+            figure.savefig(folder / f"{name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
 
 
 def read_captions(path: Path) -> list[Caption]:

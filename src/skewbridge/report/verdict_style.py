@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.verdicts import (
     DETECTABLE,
     DIFFERENCE,
@@ -22,7 +23,7 @@ from skewbridge.fragility.tables.verdicts import (
 )
 
 #: Effects in units of the margin from which a colour is deeper.
-_DEPTHS: Final = (2.0, 5.0)
+DEPTHS: Final = (2.0, 5.0)
 
 type Row = Mapping[Hashable, Any] | pd.Series
 
@@ -37,6 +38,7 @@ class VerdictStyle:
         text: Words of the legend; ``{margin}`` holds the margin.
         fill: Colour of the cell.
         ink: Colour of what is written on it.
+        verdict: The verdict that it stands for.
     """
 
     name: str
@@ -44,6 +46,13 @@ class VerdictStyle:
     text: str
     fill: str
     ink: str
+    verdict: str
+
+    def words(self, margin: str = "") -> str:
+        """Return the words of the legend; without a margin they speak of that of each demand."""
+        if margin:
+            return self.text.format(margin=margin)
+        return self.text.replace("±{margin}", "{margin}").format(margin="the margin")
 
 
 _DARK, _LIGHT = "#1c2226", "#ffffff"
@@ -51,21 +60,55 @@ _LOWER_TEXT, _HIGHER_TEXT = "lower by over {margin}", "higher by over {margin}"
 STYLES: Final = {
     style.name: style
     for style in (
-        VerdictStyle(name="lower3", sign="▼", text=_LOWER_TEXT, fill="#00466e", ink=_LIGHT),
-        VerdictStyle(name="lower2", sign="▼", text=_LOWER_TEXT, fill="#0072b2", ink=_LIGHT),
-        VerdictStyle(name="lower1", sign="▼", text=_LOWER_TEXT, fill="#6db3dc", ink=_DARK),
         VerdictStyle(
-            name="down", sign="▽", text="lower, size not decided", fill="#cfe5f3", ink=_DARK
+            name="lower3", sign="▼", text=_LOWER_TEXT, fill="#00466e", ink=_LIGHT, verdict=LOWER
         ),
-        VerdictStyle(name="within", sign="=", text="within ±{margin}", fill="#e3e7ea", ink=_DARK),
         VerdictStyle(
-            name="up", sign="△", text="higher, size not decided", fill="#fbdcc5", ink=_DARK
+            name="lower2", sign="▼", text=_LOWER_TEXT, fill="#0072b2", ink=_LIGHT, verdict=LOWER
         ),
-        VerdictStyle(name="higher1", sign="▲", text=_HIGHER_TEXT, fill="#f0a06a", ink=_DARK),
-        VerdictStyle(name="higher2", sign="▲", text=_HIGHER_TEXT, fill="#b84f00", ink=_LIGHT),
-        VerdictStyle(name="higher3", sign="▲", text=_HIGHER_TEXT, fill="#7a3400", ink=_LIGHT),
         VerdictStyle(
-            name="undecided", sign="?", text="more motions needed", fill="#ffffff", ink="#4a545c"
+            name="lower1", sign="▼", text=_LOWER_TEXT, fill="#6db3dc", ink=_DARK, verdict=LOWER
+        ),
+        VerdictStyle(
+            name="down",
+            sign="▽",
+            text="lower, size not decided",
+            fill="#cfe5f3",
+            ink=_DARK,
+            verdict=DETECTABLE,
+        ),
+        VerdictStyle(
+            name="within",
+            sign="=",
+            text="within ±{margin}",
+            fill="#e3e7ea",
+            ink=_DARK,
+            verdict=NEGLIGIBLE,
+        ),
+        VerdictStyle(
+            name="up",
+            sign="△",
+            text="higher, size not decided",
+            fill="#fbdcc5",
+            ink=_DARK,
+            verdict=DETECTABLE,
+        ),
+        VerdictStyle(
+            name="higher1", sign="▲", text=_HIGHER_TEXT, fill="#f0a06a", ink=_DARK, verdict=HIGHER
+        ),
+        VerdictStyle(
+            name="higher2", sign="▲", text=_HIGHER_TEXT, fill="#b84f00", ink=_LIGHT, verdict=HIGHER
+        ),
+        VerdictStyle(
+            name="higher3", sign="▲", text=_HIGHER_TEXT, fill="#7a3400", ink=_LIGHT, verdict=HIGHER
+        ),
+        VerdictStyle(
+            name="undecided",
+            sign="?",
+            text="more motions needed",
+            fill="#ffffff",
+            ink="#4a545c",
+            verdict=UNDECIDED,
         ),
     )
 }
@@ -80,7 +123,7 @@ def verdict_style(item: Row) -> VerdictStyle:
     verdict = str(item["verdict"])
     if verdict in (LOWER, HIGHER):
         size = abs(in_margins(item)[1])
-        return STYLES[f"{verdict}{1 + sum(size >= depth for depth in _DEPTHS)}"]
+        return STYLES[f"{verdict}{1 + sum(size >= depth for depth in DEPTHS)}"]
     if verdict == DETECTABLE:
         return STYLES["down" if item["direction"] < 0 else "up"]
     return STYLES["within" if verdict == NEGLIGIBLE else UNDECIDED]
@@ -99,6 +142,11 @@ def in_margins(item: Row) -> tuple[float, float, float]:
     below, above = -np.log1p(-item["margin"]), np.log1p(item["margin"])
     low, value, high = (float(x / (below if x < 0.0 else above)) for x in logs)
     return low, value, high
+
+
+def demand_name(demand: str) -> str:
+    """Return the label of a demand without its unit: its change has one of its own."""
+    return label_of(demand).split(" (")[0]
 
 
 def change_text(item: Row) -> str:

@@ -3,18 +3,22 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
+from pathlib import Path
 from typing import Final
 
 from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import bracket_capacity
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.statuses import OK
+from skewbridge.study.journal import open_journal
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Desk, Row, analysed_row, of_task
 
-SEARCH_IM: Final = "im_saavg_rotd50_g"
+#: How long a worker waits while others write what they have found.
+_PATIENCE_S: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +39,7 @@ class Search:
 
     def limits(self, motion: SuiteMotion) -> tuple[float, float]:
         """Return the factors of the lowest and highest level."""
-        at_1_g = motion.measures[SEARCH_IM] / motion.scale
+        at_1_g = motion.measures[LEVEL_MEASURE] / motion.scale
         return self.low_g / at_1_g, self.high_g / at_1_g
 
     def first_factor(self, motion: SuiteMotion) -> float:
@@ -54,32 +58,54 @@ class Search:
         return not is_complete or bool(row[self.demand] >= self.threshold)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Known:
+    """The analyses of a search that are not to be repeated.
+
+    Attributes:
+        rows: Rows of earlier analyses by `run_key`.
+        journal: Where each further one is written at once, so that a search that is killed goes on
+            from there. The first is left to the batch: with it the search counts as done.
+    """
+
+    rows: Mapping[str, Row]
+    journal: Path
+
+
 def search_capacity(
-    search: Search, known: Mapping[str, Row], task: Task, _key: str, desk: Desk
+    search: Search, known: Known, task: Task, first_key: str, desk: Desk
 ) -> list[Row]:
     """Return the rows of all analyses that it took to bracket the capacity of one motion.
 
     Args:
         search: What to look for.
-        known: Rows of earlier analyses by `run_key`; they are not repeated.
+        known: What is analysed already, and where more of it is kept.
         task: The first analysis of the search; this and what follows is given by the batch.
+        first_key: Its `run_key`.
         desk: Where messages and signs of life go.
+
+    Raises:
+        InputError: The journal cannot be written.
     """
     rows: list[Row] = []
 
     def exceeds(factor: float) -> bool:
-        trial = _at(task, factor)
+        trial = at_factor(task, factor)
         key = run_key(trial)
-        found = known.get(key)
+        found = known.rows.get(key)
         row = analysed_row(trial, key, desk) if found is None else of_task(found, trial, key)
         rows.append(row)
+        if found is None and key != first_key:
+            with open_journal(known.journal, _PATIENCE_S) as journal:
+                journal.append(row)
         return search.exceeds(row)
 
     bracket_capacity(exceeds, limits=search.limits(task.motion))
     return rows
 
 
-def _at(task: Task, factor: float) -> Task:
+def at_factor(task: Task, factor: float) -> Task:
+    """Return an analysis with another factor of its motion."""
     motion = task.motion
     measures = scaled_measures(motion.measures, factor / motion.scale)
     return replace(task, motion=replace(motion, scale=factor, measures=measures))

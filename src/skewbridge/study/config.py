@@ -114,6 +114,10 @@ class StudyConfig(BaseModel):
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)
     batches: BatchesConfig = Field(default_factory=BatchesConfig)
 
+    def bridges_with_periods(self) -> tuple[str, ...]:
+        """Return the bridges whose conditioning periods the study uses, as the grid names them."""
+        return tuple(dict.fromkeys((CONDITIONING_BRIDGE, *self.grid.bridge)))
+
 
 def parse_config(raw: Mapping[str, Any]) -> StudyConfig:
     """Return the validated configuration.
@@ -149,3 +153,8 @@ def _checked(raw: Mapping[str, Any], where: str | Path) -> StudyConfig:
 def plain_sections(config: StudyConfig, *names: str) -> dict[str, Any]:
     """Return sections as plain values, fit for `params` of a rule and for `parse_config`."""
     return config.model_dump(mode="json", include=set(names))
+
+
+def analysis_sections(config: StudyConfig) -> dict[str, Any]:
+    """Return the sections that the analyses depend on, as `plain_sections` does."""
+    return plain_sections(config, "motions", "model", "analysis")

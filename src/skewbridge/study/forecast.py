@@ -8,12 +8,13 @@ from typing import Any, Final
 
 from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
+from skewbridge.motions.levels import most_trials
 from skewbridge.statuses import FAILED
 from skewbridge.study.cluster import JobSize
-from skewbridge.study.config import StudyConfig, plain_sections
+from skewbridge.study.config import StudyConfig, analysis_sections
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import read_journals
+from skewbridge.study.journal import read_content, read_journals
 from skewbridge.study.plan import planned_keys
 from skewbridge.study.progress import run_command, study_state
 from skewbridge.variant.grid import expand_grid
@@ -21,8 +22,6 @@ from skewbridge.variant.grid import expand_grid
 TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # that a study works with
 COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")
-#: Of the configuration, on which the analyses depend.
-SECTIONS: Final = ("motions", "model", "analysis")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 
 
@@ -54,16 +53,21 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
     each = _count_motions(config) * len(config.motions.incidence_deg)
     by_variant = {slug: len(keys[slug]) if slug in keys else each for slug in slugs}
     state = replace(
-        study_state(keys, folder, config.suspect),
+        study_state(keys, read_content(folder.journals), config.suspect),
         variants=len(slugs),
         analyses=sum(by_variant.values()),
     )
+    notes, trials = state.notes, 1
+    if config.motions.design == "ida":
+        low_g, high_g = config.motions.level_range_g
+        trials = most_trials((low_g, high_g))
+        notes = (*notes, f"Counted are searches of up to {trials} analyses; the cost is of all.")
     cpu_s = state.cpu_s / state.done if state.done else TYPICAL_MOTION_S * CPU_S_PER_MOTION_S
     summary = {
         **{name: getattr(state, name) for name in COUNTS},
-        "core_hours": round(state.analyses * cpu_s / 3600, 3),
-        "eta_s": round(state.left * cpu_s / CORES, 1),
-        "disk_mb": round(state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
+        "core_hours": round(trials * state.analyses * cpu_s / 3600, 3),
+        "eta_s": round(trials * state.left * cpu_s / CORES, 1),
+        "disk_mb": round(trials * state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
         "ledger": {"status": state.statuses, "rung": state.rungs},
     }
     if size is not None:
@@ -71,7 +75,7 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
     return Forecast(
         summary=summary,
         analyses_by_variant=by_variant,
-        notes=state.notes,
+        notes=notes,
     )
 
 
@@ -88,7 +92,7 @@ def analysis_keys(
     from skewbridge.study.setup import StudySetup
 
     try:
-        setup = StudySetup.from_sections(plain_sections(config, *SECTIONS), folder)
+        setup = StudySetup.from_sections(analysis_sections(config), folder)
         return keys | {slug: [run_key(task) for task in setup.tasks(slug)] for slug in new}
     except (InputError, KeyError):  # prepared by another version, or for other bridges
         return keys

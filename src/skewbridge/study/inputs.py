@@ -32,7 +32,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
         except InputError as error:
             faults.append(error)
 
-    for name in dict.fromkeys((CONDITIONING_BRIDGE, *config.grid.bridge)):
+    for name in config.bridges_with_periods():
         attempt(lambda name=name: load_bridge(name))
     attempt(lambda: _check_measure(config.fragility.im))
     if config.motions.design == "ida":

@@ -22,8 +22,10 @@ from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.record import Vector
 from skewbridge.motions.scaling import FACTOR_LIMITS, block_factors
+from skewbridge.motions.settings import LEVEL_MEASURE
+from skewbridge.reading.tables import records_of
 from skewbridge.study.batch import run_tasks
-from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, plain_sections
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, analysis_sections
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.guard import Workers
 from skewbridge.study.journal import open_journal, read_journals
@@ -36,7 +38,6 @@ from skewbridge.variant.variant import Variant
 
 type Levels = tuple[float, float]
 
-LEVEL: Final = "im_saavg_rotd50_g"  # what level_range_g is told in
 LEAST_MOTIONS: Final = 4  # for a line with its scatter
 #: Lowest and highest levels that are tried, as multiples of those configured.
 LOWEST: Final = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
@@ -222,9 +223,7 @@ def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) ->
         configured_share=means[configured_g],
         in_reach=len(lines),
         n_states=int((curves["method"] == "cloud").sum()),
-        states=[
-            {str(name): value for name, value in row.items()} for row in table.to_dict("records")
-        ],
+        states=records_of(table),
     )
 
 
@@ -261,14 +260,14 @@ def _setup(config: StudyConfig, folder: StudyFolder) -> StudySetup:
         t1_s={name: load_bridge(name).t1_s for name in config.grid.bridge},
         folder=folder,
     )
-    return StudySetup.from_sections(plain_sections(config, "motions", "model", "analysis"), folder)
+    return StudySetup.from_sections(analysis_sections(config), folder)
 
 
 def _strengths(setup: StudySetup) -> Strengths:
     named = [(each.motion.motion_id, each) for each in setup.suite]
     bridges = dict.fromkeys(bridge for bridge, _ in setup.measures)
     return Strengths(
-        level_g=np.array([each.measures[LEVEL] / each.scale for _, each in named]),
+        level_g=np.array([each.measures[LEVEL_MEASURE] / each.scale for _, each in named]),
         measures={
             Path(bridge).stem: [setup.measures[bridge, name] for name, _ in named]
             for bridge in bridges

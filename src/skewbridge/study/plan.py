@@ -15,7 +15,7 @@ from typing import Any, Self
 from skewbridge.provenance.files import write_text
 from skewbridge.study.costs import forecast_cpu_s
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import read_journals
+from skewbridge.study.journal import read_content
 from skewbridge.study.keys import run_key
 from skewbridge.study.progress import study_state
 from skewbridge.study.setup import StudySetup
@@ -113,7 +113,7 @@ def write_plan(setup: StudySetup, variants: Sequence[str], sections: Mapping[str
         variants: Their names.
         sections: What the setup was made from.
     """
-    done = read_journals(setup.folder)
+    content = read_content(setup.folder.journals)
     places = [(slug, n, task) for slug in variants for n, task in enumerate(setup.tasks(slug))]
     tasks = [task for _, _, task in places]
     keys = [run_key(task) for task in tasks]
@@ -122,12 +122,12 @@ def write_plan(setup: StudySetup, variants: Sequence[str], sections: Mapping[str
         analyses=[
             Planned(variant=slug, number=number, run_key=key, cpu_s=cpu_s)
             for (slug, number, _), key, cpu_s in zip(
-                places, keys, forecast_cpu_s(tasks, keys, done), strict=True
+                places, keys, forecast_cpu_s(tasks, keys, content.rows), strict=True
             )
         ],
     )
     write_text(setup.folder.plan, json.dumps(asdict(plan), indent=1))
-    state = study_state(plan.keys(), setup.folder)
+    state = study_state(plan.keys(), content)
     logger.info(
         "%d variants, %d analyses, %d of them done", state.variants, state.analyses, state.done
     )

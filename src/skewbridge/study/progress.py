@@ -12,8 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.statuses import FAILED
-from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import read_content
+from skewbridge.study.journal import JournalContent
 from skewbridge.study.session import PROGRESS_LOG
 
 logger = logging.getLogger(__name__)
@@ -59,16 +58,15 @@ class StudyState:
 
 
 def study_state(
-    run_keys: Mapping[str, Sequence[str]], folder: StudyFolder, limits: SuspectLimits = LIMITS
+    run_keys: Mapping[str, Sequence[str]], content: JournalContent, limits: SuspectLimits = LIMITS
 ) -> StudyState:
     """Count the finished analyses of a study.
 
     Args:
         run_keys: Keys of the analyses by variant name.
-        folder: Where the study lies.
+        content: What the journals of the study hold.
         limits: What is suspect.
     """
-    content = read_content(folder.journals)
     found = content.rows
     rows = [found[key] for keys in run_keys.values() for key in keys if key in found]
     return StudyState(

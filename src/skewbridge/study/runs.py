@@ -12,10 +12,10 @@ from skewbridge.demands.tables import write_study
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import write_text
 from skewbridge.study.batch import run_tasks
-from skewbridge.study.capacity_search import search_capacity
+from skewbridge.study.capacity_search import Known, search_capacity
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.guard import Workers
-from skewbridge.study.journal import open_journal, read_journals
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.plan import Plan, keys_by_variant
 from skewbridge.study.progress import StudyProgress, study_state
 from skewbridge.study.setup import StudySetup
@@ -49,24 +49,25 @@ def analyse_part(
     keys = keys_by_variant(planned)
     tasks = {slug: setup.tasks(slug) for slug in keys}
     name = f"analyses_{number}_of_{count}"
-    with (
-        open_journal(folder.journal(name), PREDECESSOR_S) as journal,
-        StudyProgress(study_state(keys, folder), name, keys) as progress,
-    ):
-        done = read_journals(folder)
-        rows = run_tasks(
-            [tasks[each.variant][each.number] for each in planned],
-            journal,
-            done,
-            workers=workers,
-            log_folder=folder.solver_logs,
-            on_finished=progress.advance,
-            search=_searching(setup, done),
-        )
+    with open_journal(folder.journal(name), PREDECESSOR_S) as journal:
+        content = read_content(folder.journals)
+        done = content.rows
+        with StudyProgress(study_state(keys, content), name, keys) as progress:
+            rows = run_tasks(
+                [tasks[each.variant][each.number] for each in planned],
+                journal,
+                done,
+                workers=workers,
+                log_folder=folder.solver_logs,
+                on_finished=progress.advance,
+                search=_searching(setup, done, folder.journal(f"{name}_searches")),
+            )
     write_text(output, "".join(f"{json.dumps(row)}\n" for row in rows))
 
 
-def _searching(setup: StudySetup, done: Mapping[str, Row]) -> Callable[[Task], Work] | None:
+def _searching(
+    setup: StudySetup, done: Mapping[str, Row], journal: Path
+) -> Callable[[Task], Work] | None:
     """Return what makes the search of a task, with the rows of its variant; None but in an IDA."""
     search = setup.search
     if search is None:
@@ -76,7 +77,8 @@ def _searching(setup: StudySetup, done: Mapping[str, Row]) -> Callable[[Task], W
         known.setdefault(row["variant"], {})[key] = row
 
     def of_task(task: Task) -> Work:
-        return partial(search_capacity, search, known.get(task.variant.slug, {}))
+        rows = known.get(task.variant.slug, {})
+        return partial(search_capacity, search, Known(rows=rows, journal=journal))
 
     return of_task
 

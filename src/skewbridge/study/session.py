@@ -74,7 +74,8 @@ def for_terminal(record: logging.LogRecord) -> bool:
 
 @contextmanager
 def _logging_to(log: str | Path) -> Generator[None]:
-    to_file = logging.FileHandler(log, mode="w")
+    Path(log).unlink(missing_ok=True)  # of the last run
+    to_file = logging.FileHandler(log, mode="w", delay=True)  # no file without a message
     to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     logger.addHandler(to_file)
     try:

@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any, Self
 
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.errors import InputError
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
 from skewbridge.motions.prepared import read_suite
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.settings import MotionsConfig
 from skewbridge.provenance.tables import read_table
 from skewbridge.reading import checked
-from skewbridge.study.capacity_search import Search
+from skewbridge.study.capacity_search import Search, at_factor
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.task import Task
 from skewbridge.variant.options import ModelOptions
@@ -75,9 +76,14 @@ class StudySetup:
 
         In an IDA there is one per motion, at the first factor of its search. The values of a
         variant on the axes of modelling options stand above the configured ones.
+
+        Raises:
+            InputError: The motions are not prepared for the bridge of the variant.
         """
         named = parse_slug(slug)
         files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
+        if named.bridge not in files:
+            raise InputError(f"{slug}: the study has the bridges {', '.join(files)}")
         variant = replace(named, bridge=files[named.bridge])
         options = replace(self.options, **dict(variant.options))
         return [
@@ -91,6 +97,20 @@ class StudySetup:
             for motion in self.suite
             for angle in self.incidence_deg
         ]
+
+    def task_of(self, row: Mapping[str, Any]) -> Task | None:
+        """Return the analysis that a row of the demands is of, None if the study has no such.
+
+        Raises:
+            InputError: The bridge of the row is not in the study.
+        """
+        wanted = row["motion_id"], row["scale"], row["incidence_deg"]
+        for task in self.tasks(row["variant"]):
+            # a search has analyses at factors of its own
+            own = task if self.search is None else at_factor(task, row["scale"])
+            if (own.motion.motion.motion_id, own.motion.scale, own.incidence_deg) == wanted:
+                return own
+        return None
 
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
         at_1 = self.measures[bridge, motion.motion.motion_id]

@@ -57,11 +57,10 @@ def analysed_row(task: Task, key: str, desk: Desk) -> Row:
     """
     desk.log_folder.mkdir(parents=True, exist_ok=True)
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    outcome = analyse_task(
-        task,
-        desk.log_folder / f"{task.motion.motion.motion_id}_{key}.log",
-        heartbeat(desk.heartbeats).go_on,
-    )
+    log = desk.log_folder / f"{task.motion.motion.motion_id}_{key}.log"
+    outcome = analyse_task(task, log, heartbeat(desk.heartbeats).go_on)
+    if log.is_file() and log.stat().st_size == 0:  # OpenSees had nothing to say
+        log.unlink()
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
     if outcome["status"] in _WITHOUT_RESULT:
         outcome = {**_NO_DEMANDS, **outcome}

@@ -11,13 +11,14 @@ from skewbridge.fragility.exchange.fit_options import FitOptions
 from skewbridge.fragility.exchange.foreign import read_mapped
 from skewbridge.fragility.exchange.run_table import fit_run_table
 from skewbridge.fragility.likelihood.fit import FragilityFit
+from skewbridge.reading.files import shown_path
 
 
 def fit_file(path: Path, options: FitOptions) -> FragilityFit:
     """Fit the data of a JSON, CSV or parquet file.
 
     Raises:
-        InputError: The file or a value in it is unusable; the details hold the row.
+        InputError: The file or a value in it is unusable: names the file, the column and the row.
     """
     if options.columns is None:
         data = read_data(path, options.where)
@@ -28,11 +29,12 @@ def fit_file(path: Path, options: FitOptions) -> FragilityFit:
             return fit_run_table(data, options)
         return fit_columns(dict(data), options)
     except InputError as error:
-        row = error.details.get("row")
-        if options.where is None or not isinstance(row, int) or not isinstance(data, pd.DataFrame):
+        if not {"row", "column"} & error.details.keys():  # of the options
             raise
-        of_file = int(data.index.to_numpy()[row])
-        raise InputError(
-            f"{error} of the {len(data)} selected; row {of_file} of the file",
-            **(error.details | {"row": of_file}),
-        ) from error
+        told, details = f"{shown_path(path)}: {error}", {"file": str(path), **error.details}
+        row = details.get("row")
+        if options.where is not None and isinstance(row, int) and isinstance(data, pd.DataFrame):
+            of_file = int(data.index.to_numpy()[row])
+            told += f" of the {len(data)} selected; row {of_file} of the file"
+            details["row"] = of_file
+        raise InputError(told, **details) from error

@@ -8,7 +8,7 @@ from typing import Final
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.tables import read_frame, read_table
+from skewbridge.provenance.tables import frame_of, read_table, texts_of
 
 #: What must be equal in all tables of one study.
 _OF_THE_STUDY: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
@@ -55,18 +55,14 @@ def load_results(folder: Path) -> Results:
 
 
 def _frame(path: Path) -> pd.DataFrame:
-    schema = read_table(path).schema
-    frame = read_frame(path)
+    table = read_table(path)
+    schema, frame = table.schema, frame_of(table)
     frame.attrs["units"] = {
         name: unit.decode()
         for name in schema.names
         if (unit := (schema.field(name).metadata or {}).get(_UNIT))
     }
-    frame.attrs["provenance"] = {
-        key.decode(): value.decode()
-        for key, value in (schema.metadata or {}).items()
-        if key not in (b"pandas", b"ARROW:schema")
-    }
+    frame.attrs["provenance"] = texts_of(schema)
     return frame
 
 

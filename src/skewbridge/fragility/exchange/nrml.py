@@ -16,10 +16,14 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.fragility.exchange.chosen import CURVE_BETA, ChosenCurves
+from skewbridge.fragility.exchange.identifiers import identifier
 from skewbridge.fragility.exchange.measures import openquake_measure
 
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 _REACH: Final = 4.0  # standard deviations beyond the outermost medians
+# source: simple_id of openquake.hazardlib.valid
+_ID_SIGNS: Final = r"A-Za-z0-9_:\-"
+_LONGEST_ID: Final = 75
 #: Negative damage fractions below this are not worth a word.
 _CROSSING: Final = 1e-3
 
@@ -73,7 +77,8 @@ def _write_file(
     _add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
     for part in parts:
-        name = f"{part['variant'].iloc[0]}.{part['component'].iloc[0]}"
+        name = f"{part['variant'].iloc[0]}:{part['component'].iloc[0]}"
+        name = identifier(name, _ID_SIGNS, _LONGEST_ID)
         if _crosses(part):
             crossing.append(name)
         _add_function(model, name, part)

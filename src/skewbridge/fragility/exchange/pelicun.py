@@ -14,10 +14,14 @@ import pandas as pd
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.chosen import CURVE_BETA, ChosenCurves
 from skewbridge.fragility.exchange.data_files import write_csv
+from skewbridge.fragility.exchange.identifiers import identifier
 from skewbridge.fragility.exchange.measures import pelicun_demand
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.provenance.files import write_text
 
+#: pelicun cuts names at every ``-``, and then finds none of the rows of the file.
+_ID_SIGNS: Final = "A-Za-z0-9_."
+_LONGEST_ID: Final = 200
 _PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
 
 
@@ -44,7 +48,8 @@ def write_pelicun(curves: ChosenCurves, out: Path) -> dict[str, Any]:
     for (variant, component), part in curves.fitted.groupby(["variant", "component"], sort=True):
         states = curves.states[str(component)]
         own = {str(row["limit_state"]): row for row in part.to_dict("records")}
-        row, told = _row(f"{variant}.{component}", states, own), _names(curves, part, states)
+        name = identifier(f"{variant}.{component}", _ID_SIGNS, _LONGEST_ID)
+        row, told = _row(name, states, own), _names(curves, part, states)
         rows.append(row)
         names[row["ID"]] = told
         if missing := [state for state in states if state not in own]:

@@ -137,9 +137,7 @@ def _fit_cloud(table: _Table, options: FitOptions) -> FragilityFit:
         return fit_cloud_columns(runs.im, table.demand, table.state.threshold, flags, options)
     if trimmed:
         return _fit_trimmed(table, options)
-    if model == "heteroscedastic" or (model == "tobit" and table.complete and not runs.repeated):
-        return fit_cloud_columns(runs.im, table.demand, table.state.threshold, None, options)
-    if not runs.repeated and table.complete:
+    if table.complete and not runs.repeated:
         return fit_cloud_columns(runs.im, table.demand, table.state.threshold, None, options)
     fit = fit_variant_cloud(
         runs,

@@ -17,14 +17,18 @@ from skewbridge.fragility.joint.runs import JointRuns
 from skewbridge.fragility.joint.selection import Cells, Products, best_terms
 from skewbridge.fragility.joint.surface import Surface
 from skewbridge.fragility.joint.terms import further_terms, independent, split_terms
-from skewbridge.fragility.likelihood.existence import ALL_EXCEED, NO_EXCEEDANCE
+from skewbridge.fragility.likelihood.existence import (
+    ALL_EXCEED,
+    NO_EXCEEDANCE,
+    NON_INCREASING,
+    NON_POSITIVE,
+    NOT_APPLICABLE,
+)
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray
 
 MIN_MOTIONS = 5
 TOO_FEW_MOTIONS = "too_few_motions"
-NON_POSITIVE = "non_positive_demand"
-NOT_APPLICABLE = "not_applicable"
 NO_AXIS = "no_axis_varies"
 
 
@@ -154,7 +158,7 @@ def fit_outcomes(
             best = best if best.surface else JointFit(status=fit.status)
             break
         if fit.sums.params[1] <= 0.0:
-            best = best if best.surface else JointFit(status="non_increasing")
+            best = best if best.surface else JointFit(status=NON_INCREASING)
             break
         without = _without_each(fit, design, runs.variant[known], len(runs.variants))
         score = _left_out_score(without, design, runs.variant[known], hit)

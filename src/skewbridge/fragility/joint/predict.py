@@ -12,6 +12,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.joint.model import JointModel, exceedance
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.provenance.tables import read_frame
+from skewbridge.reading.tables import records_of
 
 _USUAL_ABUTMENT: Final = "contact_friction"
 #: Where the table lies in the folder of a study, and in one that `skewbridge statistics` wrote.
@@ -60,7 +61,7 @@ def predict_states(results: Path, place: Place) -> list[dict[str, Any]]:
     if usable.empty:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
-    return [_row(each, place) for each in usable.to_dict("records")]
+    return [_row(each, place) for each in records_of(usable)]
 
 
 def _joint_table(results: Path) -> pd.DataFrame:
@@ -88,7 +89,7 @@ def _chosen(
 
 
 def _row(row: Mapping[str, Any], place: Place) -> dict[str, Any]:
-    model = JointModel.of_row({str(name): value for name, value in row.items()})
+    model = JointModel.of_row(row)
     model.box.check(place.values)
     theta, low, high = model.median(place.values)
     p = {

@@ -14,12 +14,12 @@ from scipy import optimize
 
 from skewbridge.fragility.joint.by_motion import MotionSums
 from skewbridge.fragility.joint.mixed import outer_by, sum_by
+from skewbridge.fragility.likelihood.existence import NOT_CONVERGED
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray, link_terms
 from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
 
 SEPARATION: Final = "separation"
-NOT_CONVERGED: Final = "not_converged"
 # A motion that moves the estimate by more than this many standard errors is left out by a new fit.
 _MOVES_MUCH: Final = 0.1
 # Less than this share of the information in some direction: the maximum may lie at infinity.

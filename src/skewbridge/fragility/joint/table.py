@@ -22,7 +22,6 @@ from skewbridge.fragility.joint.fits import (
 from skewbridge.fragility.joint.model import JointModel
 from skewbridge.fragility.joint.runs import JointRuns, joint_runs
 from skewbridge.fragility.likelihood.bootstrap import record_weights
-from skewbridge.fragility.likelihood.existence import ALL_EXCEED, NO_EXCEEDANCE
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -189,8 +188,8 @@ def _judged(
     if fit.surface is None or fit.without is None or not (best and left_out and again):
         return _Judged(row=row)
     # ASSUME a study states no median that none of its runs reached, or all of them passed
-    if not np.any(hit) or np.all(hit):
-        return _Judged(row=row | {"status": ALL_EXCEED if np.any(hit) else NO_EXCEEDANCE})
+    if (status := outcomes.one_sided) is not None:
+        return _Judged(row=row | {"status": status})
     ln_capacity = float(np.log(state.threshold)) if source == "demand" else 0.0
     coefficients, ln_beta = fit.surface.curves(*best, ln_capacity)
     slope = float(np.mean(fit.surface.medians(best[0], ln_capacity)[1]))

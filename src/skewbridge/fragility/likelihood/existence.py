@@ -21,6 +21,10 @@ SINGLE_LEVEL: Final = "single_level"
 COMPLETE_SEPARATION: Final = "complete_separation"
 QUASI_SEPARATION: Final = "quasi_separation"
 NON_INCREASING: Final = "non_increasing"
+NON_POSITIVE: Final = "non_positive_demand"
+NOT_APPLICABLE: Final = "not_applicable"
+NOT_CONVERGED: Final = "not_converged"
+NO_RUNS: Final = "no_runs"
 
 
 def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:

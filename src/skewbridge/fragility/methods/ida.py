@@ -189,7 +189,7 @@ def _fit(blank: FragilityFit, lower: FloatArray, upper: FloatArray, im: FloatArr
     if a1 <= FLATTEST_SLOPE and not bracketed:
         return replace(blank, status=existence.NON_INCREASING)
     if not bool(best.converged[0]):
-        return replace(blank, status="not_converged")
+        return replace(blank, status=existence.NOT_CONVERGED)
     flat = None
     if not bracketed:
         share = float(np.mean(np.isfinite(upper)))

@@ -120,7 +120,7 @@ def fit_ordered(im: ArrayLike, counts: ArrayLike) -> OrderedFit:
     params = best.params[0]
     slope = float(params[-1])
     if not bool(best.converged[0]):
-        return replace(blank, status="not_converged")
+        return replace(blank, status=existence.NOT_CONVERGED)
     if slope <= FLATTEST_SLOPE:
         return replace(blank, status=existence.NON_INCREASING)
     jacobian = np.zeros((states + 1, states + 1))

@@ -79,7 +79,7 @@ def fit_stripes(
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total = round(float(np.sum(runs)))
     ln_im = np.log(x)
-    status = existence.binomial_status(ln_im, runs, exceed) if total else "no_runs"
+    status = existence.binomial_status(ln_im, runs, exceed) if total else existence.NO_RUNS
     unfitted = FragilityFit(
         method="stripes",
         status=status,
@@ -101,7 +101,7 @@ def fit_stripes(
     a0, a1 = (float(value) for value in best.params[0])
     line = Predictor(a0=a0 + middle, a1=a1, link=link)
     if not bool(best.converged[0]) or a1 <= FLATTEST_SLOPE:
-        reason = existence.NON_INCREASING if bool(best.converged[0]) else "not_converged"
+        reason = existence.NON_INCREASING if bool(best.converged[0]) else existence.NOT_CONVERGED
         return replace(unfitted, status=reason, predictor=line)
     if link == "logit":
         line = replace(line, beta_equiv_pi_sqrt3=float(np.pi / np.sqrt(3.0) / a1))

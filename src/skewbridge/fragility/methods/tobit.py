@@ -95,7 +95,7 @@ def fit_tobit(
     best = maximise(kernel, _start(x, y, seen, ln_c))
     a0, a1, h = (float(value) for value in best.params[0])
     if not bool(best.converged[0]):
-        return replace(blank, status="not_converged")
+        return replace(blank, status=existence.NOT_CONVERGED)
     blank = replace(
         blank,
         line=LineFit(ln_a=a0 / h + ln_c, b=a1 / h, sigma=1.0 / h),

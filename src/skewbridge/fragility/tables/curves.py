@@ -3,12 +3,13 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.likelihood.existence import NOT_APPLICABLE
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.methods import cloud
 from skewbridge.fragility.methods.ordered import crossing
@@ -22,8 +23,6 @@ from skewbridge.fragility.tables.spread import spread
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.statuses import COLLAPSE
-
-NOT_APPLICABLE: Final = "not_applicable"
 
 
 def fit_study(

@@ -171,6 +171,20 @@ def _pair_rows(
     ]
 
 
+def demand_effects(
+    pair: Mapping[str, Any], part: pd.DataFrame, name: str, settings: FitSettings
+) -> Iterator[dict[str, Any]]:
+    """Yield the pooled row of one demand and those of the pairs of variants, for `effect_table`.
+
+    Args:
+        pair: Columns that all rows share: bridge, abutment, axis, from_value, to_value, scope.
+        part: Pairs of `run_pairs`.
+        name: The demand.
+        settings: Level and margins.
+    """
+    return _effects(_Pairs.of(pair, part), ends_of(part, name), name, settings)
+
+
 def _effects(
     pairs: _Pairs, ends: tuple[FloatArray, FloatArray], name: str, settings: FitSettings
 ) -> Iterator[dict[str, Any]]:

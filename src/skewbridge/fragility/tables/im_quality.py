@@ -14,6 +14,7 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.demands.columns import demands_for
+from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import record_weights, weighted_lines
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray
@@ -66,7 +67,7 @@ def rank_measures(
         im = table[name].to_numpy(dtype=np.float64)
         bad = int(np.sum(~(im > 0.0)))
         if bad or np.ptp(im) == 0.0:
-            rows.append({"im": name, "status": NON_POSITIVE if bad else "single_level"})
+            rows.append({"im": name, "status": NON_POSITIVE if bad else existence.SINGLE_LEVEL})
             continue
         x = np.log(im)
         line = fit_line(x, y)
@@ -111,7 +112,7 @@ def measure_table(
 def _row(name: str, line: LineFit) -> dict[str, Any]:
     return {
         "im": name,
-        "status": FITTED if line.b > 0.0 else "non_increasing",
+        "status": FITTED if line.b > 0.0 else existence.NON_INCREASING,
         "ln_a": line.ln_a,
         "practicality": line.b,
         "efficiency": line.sigma,

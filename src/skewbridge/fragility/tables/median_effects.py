@@ -1,6 +1,6 @@
 """Paired effects on median capacities: ratios of theta with the motions drawn jointly."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from math import nan
@@ -77,22 +77,39 @@ def _pair_rows(
     facts, im = PairFacts.of(part), ends_of(part, im_column)
     rows: list[dict[str, Any]] = []
     for state in states:
-        top, bottom = ends_of(part, state.demand)
-        ends = {
-            "to": _End.of(top, im[0], (facts.status_to, facts.beyond_to), state),
-            "from": _End.of(bottom, im[1], (facts.status_from, facts.beyond_from), state),
-        }
-        effect = _ratio(ends, facts, state, settings)
+        effect = _ratio(facts, part, im, state, settings)
         if effect is not None:
             name = f"{state.component}/{state.name}"
             rows.append(pair | {"demand": name, "quantity": "median_capacity"} | effect)
     return rows
 
 
-def _ratio(
-    ends: "Mapping[str, _End]", facts: PairFacts, state: LimitState, settings: FitSettings
+def capacity_ratio(
+    part: pd.DataFrame, state: LimitState, im_column: str, settings: FitSettings
 ) -> dict[str, Any] | None:
-    """Return ratio and interval, or None where a variant has no median."""
+    """Return ratio of medians and interval of some pairs, or None where a side has no median.
+
+    Args:
+        part: Pairs of `run_pairs` of one pair of variants, with the demand and the intensity.
+        state: The limit state.
+        im_column: The intensity.
+        settings: Level, margin, bootstrap.
+    """
+    return _ratio(PairFacts.of(part), part, ends_of(part, im_column), state, settings)
+
+
+def _ratio(
+    facts: PairFacts,
+    part: pd.DataFrame,
+    im: tuple[FloatArray, FloatArray],
+    state: LimitState,
+    settings: FitSettings,
+) -> dict[str, Any] | None:
+    top, bottom = ends_of(part, state.demand)
+    ends = {
+        "to": _End.of(top, im[0], (facts.status_to, facts.beyond_to), state),
+        "from": _End.of(bottom, im[1], (facts.status_from, facts.beyond_from), state),
+    }
     usable = ends["to"].usable & ends["from"].usable
     for end in ends.values():
         known = end.outcomes.exceed[usable]

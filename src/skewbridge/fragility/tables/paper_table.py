@@ -10,6 +10,7 @@ from skewbridge.fragility.joint.model import JointModel
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.key_columns import BRIDGE_COLUMNS, axis_names
+from skewbridge.reading.tables import records_of
 from skewbridge.variant.axes import AXES
 
 JOINT: Final = "joint"
@@ -74,7 +75,7 @@ def _variant_rows(curves: pd.DataFrame, medians: pd.DataFrame) -> Iterator[dict[
     axes = axis_names(curves)
     ratios = {
         (row["bridge"], row["abutment"], row["demand"], row["axis"], *_others(row, axes)): row
-        for row in medians.to_dict("records")
+        for row in records_of(medians)
     }
     rank = {method: number for number, method in enumerate(METHODS)}
     best = curves.assign(
@@ -82,7 +83,7 @@ def _variant_rows(curves: pd.DataFrame, medians: pd.DataFrame) -> Iterator[dict[
     ).sort_values(["_lacks", "_rank"], kind="stable")
     keys = ["variant", "component", "limit_state"]
     best = best.drop_duplicates(keys).sort_index()
-    for row in best.to_dict("records"):
+    for row in records_of(best):
         out = {name: row[name] for name in PAPER_COLUMNS if name in row}
         out["row"] = row["variant"]
         for axis, name in RATIOS.items():
@@ -96,10 +97,10 @@ def _variant_rows(curves: pd.DataFrame, medians: pd.DataFrame) -> Iterator[dict[
                 (nan,) * 3 if pair is None else [pair[c] for c in ("ratio", "ci_low", "ci_high")]
             )
             out |= {f"{name}_ratio{end}": v for end, v in zip(_ENDS, values, strict=True)}
-        yield {str(name): value for name, value in out.items()}
+        yield out
 
 
-def _others(row: Mapping[Any, Any], axes: list[str]) -> tuple[float, ...]:
+def _others(row: Mapping[str, Any], axes: list[str]) -> tuple[float, ...]:
     """Return the upper value of the axis that a pair differs in, and the other axes."""
     others = [float(row[name]) for name in axes if name != row["axis"]]
     return (float(row["to_value"]), *others)
@@ -107,10 +108,10 @@ def _others(row: Mapping[Any, Any], axes: list[str]) -> tuple[float, ...]:
 
 def _joint_rows(joint: pd.DataFrame, level: float) -> Iterator[dict[str, Any]]:
     usable = joint[joint["preferred"].to_numpy(dtype=bool) & (joint["status"] == FITTED)]
-    for row in usable.to_dict("records"):
-        model = JointModel.of_row({str(name): value for name, value in row.items()})
+    for row in records_of(usable):
+        model = JointModel.of_row(row)
         middle = {name: 0.5 * (low + high) for name, (low, high) in model.box.limits.items()}
-        out = {str(name): row[name] for name in PAPER_COLUMNS if name in row}
+        out = {name: row[name] for name in PAPER_COLUMNS if name in row}
         out |= {"row": JOINT, "method": row["source"]}
         for axis, name in RATIOS.items():
             if axis in model.box.limits:
@@ -137,7 +138,7 @@ def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
                 name: _with_interval([row[f"{name}_ratio{end}"] for end in _ENDS]) for name in names
             },
         }
-        for row in table.to_dict("records")
+        for row in records_of(table)
     ]
 
 

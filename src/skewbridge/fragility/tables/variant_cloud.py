@@ -5,6 +5,7 @@ from math import inf
 
 import numpy as np
 
+from skewbridge.fragility.likelihood import existence
 from skewbridge.fragility.likelihood.bootstrap import Replicates, refit_lines, shared_weights
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
@@ -35,7 +36,7 @@ def fit_variant_cloud(
     """
     line = _VariantLine(runs, outcomes, state, settings, capacity_dispersion)
     if np.any(outcomes.complete & (outcomes.demand <= 0.0)):
-        refused = line.without_estimate("non_positive_demand")
+        refused = line.without_estimate(existence.NON_POSITIVE)
         return outcomes.judge_bounds(refused, settings, dict.fromkeys(TREATMENTS, refused))
     data = outcomes.censored(state.threshold)
     fit = line.fit(data, outcomes)

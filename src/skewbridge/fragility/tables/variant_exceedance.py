@@ -55,7 +55,7 @@ def _binary(
 ) -> FragilityFit:
     count = int(np.sum(used))
     if count == 0:
-        return FragilityFit(method="stripes", status="no_runs", level=settings.confidence)
+        return FragilityFit(method="stripes", status=existence.NO_RUNS, level=settings.confidence)
     return fit_stripes(
         runs.im[used],
         np.ones(count),

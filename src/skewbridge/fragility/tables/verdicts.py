@@ -53,8 +53,7 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     value, low, high = (scales[name] for name in ("value", "low", "high"))
     below, above = scales["margin_low"], scales["margin_high"]
     zero = np.zeros_like(value)
-    # ASSUME changes of the other pairs say nothing about those in which one side has none
-    possible = (table["n_discordant"] <= MAX_DISCORDANT * table["n_pairs"]).to_numpy()
+    possible = may_be_negligible(table)
     p_values = _p_values(table, scales)
     tail = 1.0 - table["level"].to_numpy(dtype=np.float64)
     family = [table[name].astype(str) for name in FAMILY]
@@ -78,6 +77,12 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
         direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
         verdict_family=in_family,
     )
+
+
+def may_be_negligible(table: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return for each effect whether its pairs may show that it is negligible."""
+    # ASSUME changes of the other pairs say nothing about those in which one side has none
+    return (table["n_discordant"] <= MAX_DISCORDANT * table["n_pairs"]).to_numpy()
 
 
 def verdicts_of(

@@ -23,7 +23,7 @@ from skewbridge.motions.intensity import motion_measures, pair_arias_build_up
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.scaling import block_factors
-from skewbridge.motions.settings import LEVEL_RANGE_G
+from skewbridge.motions.settings import LEVEL_MEASURE, LEVEL_RANGE_G
 from skewbridge.motions.synthesis.generate import SynthesisOptions, drawn_parameters, synthesize
 from skewbridge.motions.synthesis.process import meets_its_times
 from skewbridge.motions.synthesis.scenario import Scenario
@@ -119,7 +119,7 @@ def write_default_suite(folder: Path, t1_s: float) -> list[dict[str, float]]:
         else:
             motion = made_motion(each.number)
             rows.append(_row(motion, (), folder) | {MADE_FROM: each.number})
-        levels_g.append(motion_measures(motion, t1_s)["im_saavg_rotd50_g"])
+        levels_g.append(motion_measures(motion, t1_s)[LEVEL_MEASURE])
     for row, factor in zip(rows, block_factors(levels_g), strict=True):
         row["scale"] = float(f"{factor:.6g}")
         row["scale_t1_s"] = t1_s

@@ -6,7 +6,6 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.demands.columns import label_of
 from skewbridge.fragility.tables.needed_motions import MORE
 from skewbridge.fragility.tables.verdicts import (
     DETECTABLE,
@@ -20,6 +19,7 @@ from skewbridge.report.axis_layout import value_text
 from skewbridge.report.headline import DEMANDS
 from skewbridge.report.verdict_style import (
     change_text,
+    demand_name,
     interval_text,
     margin_text,
     verdict_style,
@@ -39,9 +39,18 @@ def model_name(bridge: object, abutment: object) -> str:
     return f"{bridge}, {str(abutment).replace('_', '-')}"
 
 
+def short_names(table: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """Return the names of the models of a table, each by what tells it from the others."""
+    models = list(dict.fromkeys(zip(table["bridge"], table["abutment"], strict=True)))
+    one_abutment, one_bridge = (len({model[part] for model in models}) == 1 for part in (1, 0))
+    if one_abutment:
+        return {model: model[0] for model in models}
+    return {m: m[1].replace("_", "-") if one_bridge else model_name(*m) for m in models}
+
+
 def plain_name(demand: str) -> str:
     """Return the label of a demand without its unit, for the middle of a sentence."""
-    label = label_of(demand).split(" (")[0]
+    label = demand_name(demand)
     return label[:1].lower() + label[1:]
 
 
@@ -58,7 +67,7 @@ def title_of(pooled: pd.DataFrame) -> str:
     table = widest(pooled)
     if table.empty:
         return "This study compares nothing: no two variants differ in one axis only"
-    several = len(table[["bridge", "abutment"]].drop_duplicates()) > 1
+    names = short_names(table)
     clauses: dict[str, list[str]] = {verdict: [] for verdict in _ORDER}
     for name, part in table.groupby("axis", sort=False):
         kind = next(each for each in _ORDER if (part["verdict"] == each).any())
@@ -66,7 +75,7 @@ def title_of(pooled: pd.DataFrame) -> str:
         if kind == NEGLIGIBLE:
             clauses[kind].append(axis(str(name)).title)
         else:
-            clauses[kind].append(f"{axis(str(name)).title} {_claim(own, kind, several=several)}")
+            clauses[kind].append(f"{axis(str(name)).title} {_claim(own, kind, names)}")
     said = [*clauses[LOWER], *clauses[HIGHER]]
     if clauses[DETECTABLE]:
         margin = margin_text(table.iloc[0])
@@ -81,7 +90,7 @@ def title_of(pooled: pd.DataFrame) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _claim(rows: pd.DataFrame, kind: str, *, several: bool) -> str:
+def _claim(rows: pd.DataFrame, kind: str, models: dict[tuple[str, str], str]) -> str:
     """Return what is said of the rows of one axis that have the leading verdict."""
     if kind == UNDECIDED:
         names = _listed(dict.fromkeys(plain_name(each) for each in rows["demand"]))
@@ -92,8 +101,9 @@ def _claim(rows: pd.DataFrame, kind: str, *, several: bool) -> str:
     largest = rows.iloc[int(np.nanargmax(size.to_numpy()))]
     verb = "lowers" if largest["ratio"] < 1.0 else "raises"
     change = change_text(largest).lstrip("+-")
-    where = f" ({model_name(largest['bridge'], largest['abutment'])})" if several else ""
-    return f"{verb} {plain_name(str(largest['demand']))} by {change}{where}"
+    model = models[largest["bridge"], largest["abutment"]]
+    where = f" of {model}" if len(models) > 1 else ""
+    return f"{verb} {plain_name(str(largest['demand']))}{where} by {change}"
 
 
 def cards(pooled: pd.DataFrame, needed: pd.DataFrame) -> list[dict[str, Any]]:
@@ -106,19 +116,19 @@ def cards(pooled: pd.DataFrame, needed: pd.DataFrame) -> list[dict[str, Any]]:
     table = widest(pooled)
     keys = ["bridge", "abutment", "demand", "axis", "from_value", "to_value"]
     table = table.merge(needed[[*keys, "forecast", "needed_motions"]], on=keys, how="left")
-    scale = _Scale(table)
+    scale, names = _Scale(table), short_names(table)
     out: list[dict[str, Any]] = []
     for key, part in table.groupby(["axis", "from_value", "to_value"], sort=False):
         name, low, high = key
         told = axis(str(name))
-        models = list(part.groupby(["bridge", "abutment"], sort=False))
+        parts = part.groupby(["bridge", "abutment"], sort=False)
+        models = [(names[str(model[0]), str(model[1])], rows) for model, rows in parts]
         out.append(
             {
                 "title": f"{told.label} {value_text(told, float(str(low)))} to "
                 f"{value_text(told, float(str(high)))}",
                 "sentences": [
-                    (model_name(*model) if len(models) > 1 else "", _sentence(rows))
-                    for model, rows in models
+                    (model if len(models) > 1 else "", _sentence(rows)) for model, rows in models
                 ],
                 "plot": scale.plot(models),
             }
@@ -174,7 +184,7 @@ class _Scale:
         place = (np.log(max(ratio, 1e-9)) - self.low) / (self.high - self.low)
         return round(float(_LEFT + (_RIGHT - _LEFT) * np.clip(place, 0.0, 1.0)), 1)
 
-    def plot(self, models: list[tuple[Any, pd.DataFrame]]) -> dict[str, Any]:
+    def plot(self, models: list[tuple[str, pd.DataFrame]]) -> dict[str, Any]:
         """Return what the template draws of one axis."""
         rows = list(self._rows(models))
         bottom = _TOP + _ROW * len(rows)
@@ -189,11 +199,11 @@ class _Scale:
             "rows": rows,
         }
 
-    def _rows(self, models: list[tuple[Any, pd.DataFrame]]) -> Iterator[dict[str, Any]]:
+    def _rows(self, models: list[tuple[str, pd.DataFrame]]) -> Iterator[dict[str, Any]]:
         place = 0
         for model, part in models:
             if len(models) > 1:
-                yield {"y": _TOP + _ROW * (place + 0.5), "head": model_name(*model)}
+                yield {"y": _TOP + _ROW * (place + 0.5), "head": model}
                 place += 1
             for row in part.to_dict("records"):
                 style = verdict_style(row)
@@ -202,7 +212,7 @@ class _Scale:
                 yield {
                     "y": _TOP + _ROW * (place + 0.5),
                     "head": "",
-                    "label": label_of(str(row["demand"])).split(" (")[0],
+                    "label": demand_name(str(row["demand"])),
                     "x": [self.x(float(end)) if np.isfinite(end) else None for end in ends],
                     "fill": style.fill,
                     "text": change_text(row),

@@ -1,9 +1,11 @@
-"""What the explorer of the page draws: the runs and fits of a study as plain numbers.
+"""What the explorer of the page draws: runs, fits and effects of a study as plain numbers.
 
 The vendored library is the basic bundle of plotly.js 4.1.1 (MIT, `vendor/LICENSE`), as published in
 the npm package plotly.js-basic-dist-min.
 """
 
+import base64
+import gzip
 import json
 from importlib.resources import files
 from typing import Any, Final
@@ -11,81 +13,204 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.demands.columns import label_of
+from skewbridge.demands.columns import KEY, column_of
 from skewbridge.fragility.likelihood.fit import FITTED
-from skewbridge.report.axis_layout import named_value, shown_axes
+from skewbridge.fragility.tables.beyond_model import is_complete
+from skewbridge.fragility.tables.key_columns import BRIDGE_COLUMNS
+from skewbridge.fragility.tables.verdicts import DIFFERENCE, may_be_negligible
+from skewbridge.report.axis_layout import named_value, shown_axes, value_text
 from skewbridge.report.fragility_figures import total_dispersion
 from skewbridge.report.html.answer import model_name
 from skewbridge.report.html.statements import plain_label
-from skewbridge.report.sampled_runs import sample_note, sampled_runs
+from skewbridge.report.verdict_style import DEPTHS, STYLES
+from skewbridge.statuses import STATUSES
+from skewbridge.units import INCH, KIP, KN, MM
 from skewbridge.variant.axes import axes_of
 
 _LIBRARY: Final = "plotly-basic.min.js"
-_DIGITS: Final = 10  # of a number, so that curves agree with Python's to 1e-9
+#: Units of the tables that have another name in US units, with the factor to it.
+_US_UNITS: Final = {
+    "m": {"unit": "in", "factor": 1.0 / INCH},
+    "mm": {"unit": "in", "factor": MM / INCH},
+    "kN": {"unit": "kip", "factor": KN / KIP},
+}
+_FIT_TEXTS: Final = ("component", "limit_state", "method", "demand")
+_FIT_NUMBERS: Final = (
+    *("theta", "theta_low", "theta_high", "beta", "threshold", "ln_a", "b", "sigma"),
+    *("var_ln_theta", "cov_ln_theta_beta", "var_beta", "level", "n_exceed", "n_runs"),
+)
 
 
 def library() -> str:
-    """Return the source of the plotting library."""
-    vendor = files("skewbridge.report.html") / "vendor" / _LIBRARY
-    return vendor.read_text(encoding="utf-8")
+    """Return the source of the plotting library, packed."""
+    return _packed((files("skewbridge.report.html") / "vendor" / _LIBRARY).read_bytes())
 
 
-def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame) -> str:
-    """Return runs, fits and variants as JSON that may stand in a script element.
-
-    Of a large study the runs are a sample, of which ``sample_note`` tells.
+def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame) -> str:
+    """Return a study as packed JSON.
 
     Args:
         demands: Demands table.
         curves: Fits of the single variants.
+        effects: Paired effects on the demands.
     """
     im = str(curves["im"].iloc[0])
     fits = curves[curves["status"] == FITTED]
-    columns = [name for name in dict.fromkeys(curves["demand"]) if name in demands]
-    shown = shown_axes(demands)
-    axes = axes_of(demands.columns)
-    variants, runs = demands.drop_duplicates("variant"), sampled_runs(demands)
+    effects = effects[effects["demand"].isin(demands.columns)]
+    names = dict.fromkeys([*curves["demand"], *effects["demand"]])
+    columns = [str(name) for name in names if name in demands]
+    models = demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False, name=None)
+    places = {model: place for place, model in enumerate(models)}
+    variants = demands.drop_duplicates("variant")
+    variant_places = {name: place for place, name in enumerate(variants["variant"])}
     payload: dict[str, Any] = {
         "im": plain_label(im),
-        "axes": [{"name": axis.name, "label": axis.label_with_unit} for axis in axes],
-        "variants": {
-            row["variant"]: {
-                "model": model_name(row["bridge"], row["abutment"]),
-                "text": ", ".join(named_value(axis, row[axis.name]) for axis in shown),
-                **{axis.name: row[axis.name] for axis in axes},
+        "im_name": im,
+        "im_range": [float(demands[im].min()), float(demands[im].max())],
+        "us": _US_UNITS,
+        "models": [model_name(*model) for model in places],
+        "axes": _axes(demands),
+        "variants": _variants(variants, places),
+        "demands": {name: _demand(name) for name in columns},
+        "fits": _fits(fits, variant_places),
+        "effects": _effects(effects, places, demands),
+        "styles": {
+            name: {
+                "sign": style.sign,
+                "fill": style.fill,
+                "text": style.words(),
+                "verdict": style.verdict,
             }
-            for row in variants.to_dict("records")
+            for name, style in STYLES.items()
         },
-        "demands": {name: label_of(name) for name in columns},
-        "fits": [_fit(row) for row in fits.to_dict("records")],
-        "sample_note": sample_note(len(runs), len(demands)),
+        "depths": DEPTHS,
+        **_runs(demands, variant_places, im, columns),
+    }
+    text = json.dumps(payload, separators=(",", ":"), default=_plain, ensure_ascii=False)
+    return _packed(text.encode("utf-8"))
+
+
+def _packed(content: bytes) -> str:
+    """Return content as gzip in base64, a third of the size of the text."""
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
+
+
+def _axes(demands: pd.DataFrame) -> list[dict[str, Any]]:
+    out: list[dict[str, Any]] = []
+    for axis in axes_of(demands.columns):
+        values = sorted(demands[axis.name].unique())
+        out.append(
+            {
+                "name": axis.name,
+                "label": axis.label,
+                "values": values,
+                "texts": [value_text(axis, value) for value in values],
+                "named": [named_value(axis, value) for value in values],
+            }
+        )
+    return out
+
+
+def _variants(variants: pd.DataFrame, places: dict[Any, int]) -> list[dict[str, Any]]:
+    axes, shown = axes_of(variants.columns), shown_axes(variants)
+    return [
+        {
+            "name": row["variant"],
+            "model": places[row["bridge"], row["abutment"]],
+            "text": ", ".join(named_value(axis, row[axis.name]) for axis in shown),
+            "values": [row[axis.name] for axis in axes],
+        }
+        for row in variants.to_dict("records")
+    ]
+
+
+def _demand(name: str) -> dict[str, Any]:
+    column = column_of(name)
+    difference = None if column is None else column.difference
+    return {
+        "label": (column and column.label) or name.replace("_", " "),
+        "unit": "-" if column is None else column.unit,
+        "per_unit": 1.0 if difference is None else difference.per_unit,
+    }
+
+
+def _runs(
+    demands: pd.DataFrame, places: dict[str, int], im: str, columns: list[str]
+) -> dict[str, Any]:
+    """Return the runs column by column; those under the same loading have the same number."""
+    motions = list(dict.fromkeys(demands["motion_id"]))
+    loading = demands.groupby(list(KEY[1:]), sort=False).ngroup()
+    return {
+        "motions": motions,
+        "statuses": STATUSES,
         "runs": {
-            "variant": runs["variant"].tolist(),
-            "motion": runs["motion_id"].tolist(),
-            "status": runs["status"].tolist(),
-            "key": runs["run_key"].tolist(),
-            "im": _numbers(runs[im]),
-            **{name: _numbers(runs[name]) for name in columns},
+            "variant": demands["variant"].map(places).tolist(),
+            "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
+            "loading": loading.tolist(),
+            "scale": demands["scale"].tolist(),
+            "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
+            "complete": is_complete(demands).astype(int).tolist(),
+            "key": demands["run_key"].tolist(),
+            "im": _numbers(demands[im]),
+            "demands": {name: _numbers(demands[name]) for name in columns},
         },
     }
-    return json.dumps(payload, separators=(",", ":"), default=_plain).replace("</", "<\\/")
 
 
-def _fit(row: dict[Any, Any]) -> dict[str, Any]:
-    names = ("variant", "component", "limit_state", "method", "demand")
-    numbers = ("theta", "theta_low", "theta_high", "beta", "threshold", "ln_a", "b", "sigma")
-    more = ("var_ln_theta", "cov_ln_theta_beta", "var_beta", "level", "n_exceed", "n_runs")
-    out = {name: str(row[name]) for name in names}
-    out |= {name: _number(row[name]) for name in (*numbers, *more)}
-    return out | {"beta_total": _number(total_dispersion(row))}
+def _fits(fits: pd.DataFrame, places: dict[str, int]) -> dict[str, Any]:
+    rows = [
+        [
+            places[row["variant"]],
+            *(row[name] for name in _FIT_TEXTS),
+            *(_number(row[name]) for name in _FIT_NUMBERS),
+            _number(total_dispersion(row)),
+        ]
+        for row in fits.to_dict("records")
+    ]
+    return {"columns": ["variant", *_FIT_TEXTS, *_FIT_NUMBERS, "beta_total"], "rows": rows}
+
+
+def _effects(
+    effects: pd.DataFrame, places: dict[Any, int], demands: pd.DataFrame
+) -> dict[str, Any]:
+    """Return the effects on the scale that they are judged on; a pooled row has no values."""
+    axes = axes_of(demands.columns)
+    rows: list[list[Any]] = []
+    possible = may_be_negligible(effects)
+    for row, may_be in zip(effects.to_dict("records"), possible, strict=True):
+        apart = row["judged_by"] == DIFFERENCE
+        ends = ("difference", "difference_low", "difference_high")
+        names = ends if apart else ("ratio", "ci_low", "ci_high")
+        values = None
+        if row["scope"] != "pooled":
+            values = [None if axis.name == row["axis"] else row[axis.name] for axis in axes]
+        rows.append(
+            [
+                places[row["bridge"], row["abutment"]],
+                *(row[name] for name in ("demand", "axis", "from_value", "to_value")),
+                values,
+                *(row[name] for name in ("judged_by", "unit")),
+                *(_number(row[name]) for name in names),
+                row["difference_margin" if apart else "margin"],
+                bool(may_be),
+                row["n_motions"],
+            ]
+        )
+    return {"columns": _EFFECT_COLUMNS, "rows": rows}
+
+
+_EFFECT_COLUMNS: Final = (
+    *("model", "demand", "axis", "from", "to", "values", "judged_by", "unit"),
+    *("value", "low", "high", "margin", "possible", "n_motions"),
+)
 
 
 def _number(value: float) -> float | None:
-    return float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None
+    return float(value) if np.isfinite(value) else None
 
 
 def _numbers(values: pd.Series) -> list[float | None]:
-    return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values]
+    return [_number(value) for value in values]
 
 
 def _plain(value: Any) -> Any:

@@ -1,6 +1,7 @@
 """The report: tables and figures of a study joined in one self-contained HTML file."""
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -54,7 +55,7 @@ def write_report(
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters |= {"number": _number, "head": _head}
+    environment.filters |= {"number": _number, "head": _head, "unbroken": _unbroken}
     page = environment.get_template("report.html.j2").render(
         title=title_of(pooled),
         subtitle=statements.subtitle(demands, str(curves["im"].iloc[0])),
@@ -70,7 +71,7 @@ def write_report(
         paper=paper_rows(curves, frames["medians"], frames["joint"]),
         fits=fit_counts(curves),
         unreached=states_out_of_reach(curves),
-        explorer=_explorer(demands, curves),
+        explorer=_explorer(demands, curves, effects),
         pictures=pictures_of(read_captions(tables["captions"]), figures, _SECTIONS),
         statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
         recovered=int((demands["recovery_rung"] > 0).sum()),
@@ -91,11 +92,11 @@ def write_report(
     write_text(output, page)
 
 
-def _explorer(demands: pd.DataFrame, curves: pd.DataFrame) -> dict[str, str]:
+def _explorer(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame) -> dict[str, str]:
     """Return what the explorer needs; empty without a curve."""
     if not (curves["status"] == FITTED).any():
         return {}
-    return {"data": explorer_data(demands, curves), "library": library()}
+    return {"data": explorer_data(demands, curves, effects), "library": library()}
 
 
 def _effect_words(pooled: pd.DataFrame) -> dict[str, str]:
@@ -129,6 +130,11 @@ def _number(value: object, digits: int = 3) -> str:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return ", ".join(str(item) for item in value)
     return str(value)
+
+
+def _unbroken(text: str) -> str:
+    """Return a text in which no line ends between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=(%|mm|mrad|motions)\b|%)", "\u00a0", text)
 
 
 def _head(name: str) -> str:

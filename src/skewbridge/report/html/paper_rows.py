@@ -6,27 +6,14 @@ from typing import Any, Final
 
 import pandas as pd
 
-from skewbridge.demands.columns import column_of
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.tables.paper_table import JOINT, paper_table, printed_rows
-from skewbridge.report.axis_layout import named_value, shown_axes
+from skewbridge.report.axis_layout import named_value, shown_axes, threshold_text
 from skewbridge.report.html.answer import model_name
 from skewbridge.report.html.statements import plain_label
 from skewbridge.variant.axes import axes_of
 
-_UNITS: Final = {"m": (1000.0, " mm"), "rad": (1000.0, " mrad")}
-
 type Row = Mapping[Hashable, Any]
-
-
-def threshold_text(demand: str, threshold: float) -> str:
-    """Return the capacity of a limit state in the unit that engineers use."""
-    column = column_of(demand)
-    unit = "" if column is None or column.unit == "-" else column.unit
-    if demand.endswith("drift_ratio"):
-        return f"{100.0 * threshold:.3g} %"
-    factor, shown = _UNITS.get(unit, (1.0, f" {unit}".rstrip()))
-    return f"{factor * threshold:.3g}{shown}"
 
 
 def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> dict[str, Any]:

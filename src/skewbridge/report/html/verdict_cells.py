@@ -4,11 +4,11 @@ from typing import Any
 
 import pandas as pd
 
-from skewbridge.demands.columns import label_of
 from skewbridge.report.axis_layout import value_text
 from skewbridge.report.html.answer import model_name
 from skewbridge.report.verdict_style import (
     change_text,
+    demand_name,
     interval_text,
     margin_text,
     verdict_style,
@@ -28,7 +28,7 @@ def verdict_maps(pooled: pd.DataFrame) -> list[dict[str, Any]]:
         heads = list(part[changes].drop_duplicates().itertuples(index=False, name=None))
         rows = [
             {
-                "label": label_of(str(demand)),
+                "label": demand_name(str(demand)),
                 "margin": margin_text(own.iloc[0]),
                 "cells": _cells(own.set_index(changes), heads),
             }

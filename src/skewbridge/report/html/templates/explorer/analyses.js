@@ -1,0 +1,33 @@
+  // ---- the analyses: demand against intensity ----
+  function drawAnalyses(chosen) {
+    const all = chosenVariants(chosen), shown = all.slice(0, MOST), styles = lineStyles(shown), rows = [], traces = [], entries = [];
+    const demand = chosen.demand, { by, label } = demandIn(demand, chosen.units), values = runs.demands[demand];
+    all.forEach((at, i) => {
+      rowsOf[at].forEach((row) => rows.push({ variant: variants[at].name, motion_id: data.motions[runs.motion[row]], scale: runs.scale[row], status: data.statuses[runs.status[row]], complete: runs.complete[row], run_key: runs.key[row], [data.im_name]: runs.im[row], [demand]: values[row] }));
+      if (i >= MOST) return;
+      const name = variants[at].text, { color, dash } = styles.get(at), own = rowsOf[at].filter((row) => values[row] > 0);
+      entries.push({ name, line: styles.get(at) });
+      if (hidden.has(name)) return;
+      traces.push({ x: own.map((row) => runs.im[row]), y: own.map((row) => by * values[row]), mode: "markers", customdata: own.map((row) => [row]),
+        text: own.map((row) => `${name}<br>${loadingText(row)}`), hovertemplate: "%{text}<br>%{x:.3g}, %{y:.4g}<extra></extra>",
+        marker: { color, symbol: own.map((row) => (runs.complete[row] ? "circle" : "triangle-up-open")), size: 7, opacity: 0.75 } });
+      const fit = data.fits.find((each) => each.variant === at && each.demand === demand && each.b !== null);
+      const ims = own.map((row) => runs.im[row]);
+      if (fit && ims.length) {
+        const ends = [Math.min(...ims), Math.max(...ims)];
+        traces.push({ x: ends, y: ends.map((im) => by * Math.exp(fit.ln_a) * im ** fit.b), mode: "lines", line: { color, dash, width: 1.4 }, hoverinfo: "skip" });
+      }
+    });
+    legend(entries);
+    const marks = traces.flatMap((trace) => trace.y), seen = marks.length ? [Math.min(...marks), Math.max(...marks)] : [1, 10];
+    const limits = unique(data.fits.filter((fit) => fit.demand === demand).map((fit) => fit.limit_state + "/" + fit.threshold)).map((text) => text.split("/"));
+    const shapes = limits.map(([, limit]) => ({ type: "line", xref: "paper", x0: 0, x1: 1, y0: by * limit, y1: by * limit, line: { color: "#6b7378", width: 1, dash: "dot" } }));
+    const annotations = limits.map(([state, limit]) => ({ xref: "paper", x: 0.01, xanchor: "left", y: Math.log10(by * limit), yanchor: "bottom", text: words(state), showarrow: false, font: { size: 11, color: "#4a545c" } }));
+    plot("plot", traces, { xaxis: logAxis(data.im, ...data.im_range), yaxis: logAxis(label, ...seen), shapes, annotations }, showCommands);
+    const open = rows.some((row) => !row.complete), none = rows.length - all.flatMap((at) => rowsOf[at]).filter((row) => values[row] > 0).length;
+    return { rows, notes: [
+      "Choose a point: the command that repeats its analysis stands below the picture.",
+      open && "Open triangles are peaks so far: a column failed beyond the model, or the analysis did not end.",
+      none > 0 && `${none} analyses have no demand above zero and no mark.`,
+      all.length > MOST && `The first ${MOST} of ${all.length} variants are drawn: choose values of the axes; the CSV has all.`] };
+  }

@@ -1,0 +1,52 @@
+  // ---- fragility curves ----
+  const BANDS = 4; // most curves that have bands: more hide each other
+  const fitsOf = (chosen, shown) => {
+    const [component, state] = chosen.state.split("/"), there = new Set(shown);
+    return data.fits.filter((fit) => fit.component === component && fit.limit_state === state && fit.method === chosen.method && there.has(fit.variant));
+  };
+  // ends of what the complete analyses reached: the slider goes no further
+  function reached(demand, shown) {
+    const values = shown.flatMap((at) => rowsOf[at]).filter((row) => runs.complete[row] && runs.demands[demand][row] > 0).map((row) => runs.demands[demand][row]);
+    return values.length ? [Math.min(...values), Math.max(...values)] : null;
+  }
+  function movedFit(fit, threshold) {
+    return threshold === null ? { theta: fit.theta, beta: fit.beta_total } : { theta: Math.exp((Math.log(threshold) - fit.ln_a) / fit.b), beta: fit.sigma / fit.b };
+  }
+  function thresholdOf(chosen, fits, ends) {
+    const usable = ends !== null && fits.length > 0 && fits.every((fit) => fit.sigma > 0 && fit.b > 0);
+    pick("threshold-box").hidden = !usable;
+    if (!usable) return null;
+    const own = fits[0].threshold, shown = demandIn(fits[0].demand, chosen.units);
+    const [low, high] = ends.map(Math.log);
+    const moved = chosen.threshold !== "" ? Math.exp(low + (high - low) * Math.min(1, Math.max(0, chosen.threshold / 1000))) : null;
+    const place = moved === null ? 1000 * (Math.log(own) - low) / (high - low) : Number(chosen.threshold);
+    pick("threshold").value = String(Math.round(Math.min(1000, Math.max(0, place))));
+    pick("threshold-text").textContent = `${shown.label}: ${digits(shown.by * (moved ?? own))} ` + (moved === null ? "(the limit state)" : `(limit state: ${digits(shown.by * own)}; without the dispersion of the capacity, no band)`);
+    pick("threshold-reset").hidden = moved === null;
+    return moved;
+  }
+  function drawCurves(chosen) {
+    const all = fitsOf(chosen, chosenVariants(chosen)), fits = all.slice(0, MOST), rows = [], traces = [], entries = [];
+    const shown = all.map((fit) => fit.variant), styles = lineStyles(shown.slice(0, MOST));
+    const threshold = thresholdOf(chosen, all, all.length ? reached(all[0].demand, shown) : null);
+    const [low, high] = [0.7 * data.im_range[0], 1.3 * data.im_range[1]];
+    const grid = Array.from({ length: 120 }, (_, i) => low * (high / low) ** (i / 119));
+    const bands = threshold === null && fits.length <= BANDS;
+    all.forEach((fit, i) => {
+      const { theta, beta } = movedFit(fit, threshold), band = threshold === null ? bandOf(fit) : null;
+      const p = grid.map((im) => probability(im, theta, beta)), ends = band && [-1, 1].map((side) => grid.map((im) => band(im, side)));
+      grid.forEach((im, k) => rows.push({ variant: variants[fit.variant].name, component: fit.component, limit_state: fit.limit_state, method: fit.method, theta, beta, im, probability: p[k], low: ends?.[0][k], high: ends?.[1][k] }));
+      if (i >= MOST) return;
+      const name = variants[fit.variant].text, line = styles.get(fit.variant);
+      entries.push({ name, line });
+      if (hidden.has(name)) return;
+      if (bands) ends.forEach((y, side) => traces.push({ x: grid, y, mode: "lines", line: { width: 0 }, hoverinfo: "skip", ...(side ? { fill: "tonexty", fillcolor: line.color + "26" } : {}) }));
+      traces.push({ x: grid, y: p, mode: "lines", name, line, hovertemplate: `${name}<br>%{x:.3g}, P = %{y:.3f}<extra></extra>` });
+    });
+    legend(entries);
+    plot("plot", traces, { xaxis: logAxis(data.im, low, high), yaxis: plainAxis("P(exceeds | IM)", { range: [0, 1.01] }) });
+    return { rows, notes: [
+      !all.length && "No analysis of these variants gives a curve of this state by this method: see the list of states out of reach under the table.",
+      all.length > MOST && `The first ${MOST} of ${all.length} curves are drawn: choose values of the axes; the CSV has all.`,
+      threshold === null && all.length > BANDS && `Bands are drawn for at most ${BANDS} curves: choose values of the axes.`] };
+  }

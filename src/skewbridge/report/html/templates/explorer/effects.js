@@ -1,0 +1,103 @@
+  // ---- effects: forest plot, verdict grid and the pairs behind a cell ----
+  const REACH = [0.4, 2.5]; // of the axis of ratios; what lies beyond is an arrow
+  const effectCsv = (effect, factor) => ({ bridge_abutment: data.models[effect.model], demand: effect.demand, axis: effect.axis, from_value: effect.from, to_value: effect.to, ...Object.fromEntries(data.axes.map((axis, place) => [axis.name, effect.values?.[place]])), judged_by: effect.judged_by, unit: effect.judged_by === RATIO ? "" : effect.unit, value: effect.value, low: effect.low, high: effect.high, margin: factor * effect.margin, n_motions: effect.n_motions, verdict: data.styles[styleOf(effect, factor)].verdict });
+  const groupName = (effect, units) => shownUnit(effect, units).unit;
+
+  function drawForest(chosen) {
+    const factor = Number(chosen.margin), units = chosen.units;
+    const all = chosenEffects(chosen).filter((effect) => changeName(effect) === chosen.change && (!effect.values || effect.demand === chosen.demand));
+    const lines = all.slice(0, 2 * MOST);
+    const groups = unique(lines.map((effect) => groupName(effect, units))).map((unit) => ({ unit, own: lines.filter((effect) => groupName(effect, units) === unit) }));
+    const traces = [], layout = { shapes: [], annotations: [] }, narrow = pick("plot").parentElement.clientWidth < 600;
+    const room = lines.length + 3 * groups.length;
+    let top = 1;
+    groups.forEach(({ unit, own }, g) => {
+      const ratio = unit === "%", bottom = top - own.length / room, suffix = g ? String(g + 1) : "";
+      const { by } = shownUnit(own[0], units), at = (effect, value) => (value === null ? null : ratio ? value : by * value);
+      const ends = own.flatMap((effect) => [at(effect, effect.low), at(effect, effect.value), at(effect, effect.high)]).filter((value) => value !== null && Number.isFinite(value));
+      const widest = own.map((effect) => marginsOf(effect, factor)).map((pair) => (ratio ? pair.map(Math.exp) : pair.map((value) => by * value)));
+      const reach = [Math.min(...ends, ...widest.map(([low]) => low)), Math.max(...ends, ...widest.map(([, high]) => high))];
+      const range = ratio ? [Math.max(REACH[0], reach[0] / 1.03), Math.min(REACH[1], reach[1] * 1.03)] : [reach[0] - 0.04 * (reach[1] - reach[0]), reach[1] + 0.04 * (reach[1] - reach[0])];
+      const inside = (value) => Math.min(range[1], Math.max(range[0], value));
+      own.forEach((effect, y) => {
+        const style = data.styles[styleOf(effect, factor)], value = at(effect, effect.value), [low, high] = [at(effect, effect.low), at(effect, effect.high)];
+        const [below, above] = widest[y], axes = { xaxis: "x" + suffix, yaxis: "y" + suffix };
+        layout.shapes.push({ type: "rect", xref: "x" + suffix, yref: "y" + suffix, x0: inside(below), x1: inside(above), y0: y - 0.5, y1: y + 0.5, fillcolor: "#e9edf0", line: { width: 0 }, layer: "below" });
+        const told = `${data.demands[effect.demand].label}${effect.values ? ", " + placeText(effect) : ""}<br>${style.sign} ${changeText(effect, units)} (${intervalText(effect, units)})<br>${style.text}`;
+        if (low !== null && high !== null) traces.push({ ...axes, x: [inside(low), inside(high)], y: [y, y], mode: "lines", line: { color: "#39434a", width: 2 }, hoverinfo: "skip" });
+        if (value === null) return;
+        const symbol = value > range[1] ? "triangle-right" : value < range[0] ? "triangle-left" : "circle";
+        traces.push({ ...axes, x: [inside(value)], y: [y], mode: "markers", marker: { symbol, size: 10, color: style.fill, line: { color: "#39434a", width: 1.2 } }, text: [told], hovertemplate: "%{text}<extra></extra>", customdata: [effect.id] });
+        layout.annotations.push({ xref: "paper", yref: "y" + suffix, x: 1, xanchor: "right", xshift: narrow ? 62 : 168, y, showarrow: false, font: { size: 12 }, text: narrow ? changeText(effect, units) : `${style.sign} ${changeText(effect, units)} (${intervalText(effect, units)})` });
+      });
+      layout["xaxis" + suffix] = { domain: [0, 1], anchor: "y" + suffix, gridcolor: "#e4e8ea", zeroline: false, ticks: "outside", tickangle: 0, nticks: narrow ? 3 : 8, ...(ratio ? { type: "log", range: range.map(Math.log10), ...percentTicks(range, narrow ? 4 : 10) } : { range, ticksuffix: " " + unit }) };
+      const label = (effect) => (effect.values ? placeText(effect) : data.demands[effect.demand].label);
+      layout["yaxis" + suffix] = { domain: [Math.max(0, bottom), top], anchor: "x" + suffix, range: [own.length - 0.5, -0.5], tickmode: "array", tickvals: own.map((_, y) => y), ticktext: own.map(label), showgrid: false, zeroline: false, automargin: true, tickfont: { size: narrow ? 10 : 12 } };
+      layout.shapes.push({ type: "line", xref: "x" + suffix, yref: "y" + suffix, x0: ratio ? 1 : 0, x1: ratio ? 1 : 0, y0: -0.5, y1: own.length - 0.5, line: { color: "#6b7378", width: 1 } });
+      top = bottom - 3 / room;
+    });
+    legend([]);
+    plot("plot", traces, { ...layout, height: 40 + 24 * room, margin: { l: 10, r: narrow ? 66 : 172, t: 6, b: 30 } }, openCell);
+    return { rows: all.map((effect) => effectCsv(effect, factor)), notes: [
+      !all.length && "This model has no such change of this demand: choose another one.",
+      all.length > lines.length && `The first ${lines.length} of ${all.length} effects are drawn: choose values of the axes; the CSV has all.`] };
+  }
+
+  function drawGrid(chosen) {
+    const factor = Number(chosen.margin), effects = chosenEffects(chosen);
+    const title = (effect) => changeName(effect) + (effect.values ? ", " + placeText(effect) : "");
+    const columns = unique(effects.map(title)), shown = columns.slice(0, MOST);
+    const table = element("table", "", { class: "map" }), head = table.createTHead().insertRow(), body = table.createTBody();
+    head.append(element("td", ""), ...shown.map((name) => element("th", name, { scope: "col" })));
+    const cells = new Map(effects.map((effect) => [effect.demand + "/" + title(effect), effect]));
+    unique(effects.map((effect) => effect.demand)).forEach((demand) => {
+      const line = body.insertRow();
+      line.append(element("th", data.demands[demand].label, { scope: "row" }));
+      shown.forEach((name) => {
+        const effect = cells.get(demand + "/" + name), cell = line.insertCell();
+        if (!effect) { cell.textContent = "–"; return; }
+        const style = styleOf(effect, factor), button = element("button", `${data.styles[style].sign} ${changeText(effect, chosen.units)}`, { type: "button", "data-effect": effect.id, "aria-pressed": String(String(effect.id) === chosen.cell) });
+        button.append(element("small", intervalText(effect, chosen.units)));
+        button.addEventListener("click", () => openCell(effect.id));
+        cell.className = style;
+        cell.append(button);
+      });
+    });
+    pick("rows").replaceChildren(table);
+    pick("rows").hidden = false;
+    return { rows: effects.map((effect) => effectCsv(effect, factor)), notes: [
+      "Choose a cell: its pairs of analyses stand below, motion by motion.",
+      columns.length > MOST && `The first ${MOST} of ${columns.length} columns are shown: choose values of the axes; the CSV has all.`] };
+  }
+  function openCell(id) {
+    choose({ cell: String(id) });
+    pick("pairs").scrollIntoView({ block: "nearest" });
+    pick("rows").querySelector(`[data-effect="${id}"]`)?.focus({ preventScroll: true });
+  }
+
+  function drawPairs(chosen) {
+    const effect = chosen.cell === "" ? undefined : data.effects[chosen.cell];
+    pick("pairs").hidden = !effect || data.models[effect.model] !== chosen.model;
+    if (pick("pairs").hidden) return [];
+    const factor = Number(chosen.margin), ratio = effect.judged_by === RATIO, values = runs.demands[effect.demand], known = data.demands[effect.demand];
+    const by = ratio ? 1 : shownUnit(effect, chosen.units).by * known.per_unit, found = pairsOf(effect), rows = [], traces = [];
+    const styles = lineStyles(found.slice(0, MOST).map(({ to }) => to));
+    found.forEach(({ from, to, rows: pairs }) => {
+      const usable = pairs.filter(([a, b]) => (runs.complete[a] || runs.complete[b]) && values[a] !== null && values[b] !== null && (!ratio || (values[a] > 0 && values[b] > 0)));
+      const change = ([a, b]) => (ratio ? Math.log(values[b] / values[a]) : by * (values[b] - values[a]));
+      const symbol = ([a, b]) => (runs.complete[a] && runs.complete[b] ? "circle" : runs.complete[a] ? "triangle-up-open" : "triangle-down-open");
+      usable.forEach((pair) => rows.push({ from_variant: variants[from].name, to_variant: variants[to].name, motion_id: data.motions[runs.motion[pair[1]]], scale: runs.scale[pair[1]], demand: effect.demand, from_demand: values[pair[0]], to_demand: values[pair[1]], change: change(pair), of: ratio ? "ln ratio" : shownUnit(effect, chosen.units).unit, bound: { circle: "", "triangle-up-open": "at least", "triangle-down-open": "at most" }[symbol(pair)], from_run_key: runs.key[pair[0]], to_run_key: runs.key[pair[1]] }));
+      traces.push({ x: usable.map((pair) => runs.im[pair[1]]), y: usable.map(change), mode: "markers", customdata: usable, text: usable.map((pair) => `${variants[to].text}<br>${loadingText(pair[1])}`), hovertemplate: "%{text}<br>%{x:.3g}, %{y:.3g}<extra></extra>", marker: { color: styles.get(to)?.color ?? COLOURS[4], symbol: usable.map(symbol), size: 7, opacity: 0.75 } });
+    });
+    const scaled = (value) => (value === null ? null : ratio ? Math.log(value) : shownUnit(effect, chosen.units).by * value);
+    const [low, value, high] = [effect.low, effect.value, effect.high].map(scaled), margins = marginsOf(effect, factor).map((end) => (ratio ? end : shownUnit(effect, chosen.units).by * end));
+    const band = (y0, y1, fillcolor) => ({ type: "rect", xref: "paper", x0: 0, x1: 1, y0, y1, fillcolor, line: { width: 0 }, layer: "below" });
+    const shapes = [band(...margins, "#e9edf0"), { type: "line", xref: "paper", x0: 0, x1: 1, y0: 0, y1: 0, line: { color: "#6b7378", width: 1 } }];
+    if (low !== null && high !== null) shapes.push(band(low, high, "#0072b233"));
+    if (value !== null) shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, y0: value, y1: value, line: { color: "#0072b2", width: 2 } });
+    const name = known.label.toLowerCase(), told = data.axes[axisAt[effect.axis]];
+    pick("pairs-title").textContent = `${known.label}: ${changeName(effect)}${effect.values ? ", " + placeText(effect) : ", all variants"}`;
+    pick("pairs-note").textContent = `${changeText(effect, chosen.units)} (${intervalText(effect, chosen.units)}), ${effect.n_motions} motions, ${rows.length} pairs. Line and blue band: mean and interval; grey: margin. Open triangles: one analysis of the pair ended early or beyond the model, the change is at least (up) or at most (down) so large.`;
+    plot("pairs-plot", traces, { height: 360, shapes, xaxis: logAxis(data.im, ...data.im_range), yaxis: plainAxis(ratio ? `ln ratio of ${name}` : `Change of ${name} (${shownUnit(effect, chosen.units).unit})`) }, showCommands);
+    return rows;
+  }

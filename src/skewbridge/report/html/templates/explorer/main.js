@@ -1,0 +1,77 @@
+  // ---- what is chosen, its controls and the address ----
+  const VIEWS = { curves: drawCurves, cloud: drawAnalyses, table: drawMedians, forest: drawForest, grid: drawGrid };
+  const states = unique(data.fits.map((fit) => fit.component + "/" + fit.limit_state));
+  const changesOf = (model) => unique(data.effects.filter((effect) => data.models[effect.model] === model && !effect.values).map(changeName));
+  const defaults = { view: "curves", model: data.models[0], state: states[0] ?? "", method: data.fits[0]?.method ?? "", demand: Object.keys(data.demands)[0], change: "", scope: "pooled", units: "si", margin: "1", threshold: "", sort: "variant", cell: "", ...Object.fromEntries(data.axes.map((axis) => [axis.name, "all"])) };
+  let chosen = { ...defaults };
+  let shownRows = { view: [], pairs: [] };
+
+  function fill(id, values, texts = values) {
+    pick(id).replaceChildren(...values.map((value, i) => new Option(texts[i], value)));
+  }
+  data.axes.forEach((axis) => {
+    const label = element("label", axis.label + " ", { "data-views": "curves cloud table forest grid" }), select = element("select", "", { id: "ex-" + axis.name });
+    label.append(select);
+    pick("units").parentElement.before(label);
+    fill(axis.name, ["all", ...axis.values], ["all", ...axis.texts]);
+  });
+  fill("model", data.models);
+  fill("state", states, states.map((state) => words(state.replace("/", ", "))));
+  fill("demand", Object.keys(data.demands), Object.values(data.demands).map((demand) => demand.label));
+  fill("method", unique(data.fits.map((fit) => fit.method)), unique(data.fits.map((fit) => words(fit.method))));
+  const SELECTS = ["view", "model", "state", "method", "demand", "change", "scope", "units", ...data.axes.map((axis) => axis.name)];
+
+  function redraw() {
+    if (!(chosen.view in VIEWS)) chosen.view = defaults.view;
+    const view = chosen.view, effects = view === "forest" || view === "grid";
+    fill("change", changesOf(chosen.model));
+    if (!changesOf(chosen.model).includes(chosen.change)) chosen.change = changesOf(chosen.model).at(-1) ?? "";
+    SELECTS.forEach((name) => { pick(name).value = chosen[name]; if (pick(name).selectedIndex < 0) { pick(name).selectedIndex = 0; chosen[name] = pick(name).value; } });
+    pick("demand").parentElement.dataset.views = chosen.scope === "variant" ? "cloud forest" : "cloud";
+    document.querySelectorAll("#explorer [data-views]").forEach((label) => { label.hidden = !label.dataset.views.split(" ").includes(view); });
+    const axisOfChange = data.effects.find((effect) => changeName(effect) === chosen.change)?.axis;
+    data.axes.forEach((axis) => { pick(axis.name).disabled = effects && (chosen.scope === "pooled" || (view === "forest" && axis.name === axisOfChange)); });
+    ["plot", "rows", "pairs", "threshold-box"].forEach((id) => { pick(id).hidden = true; });
+    pick("commands").replaceChildren();
+    legend([]);
+    pick("margin").value = chosen.margin;
+    pick("margin-text").textContent = effects ? marginText(chosenEffects(chosen), Number(chosen.margin), chosen.units) + (chosen.margin === "1" ? " (the study's)" : ` (the study's times ${chosen.margin})`) : "";
+    const drawn = VIEWS[view](chosen);
+    shownRows = { view: drawn.rows, pairs: effects ? drawPairs(chosen) : [] };
+    pick("note").textContent = drawn.notes.filter(Boolean).join(" ");
+  }
+  function choose(change) {
+    chosen = { ...chosen, ...change };
+    redraw();
+    const told = Object.entries(chosen).filter(([name, value]) => value !== defaults[name] && !(name === "change" && chosen.view !== "forest"));
+    history.replaceState(null, "", "#explorer" + (told.length ? "?" + new URLSearchParams(told) : ""));
+  }
+  function fromAddress() {
+    const told = new URLSearchParams(location.hash.replace(/^#explorer\??/, ""));
+    chosen = { ...defaults, ...Object.fromEntries([...told].filter(([name]) => name in defaults)) };
+    if (!(Number(chosen.margin) >= 0.2 && Number(chosen.margin) <= 4)) chosen.margin = "1";
+    if (!(chosen.cell in data.effects)) chosen.cell = "";
+    redraw();
+  }
+  function save(name, rows) {
+    const link = element("a", "", { download: `skewbridge_${name}.csv`, href: URL.createObjectURL(new Blob([csvText(rows)], { type: "text/csv" })) });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  }
+
+  SELECTS.forEach((name) => pick(name).addEventListener("change", () => choose({ [name]: pick(name).value, ...(["state", "method", "model"].includes(name) ? { threshold: "" } : {}), ...(name === "model" ? { cell: "" } : {}) })));
+  let waiting = false; // a slider that moves draws once per picture of the screen
+  const sliding = (name) => pick(name).addEventListener("input", () => {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => { waiting = false; choose({ [name]: pick(name).value }); });
+  });
+  sliding("threshold");
+  sliding("margin");
+  pick("threshold-reset").addEventListener("click", () => choose({ threshold: "" }));
+  pick("csv").addEventListener("click", () => save(chosen.view, shownRows.view));
+  pick("pairs-csv").addEventListener("click", () => save("pairs", shownRows.pairs));
+  window.addEventListener("hashchange", () => { if (location.hash.startsWith("#explorer")) fromAddress(); });
+  pick("missing").remove();
+  document.getElementById("explorer").hidden = false;
+  if (location.hash.startsWith("#explorer")) { fromAddress(); document.getElementById("explore").scrollIntoView(); } else redraw();

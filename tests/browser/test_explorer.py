@@ -1,0 +1,255 @@
+"""The explorer of the page shows the numbers of the tables, and every control does what it says."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from fragility_tables import IM
+from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.likelihood.intervals import curve_band
+from skewbridge.fragility.tables.beyond_model import is_complete
+from skewbridge.fragility.tables.paired_runs import run_pairs
+from skewbridge.fragility.tables.verdicts import may_be_negligible, verdicts_of
+from skewbridge.report.verdict_style import change_text, interval_text, verdict_style
+from skewbridge.units import INCH
+
+pytestmark = pytest.mark.browser
+MODEL = "osb1_fixed, contact-friction"
+
+
+def fits_of(study, component, state, method="cloud"):
+    curves = study.curves
+    keep = (curves["component"] == component) & (curves["limit_state"] == state)
+    return curves[keep & (curves["method"] == method) & (curves["status"] == FITTED)]
+
+
+def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
+    page = opened(view="curves", model=MODEL, state="column_drift/moderate")
+    saved = csv_of(page)
+    fits = fits_of(study, "column_drift", "moderate").set_index("variant")
+    fits = fits[fits["bridge"] == "osb1_fixed"]
+    assert set(saved["variant"]) == set(fits.index)
+    for name, own in saved.groupby("variant"):
+        fit = fits.loc[name]
+        beta, im = fit["beta_total"], own["im"].to_numpy()
+        expected = stats.norm.cdf(np.log(im / fit["theta"]) / beta)
+        np.testing.assert_allclose(own["probability"], expected, rtol=0, atol=1e-9)
+        slope = fit["beta"] / beta
+        both = fit["cov_ln_theta_beta"] * slope
+        covariance = np.array([[fit["var_ln_theta"], both], [both, fit["var_beta"] * slope**2]])
+        ends = curve_band(
+            im, theta=fit["theta"], beta=beta, covariance=covariance, level=fit["level"]
+        )
+        np.testing.assert_allclose(own[["low", "high"]].to_numpy().T, ends, rtol=0, atol=1e-9)
+
+
+def test_analyses_are_the_rows_of_the_demands_table(opened, study, csv_of):
+    page = opened(view="cloud", model=MODEL, demand="unseating_m", skew_deg=60)
+    saved = csv_of(page).set_index("run_key").sort_index()
+    rows = study.demands
+    rows = rows[(rows["bridge"] == "osb1_fixed") & (rows["skew_deg"] == 60)]
+    rows = rows.set_index("run_key").sort_index()
+    assert list(saved.index) == list(rows.index)
+    for name in ("variant", "motion_id", "scale", "status", IM, "unseating_m"):
+        assert saved[name].tolist() == rows[name].tolist()
+    assert saved["complete"].astype(bool).tolist() == is_complete(rows).tolist()
+    assert not saved["complete"].all()
+
+
+def test_medians_are_those_of_the_fits_and_sort(opened, study, csv_of):
+    page = opened(view="table", model=MODEL)
+    names = ["variant", "component", "limit_state", "theta", "beta", "n_exceed", "n_runs"]
+    fits = study.curves
+    fits = fits[(fits["bridge"] == "osb1_fixed") & (fits["method"] == "cloud")]
+    fits = fits[fits["status"] == FITTED][names]
+    key = names[:3]
+    pd.testing.assert_frame_equal(
+        csv_of(page)[names].sort_values(key, ignore_index=True),
+        fits.sort_values(key, ignore_index=True),
+        check_dtype=False,
+        rtol=0.0,
+    )
+    page.click("[data-sort=theta]")
+    assert page.locator("#ex-rows [aria-sort=ascending]").inner_text() == "θ ▲"
+    page.keyboard.press("Enter")  # the focus stays on the head of the column
+    assert csv_of(page)["theta"].is_monotonic_decreasing
+
+
+def pooled_of(study):
+    effects = study.effects
+    return effects[(effects["scope"] == "pooled") & (effects["bridge"] == "osb1_fixed")]
+
+
+def test_cells_have_verdict_and_words_of_the_map(opened, study):
+    page = opened(view="grid", model=MODEL)
+    cells = page.eval_on_selector_all(
+        "#ex-rows .map button", "all => all.map(b => [b.parentElement.className, b.innerText])"
+    )
+    expected = [
+        [
+            verdict_style(row).name,
+            f"{verdict_style(row).sign} {change_text(row)}\n{interval_text(row)}",
+        ]
+        for row in sorted_by_cells(pooled_of(study)).to_dict("records")
+    ]
+    assert cells == expected
+
+
+def sorted_by_cells(effects):
+    """Return effects as a grid has them: demand by demand, changes in their first order."""
+    demands = list(dict.fromkeys(effects["demand"]))
+    place = effects["demand"].map(demands.index)
+    return effects.assign(place=place).sort_values("place", kind="stable")
+
+
+@pytest.mark.parametrize("factor", [0.4, 3.0])
+def test_verdicts_follow_the_margin(opened, study, csv_of, factor):
+    page = opened(view="grid", scope="variant", model=MODEL)
+    before = csv_of(page)["verdict"]
+    page.locator("#ex-margin").evaluate(
+        "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }",
+        factor,
+    )
+    page.wait_for_function("value => location.hash.includes('margin=' + value)", arg=f"{factor:g}")
+    saved = csv_of(page)
+    effects = study.effects
+    effects = effects[(effects["scope"] == "variant") & (effects["bridge"] == "osb1_fixed")]
+    apart = (effects["judged_by"] == "difference").to_numpy()
+    margin = factor * effects["margin"]
+    plain = factor * effects["difference_margin"]
+    logs = [np.log(effects[name]) for name in ("ci_low", "ci_high")]
+    expected = verdicts_of(
+        np.where(apart, effects["difference_low"], logs[0]),
+        np.where(apart, -plain, np.log1p(-margin)),
+        np.zeros(len(effects)),
+        np.where(apart, plain, np.log1p(margin)),
+        np.where(apart, effects["difference_high"], logs[1]),
+        possible=may_be_negligible(effects),
+    )
+    assert saved["verdict"].tolist() == expected.tolist()
+    assert (saved["verdict"] != before).any()
+
+
+def test_a_cell_opens_its_pairs(opened, study, csv_of):
+    page = opened(view="grid", model=MODEL)
+    page.click("#ex-rows tr:has(th:text-is('Deck displacement')) button >> nth=1")
+    assert page.inner_text("#ex-pairs-title").endswith("Skew 0° to 60°, all variants")
+    saved = csv_of(page, "#ex-pairs-csv")
+    rows = study.demands[study.demands["bridge"] == "osb1_fixed"]
+    pairs = run_pairs(rows, "skew_deg", ["deck_disp_m", "run_key"])
+    pairs = pairs[(pairs["to_value"] == 60) & (pairs["complete_to"] | pairs["complete_from"])]
+    pairs = pairs.set_index("run_key_to").sort_index()
+    saved = saved.set_index("to_run_key").sort_index()
+    assert list(saved.index) == list(pairs.index)
+    expected = np.log(pairs["deck_disp_m_to"] / pairs["deck_disp_m_from"])
+    np.testing.assert_allclose(saved["change"], expected, rtol=0, atol=1e-12)
+    assert (saved["bound"] == "at most").sum() == 0
+    assert (saved["bound"].fillna("") == "at least").tolist() == (~pairs["complete_to"]).tolist()
+
+
+def test_a_point_gives_the_command_that_repeats_its_analysis(opened, study):
+    page = opened(view="cloud", skew_deg=0, gap_mm=25, friction=0)
+    page.locator("#ex-plot .point >> nth=3").scroll_into_view_if_needed()
+    box = page.locator("#ex-plot .point >> nth=3").bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    key = page.inner_text("#ex-commands code").removeprefix("skewbridge run --row ")
+    assert key in set(study.demands["run_key"])
+
+
+def test_axis_controls_choose_the_variants(opened, csv_of):
+    page = opened(view="cloud")
+    page.select_option("#ex-skew_deg", "30")
+    page.select_option("#ex-gap_mm", "51")
+    page.select_option("#ex-friction", "0.5")
+    assert set(csv_of(page)["variant"]) == {"osb1_cf_skew30_gap051_mu050"}
+    page.select_option("#ex-model", MODEL)
+    assert set(csv_of(page)["variant"]) == {"osb1_fixed_cf_skew30_gap051_mu050"}
+
+
+def test_state_and_method_choose_the_curves(opened, study, csv_of):
+    page = opened(view="curves", state="bearing/slight")
+    page.select_option("#ex-state", "column_drift/slight")
+    page.select_option("#ex-method", "exceedance")
+    saved = csv_of(page).drop_duplicates("variant").set_index("variant")
+    fits = fits_of(study, "column_drift", "slight", "exceedance").set_index("variant")
+    fits = fits[fits["bridge"] == "osb1"]
+    assert saved["theta"].to_dict() == fits["theta"].to_dict()
+    assert not page.is_visible("#ex-threshold")  # no log-log line to move a threshold on
+
+
+def test_the_threshold_moves_the_median_within_what_was_reached(opened, study, csv_of):
+    page = opened(view="curves", state="column_drift/slight", skew_deg=60)
+    assert "(the limit state)" in page.inner_text("#ex-threshold-text")
+    page.focus("#ex-threshold")
+    page.keyboard.press("End")
+    page.wait_for_function("location.hash.includes('threshold=1000')")
+    saved = csv_of(page).drop_duplicates("variant").set_index("variant")
+    rows = study.demands
+    rows = rows[(rows["bridge"] == "osb1") & (rows["skew_deg"] == 60)]
+    largest = rows.loc[is_complete(rows), "column_drift_ratio"].max()
+    fits = fits_of(study, "column_drift", "slight").set_index("variant").loc[saved.index]
+    expected = np.exp((np.log(largest) - fits["ln_a"]) / fits["b"])
+    np.testing.assert_allclose(saved["theta"], expected, rtol=1e-9)
+    assert saved["low"].isna().all()
+    page.click("#ex-threshold-reset")
+    assert set(csv_of(page)["theta"]) == set(fits["theta"])
+
+
+def test_units_change_the_numbers_and_the_labels(opened, study):
+    page = opened(view="cloud", demand="unseating_m", skew_deg=0, gap_mm=25, friction=0)
+    read = "document.getElementById('ex-plot').data[0].y"
+    si = np.array(page.evaluate(read))
+    page.select_option("#ex-units", "us")
+    np.testing.assert_allclose(page.evaluate(read), si / INCH)
+    assert "Unseating (in)" in page.inner_text("#ex-plot")
+
+
+def test_the_legend_hides_a_curve_and_bands_stand_with_few_curves(opened):
+    page = opened(view="curves", skew_deg=0, gap_mm=25)
+    names = "document.getElementById('ex-plot').data.map(trace => trace.name).filter(Boolean)"
+    assert page.evaluate(names) == ["skew 0°, gap 25 mm, μ 0", "skew 0°, gap 25 mm, μ 0.5"]
+    assert page.evaluate("document.getElementById('ex-plot').data.length") == 6
+    page.click("#ex-legend button >> nth=0")
+    assert page.evaluate(names) == ["skew 0°, gap 25 mm, μ 0.5"]
+    page.select_option("#ex-skew_deg", "all")
+    page.select_option("#ex-gap_mm", "all")
+    assert "Bands are drawn for at most 4 curves" in page.inner_text("#ex-note")
+
+
+def test_the_forest_draws_the_chosen_change(opened, study, csv_of):
+    page = opened(view="forest", model=MODEL)
+    page.select_option("#ex-change", "Skew 0° to 30°")
+    saved = csv_of(page)
+    rows = pooled_of(study)
+    rows = rows[(rows["axis"] == "skew_deg") & (rows["to_value"] == 30)]
+    assert saved["demand"].tolist() == rows["demand"].tolist()
+    page.select_option("#ex-scope", "variant")
+    page.select_option("#ex-demand", "deck_rotation_rad")
+    page.select_option("#ex-friction", "0.5")
+    saved = csv_of(page)
+    assert set(saved["demand"]) == {"deck_rotation_rad"}
+    assert saved[["gap_mm", "friction"]].to_numpy().tolist() == [[25, 0.5], [51, 0.5]]
+
+
+def test_the_address_keeps_what_was_chosen(opened, csv_of):
+    page = opened()
+    page.select_option("#ex-view", "grid")
+    page.select_option("#ex-model", MODEL)
+    page.select_option("#ex-scope", "variant")
+    page.select_option("#ex-friction", "0")
+    page.click("#ex-rows .map button >> nth=5")
+    address, shown = page.url, page.inner_text("#explorer")
+    again = opened()
+    again.goto("about:blank")
+    again.goto(address)
+    again.wait_for_selector("#explorer")
+    assert again.inner_text("#explorer") == shown
+    assert again.is_visible("#ex-pairs")
+
+
+def test_an_address_with_unknown_choices_shows_the_first(opened):
+    page = opened(view="nothing", state="<img src=x onerror=alert(1)>", margin="x", cell="-1")
+    assert page.input_value("#ex-view") == "curves"
+    assert page.is_visible("#ex-plot svg >> nth=0")

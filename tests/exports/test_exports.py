@@ -1,0 +1,123 @@
+"""Exported curves as the programs read them that they are made for: pelicun and OpenQuake.
+
+Each has an environment of its own, which `make test-exports` installs.
+"""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.special import ndtr
+
+from fragility_tables import IM, synthetic_demands
+from skewbridge.fragility.exchange.export import export_curves
+from skewbridge.fragility.exchange.identifiers import identifier
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.provenance.tables import write_frame
+
+pytestmark = pytest.mark.exports
+
+HERE = Path(__file__).parent
+ENVIRONMENTS = HERE.parents[1] / ".exports"
+STATES = HERE.parents[1] / "config" / "limit_states.yaml"
+LEVELS = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5]
+TOLERANCE = 1e-6
+LONG = "x" * 60
+
+
+@pytest.fixture(scope="module", name="curves")
+def _curves(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Curves of a few variants, some states without an estimate."""
+    demands = synthetic_demands(skews=(0, 30), gaps=(51,))
+    # a name with signs and of a length that not every program takes
+    demands["variant"] = demands["variant"].replace(
+        "osb1_cf_skew30_gap051_mu050", f"osb1_cf_skew30_gap051_mu050_hinge-length-m0p75_{LONG}"
+    )
+    table = fit_study(demands, load_limit_states(STATES), IM)
+    path = tmp_path_factory.mktemp("study") / "curves.parquet"
+    write_frame(table, path, {})
+    return path
+
+
+def read_by(program: str, files: list[str]) -> dict[str, Any]:
+    """Return what a program reads from files, its own probabilities at the levels included."""
+    python = ENVIRONMENTS / program / "bin" / "python"
+    if not (ENVIRONMENTS / program / ".installed").is_file():
+        pytest.skip(f"{program} is not installed in {ENVIRONMENTS}: make test-exports")
+    done = subprocess.run(
+        [python, HERE / f"read_{program}.py"],
+        input=json.dumps({"files": files, "levels": LEVELS}),
+        capture_output=True,
+        text=True,
+        check=False,
+        # without it OpenQuake compiles for a minute what is not used here
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": ""},
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def fitted(curves: Path, method: str) -> pd.DataFrame:
+    """Return the curves that have an estimate, with the dispersion that is exported."""
+    table = pd.read_parquet(curves)
+    table = table[(table["method"] == method) & (table["status"] == "ok")]
+    return table.assign(b=table["beta_total"].fillna(table["beta"]))
+
+
+def probabilities(row: Any) -> np.ndarray:
+    return ndtr(np.log(np.array(LEVELS) / row.theta) / row.b)
+
+
+@pytest.mark.parametrize("method", ["cloud", "exceedance"])
+def test_pelicun_gets_our_probabilities(curves: Path, tmp_path: Path, method: str) -> None:
+    out = tmp_path / "pelicun.csv"
+    export_curves(curves, "pelicun", out, method=method)
+    found = read_by("pelicun", [str(out)])[str(out)]
+    numbers: dict[tuple[str, str], int] = {}
+    for component, states in pd.read_parquet(curves).groupby("component"):
+        ordered = states.drop_duplicates("limit_state").sort_values("threshold")["limit_state"]
+        numbers |= {(str(component), str(name)): n for n, name in enumerate(ordered, start=1)}
+    expected = fitted(curves, method)
+    assert len(expected) > 20
+    assert sum(len(each["probabilities"]) for each in found.values()) == len(expected)
+    assert {each["directional"] for each in found.values()} == {1}
+    for row in expected.itertuples():
+        state = f"LS{numbers[row.component, row.limit_state]}"
+        name = identifier(f"{row.variant}.{row.component}", "A-Za-z0-9_.", 200)
+        read = found[name]["probabilities"][state]
+        np.testing.assert_allclose(read, probabilities(row), atol=TOLERANCE, rtol=0.0)
+
+
+@pytest.mark.parametrize("method", ["cloud", "exceedance"])
+def test_openquake_reads_every_file_and_gets_our_probabilities(
+    curves: Path, tmp_path: Path, method: str
+) -> None:
+    report = export_curves(curves, "nrml", tmp_path / "curves.xml", method=method)
+    found = read_by("openquake", report["files"])
+    functions = {
+        (name, state): (function, values)
+        for content in found.values()
+        for name, function in content["functions"].items()
+        for state, values in zip(content["limit_states"], function["probabilities"], strict=True)
+    }
+    for model in report["models"]:
+        assert found[model["file"]]["limit_states"] == model["limit_states"]
+        assert len(found[model["file"]]["functions"]) == model["functions"]
+    expected = fitted(curves, method)
+    assert len(functions) == len(expected)
+    for row in expected.itertuples():
+        name = identifier(f"{row.variant}:{row.component}", r"A-Za-z0-9_:\-", 75)
+        function, values = functions[name, row.limit_state]
+        assert function["imt"] == "AvgSA"
+        low, high = function[
+            "range"
+        ]  # beyond it OpenQuake has 0 below, and no more than at the end
+        inside = (np.array(LEVELS) > low) & (np.array(LEVELS) < high)
+        ours = probabilities(row)
+        np.testing.assert_allclose(np.array(values)[inside], ours[inside], atol=TOLERANCE, rtol=0.0)

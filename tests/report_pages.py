@@ -1,0 +1,88 @@
+"""The page of a synthetic study, as the workflow makes it from the tables."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.image import imsave
+
+from skewbridge.fragility.settings import DEFAULTS
+from skewbridge.fragility.tables.all_tables import effect_tables, fit_tables
+from skewbridge.fragility.tables.limit_states import limit_states_of
+from skewbridge.provenance.tables import write_frame
+from skewbridge.report.figure_cases import CURVES
+from skewbridge.report.html.page import write_report
+
+STATES = [
+    {
+        "component": "column_drift",
+        "demand": "column_drift_ratio",
+        "unit": "percent",
+        "dispersion": 0.35,
+        "citation": "a test",
+        "states": {"slight": 1.0, "moderate": 2.5},
+    },
+    {
+        "component": "bearing",
+        "demand": "bearing_disp_m",
+        "unit": "mm",
+        "dispersion": 0.0,
+        "citation": "a test",
+        "states": {"slight": 100.0},
+    },
+]
+_MORE = {
+    "recovery_rung": 0,
+    "energy_residual_ratio": 0.002,
+    "cone_work_over_10pct_ratio": 0.03,
+    "slip_work_kj": 1.0,
+    "cpu_s": 3.0,
+    "suspect": "",
+}
+_QUICK = replace(DEFAULTS, bootstrap=99)
+_CHECKS = {
+    "passed": True,
+    "checks": [{"name": "rows twice", "value": 0.0, "limit": 0.0, "passed": True, "rows": []}],
+    "suspect_rows": 0,
+    "suspect": [],
+    "rungs": [],
+}
+_CAPTION = {"name": "one", "section": CURVES, "title": "A curve", "text": "Of a test."}
+
+
+def write_page(
+    folder: Path, demands: pd.DataFrame, *, states=STATES, bridges=("osb1",), caption=_CAPTION
+) -> tuple[Path, dict[str, pd.DataFrame]]:
+    """Make the tables of a study and its page in a folder; return the page and the tables."""
+    demands = demands.assign(**_MORE)
+    if "beyond_model" not in demands:
+        demands["beyond_model"] = ""
+    known = limit_states_of(states)
+    columns = list(dict.fromkeys(state.demand for state in known))
+    found = fit_tables(demands, known, _QUICK)
+    found |= effect_tables(demands, _QUICK, columns)
+    empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
+    frames = {
+        "demands": demands,
+        "curves": found["curves"],
+        "medians": found["median_effects"],
+        **{name: found[name] for name in ("joint", "system", "effects", "factors")},
+        "needed_motions": found["needed_motions"],
+        "measures": empty,
+        "gate": empty,
+        "sensitivity": empty,
+    }
+    paths = {name: folder / f"{name}.parquet" for name in frames}
+    for name, frame in frames.items():
+        write_frame(frame, paths[name], {"made_by": "a test"})
+    paths["checks"] = folder / "checks.json"
+    paths["checks"].write_text(json.dumps(_CHECKS))
+    paths["captions"] = folder / "captions.json"
+    paths["captions"].write_text(json.dumps({"figures": [caption]}))
+    imsave(folder / "one.png", np.full((600, 900, 3), 0.5))
+    config = {"grid": {"bridge": list(bridges)}, "fragility": {"exclude_suspect": False}}
+    page = folder / "page.html"
+    write_report(tables=paths, figures=folder, config=config, output=page)
+    return page, frames

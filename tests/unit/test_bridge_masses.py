@@ -1,0 +1,105 @@
+"""Masses, loads, damping and energy groups of a model add up to what they stand for."""
+
+import numpy as np
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.analysis.damping import apply_rayleigh, damping_ratio, rayleigh_factors
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.deck import lumping_shares
+from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.model import build, domain
+from skewbridge.units import G_MPS2
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+
+
+def variant(
+    skew_deg: int = 30, abutment: str = "contact_friction", bridge: str = "osb1"
+) -> Variant:
+    return Variant(bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50)
+
+
+def test_masses_and_loads_add_up() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions())
+        columns_n = 2 * 23.56e3 * np.pi * 1.676**2 / 4 * 5.64
+        # the lower half of every column stands on the ground
+        assert sum(model.deck_masses_kg.values()) * G_MPS2 == pytest.approx(
+            model.weight_n - columns_n / 2
+        )
+        for node, mass in model.deck_masses_kg.items():
+            assert ops.nodeMass(node, 1) == pytest.approx(mass)
+
+
+def test_rayleigh_damping_meets_its_ratio_at_both_periods() -> None:
+    bridge = load_bridge("osb1")
+    a0, a1 = rayleigh_factors(bridge, damping_ratio(bridge, ModelOptions()))
+    assert a0 == pytest.approx(0.487, rel=0.01)
+    assert a1 == pytest.approx(0.00406, rel=0.01)
+    for period_s in (0.94, 0.35):
+        omega = 2 * np.pi / period_s
+        assert a0 / (2 * omega) + a1 * omega / 2 == pytest.approx(0.05)
+
+
+def test_the_damping_ratio_of_the_options_stands_above_that_of_the_file() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions(damping_ratio=0.02))
+        expected = np.array(rayleigh_factors(model.bridge, model.bridge.damping.ratio)) * 0.4
+        assert apply_rayleigh(model) == pytest.approx(expected)
+
+
+def test_damping_reaches_deck_and_columns_only() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions())
+        apply_rayleigh(model)
+        springs = {
+            tag
+            for group in ("backfill", "contact", "links", "bearings")
+            for tag in model.energy_elements[group]
+        }
+        assert not springs & set(model.damping_elements)
+        assert set(model.damping_elements) == {
+            *model.energy_elements["deck"],
+            *model.energy_elements["columns"],
+        }
+
+
+def test_every_element_is_in_one_energy_group() -> None:
+    with domain():
+        model = build(variant(30, "spring"), ModelOptions(arrays="corotational"))
+        grouped = [tag for tags in model.energy_elements.values() for tag in tags]
+        assert sorted(grouped) == sorted(ops.getEleTags())
+
+
+def moving_mass_kg(options: ModelOptions, abutment: str) -> float:
+    """Return the largest mass of a wall, key or body node along x."""
+    with domain():
+        model: BridgeModel = build(variant(0, abutment), options)
+        nodes = [
+            node
+            for end in model.abutments
+            for node in (*end.key_nodes, *(spring.nodes[1] for spring in end.wing_springs))
+        ]
+        return max(float(ops.nodeMass(node, 1)) for node in nodes)
+
+
+def test_embankment_mass_moves_with_the_abutment() -> None:
+    assert moving_mass_kg(ModelOptions(embankment_mass=True), "spring") > 1e5
+    assert moving_mass_kg(ModelOptions(), "spring") == 0.0
+
+
+@pytest.mark.parametrize("abutment", ["spring", "contact_friction"])
+def test_walls_and_keys_have_mass_on_request_only(abutment: str) -> None:
+    assert moving_mass_kg(ModelOptions(), abutment) == 0.0
+    assert moving_mass_kg(ModelOptions(wall_mass=True), abutment) > 1e3
+
+
+@pytest.mark.parametrize("elements", [1, 2, 3, 4, 5, 8])
+def test_lumped_masses_keep_the_total_and_the_moment_of_inertia(elements: int) -> None:
+    shares = np.array(lumping_shares(elements))
+    places = np.arange(elements + 1) - elements / 2
+    assert shares.sum() == pytest.approx(elements)
+    assert (shares > 0.0).all()
+    if elements > 1:
+        assert shares @ places**2 == pytest.approx(elements**3 / 12)
