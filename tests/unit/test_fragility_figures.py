@@ -10,6 +10,7 @@ from fragility_tables import IM, synthetic_demands
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.report import sampled_runs
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.run_figures import frequency_figure
@@ -82,6 +83,21 @@ def test_cloud_draws_failed_runs_open(tables):
     marks = [line for line in figure.axes[0].get_lines() if line.get_marker() == "^"]
     assert sum(len(line.get_xdata()) for line in marks) == 1
     assert figure.axes[0].get_ylabel() == "Column drift ratio"
+
+
+def test_a_large_cloud_is_a_sample_and_says_so(tables, monkeypatch):
+    demands, curves, _ = tables
+    assert demand_clouds(demands, curves, "column_drift_ratio").get_suptitle() == ""
+    monkeypatch.setattr(sampled_runs, "MAX_SHOWN_RUNS", 20)
+    figure = demand_clouds(demands, curves, "column_drift_ratio")
+    points = [
+        len(line.get_xdata())
+        for axes in figure.axes
+        for line in axes.get_lines()
+        if line.get_marker() in ("o", "^")
+    ]
+    assert sum(points) == 20
+    assert figure.get_suptitle().startswith(f"20 of {len(demands)} runs")
 
 
 @pytest.mark.parametrize("axis", ["friction", "gap_mm", "skew_deg"])

@@ -14,11 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.suspect import SuspectLimits
+from skewbridge.analysis.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.schema import to_table
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.provenance import tables as provenance_tables
 from skewbridge.study.capacity_search import Search, at_factor
 from skewbridge.study.config import parse_config
 from skewbridge.study.costs import CPU_S_PER_MOTION_S, forecast_cpu_s
@@ -152,7 +154,7 @@ def write_part(plan: Plan, setup: StudySetup, number: int, count: int) -> Path:
     rows = [row_of(tasks[each.variant][each.number]) for each in plan.part(number, count)]
     path = setup.folder.part(number, count)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(rows))
+    path.write_text("".join(f"{json.dumps(row)}\n" for row in rows))
     return path
 
 
@@ -173,6 +175,26 @@ def test_one_part_and_four_make_the_same_tables(tmp_path: Path) -> None:
     for one, four in zip(*found, strict=True):
         pd.testing.assert_frame_equal(one, four)
     assert len(digests) == 1
+
+
+def test_the_joined_table_is_that_of_all_rows_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However few rows are held at a time, the file has all of them in the order of the key."""
+    monkeypatch.setattr(provenance_tables, "_GROUP_ROWS", 4)
+    setup, limits = setup_in(tmp_path), SuspectLimits()
+    write_plan(setup, SLUGS, {})
+    plan = Plan.read(setup.folder.plan)
+    parts = [write_part(plan, setup, n, 2) for n in (2, 1)]
+    collect_parts(setup.folder, parts, limits)
+    rows = [row_of(task) for slug in reversed(SLUGS) for task in setup.tasks(slug)]
+    whole = to_table([{**row, SUSPECT: reasons(row, limits)} for row in rows], {})
+    file = pq.ParquetFile(setup.folder.demands)
+    assert file.num_row_groups == 2
+    pd.testing.assert_frame_equal(file.read().to_pandas(), whole.to_pandas(), check_exact=True)
+    assert [field.metadata for field in file.schema_arrow] == [
+        field.metadata for field in whole.schema
+    ]
 
 
 def test_a_part_of_another_plan_is_refused(tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def test_the_table_of_the_study_says_what_is_suspect(tmp_path: Path) -> None:
     rows = {tmp_path / "x.parquet": [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]}
     found = []
     for limits in (LIMITS, SuspectLimits(max_rung=1)):
-        write_study(rows, tmp_path / "all.parquet", limits)
+        write_study(rows.items(), tmp_path / "all.parquet", limits, ["x", "x"])
         found.append(pd.read_parquet(tmp_path / "all.parquet")["suspect"].tolist())
         assert pd.read_parquet(tmp_path / "x.parquet")["suspect"].tolist() == found[-1]
     assert found == [["", ""], ["", "recovery rung 2"]]
@@ -125,7 +125,7 @@ def test_the_table_of_the_study_says_what_is_suspect(tmp_path: Path) -> None:
 def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
     whole = tmp_path / "all.parquet"
     rows = {tmp_path / "x.parquet": [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]}
-    write_study(rows, whole, SuspectLimits(max_rung=1))
+    write_study(rows.items(), whole, SuspectLimits(max_rung=1), ["x", "x"])
     curves, effects, suite = (tmp_path / f"{name}.parquet" for name in ("curves", "effects", "s"))
     named = {key: ["x"] for key in ("variant", "component", "method", "demand", "limit_state")}
     fit = {"status": ["ok"], "theta": [0.5], "threshold": [1.0]}

@@ -12,6 +12,7 @@ rule fit_fragility:
         paper=[FOLDER.fragility("table", ending) for ending in ("csv", "tex")],
     log:
         FOLDER.log("fit_fragility"),
+    threads: workflow.cores
     params:
         fragility=section("fragility"),
         limit_states=LIMIT_STATES,
@@ -31,6 +32,7 @@ rule paired_effects:
         needed_motions=FOLDER.fragility("needed_motions"),
     log:
         FOLDER.log("paired_effects"),
+    threads: workflow.cores
     params:
         fragility=section("fragility"),
         digest=script_digest("paired_effects", rules.collect_demands),

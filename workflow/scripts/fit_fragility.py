@@ -15,5 +15,5 @@ if __name__ == "__main__":
         settings = checked(FitSettings, snakemake.params.fragility, "fragility")
         demands, suite = (read_frame(Path(snakemake.input[name])) for name in ("demands", "suite"))
         states = load_limit_states(Path(snakemake.input.limit_states))
-        tables = fit_tables(demands, states, settings, suite)
+        tables = fit_tables(demands, states, settings, suite, jobs=snakemake.threads)
         write_tables(tables, Path(snakemake.output.curves).parent)

@@ -12,5 +12,6 @@ if __name__ == "__main__":
         from skewbridge.reading import checked
 
         settings = checked(FitSettings, snakemake.params.fragility, "fragility")
-        tables = effect_tables(read_frame(Path(snakemake.input.demands)), settings)
+        demands = read_frame(Path(snakemake.input.demands))
+        tables = effect_tables(demands, settings, jobs=snakemake.threads)
         write_tables(tables, Path(snakemake.output.effects).parent)

@@ -1,13 +1,15 @@
 """Parquet files of the demands table."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import pyarrow as pa
 
 from skewbridge.analysis.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.schema import to_table
 from skewbridge.provenance.digests import digest_of
-from skewbridge.provenance.tables import provenance, write_table
+from skewbridge.provenance.tables import provenance, write_joined, write_table
 
 
 def write_demands(
@@ -22,28 +24,36 @@ def write_demands(
 
 
 def write_study(
-    rows_of: Mapping[Path, Sequence[Mapping[str, Any]]], output: Path, limits: SuspectLimits
+    rows_of: Iterable[tuple[Path, Sequence[Mapping[str, Any]]]],
+    output: Path,
+    limits: SuspectLimits,
+    run_keys: Iterable[str],
 ) -> None:
     """Write the demands of every variant, and all of them in one table, and say what is suspect.
 
     Args:
-        rows_of: Rows by the file of their variant.
+        rows_of: File and rows of each variant, in the order of their names; held are those of one
+            row group.
         output: Parquet file with all rows.
         limits: What is suspect.
+        run_keys: Keys of all rows.
 
     Raises:
         ValueError: A row is there twice or does not fit the schema.
     """
-    judged = {
-        path: [{**row, SUSPECT: reasons(row, limits)} for row in rows]
-        for path, rows in rows_of.items()
-    }
-    for path, rows in judged.items():
-        write_demands(rows, path, provenance(analyses_digest=_analyses_digest(rows)))
-    every = [row for rows in judged.values() for row in rows]
-    write_demands(every, output, provenance(analyses_digest=_analyses_digest(every)))
+    made_with = provenance()
+
+    def written() -> Iterator[pa.Table]:
+        for path, rows in rows_of:
+            judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
+            digest = _analyses_digest(row["run_key"] for row in rows)
+            table = to_table(judged, made_with | {"analyses_digest": digest})
+            write_table(table, path)
+            yield table
+
+    write_joined(written(), output, made_with | {"analyses_digest": _analyses_digest(run_keys)})
 
 
-def _analyses_digest(rows: Sequence[Mapping[str, Any]]) -> str:
+def _analyses_digest(run_keys: Iterable[str]) -> str:
     """Return the digest of the analyses, whatever the order in which they ran."""
-    return digest_of(*sorted(row["run_key"] for row in rows))
+    return digest_of(*sorted(run_keys))

@@ -3,9 +3,10 @@
 import os
 import platform
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from typing import Final
 
@@ -24,6 +25,7 @@ TABLE_FORMAT: Final = 2
 MAX_TABLE_BYTES: Final = 2_000_000_000
 MAX_CELLS: Final = 200_000_000
 MAX_COLUMNS: Final = 10_000
+_GROUP_ROWS: Final = 65_536
 _FORMAT_KEY: Final = b"skewbridge_table_format"
 _NOT_OURS: Final = frozenset({b"pandas", b"ARROW:schema"})
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
@@ -51,14 +53,40 @@ def provenance(**digests: str) -> dict[str, str]:
 
 def write_table(table: pa.Table, path: Path) -> None:
     """Write a table, whole or not at all, with the version of its form."""
-    metadata = {**(table.schema.metadata or {}), _FORMAT_KEY: str(TABLE_FORMAT).encode()}
-    with written_aside(path) as part:
-        pq.write_table(
-            table.replace_schema_metadata(metadata),
-            part,
-            compression="zstd",
-            write_page_checksum=True,
-        )
+    told = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    write_joined([table], path, told)
+
+
+def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, str]) -> None:
+    """Write tables of one schema below each other, whole or not at all, a row group at a time.
+
+    Args:
+        tables: The parts, at least one; held are those of one row group.
+        path: The file.
+        metadata: Of the whole, to which the version of its form is added.
+
+    Raises:
+        ValueError: The parts have different columns.
+    """
+    rest = iter(tables)
+    first = next(rest)
+    own: dict[bytes | str, bytes | str] = {_FORMAT_KEY: str(TABLE_FORMAT)}
+    own |= dict(metadata.items())
+    schema = first.schema.with_metadata(own)
+    with (
+        written_aside(path) as aside,
+        pq.ParquetWriter(aside, schema, compression="zstd", write_page_checksum=True) as writer,
+    ):
+        held: list[pa.Table] = []
+        for table in chain([first], rest):
+            if not table.schema.equals(schema):
+                raise ValueError(f"{path.name}: not all parts have the same columns")
+            held.append(table.replace_schema_metadata(schema.metadata))
+            if sum(each.num_rows for each in held) >= _GROUP_ROWS:
+                writer.write_table(pa.concat_tables(held))
+                held.clear()
+        if held:
+            writer.write_table(pa.concat_tables(held))
 
 
 def write_frame(frame: pd.DataFrame, path: Path, metadata: Mapping[str, str]) -> None:

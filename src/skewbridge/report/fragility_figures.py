@@ -17,6 +17,7 @@ from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complet
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS
 from skewbridge.report.axis_layout import VariantLayout, threshold_text
 from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
+from skewbridge.report.sampled_runs import sample_note, sampled_runs
 from skewbridge.statuses import COLLAPSE
 
 _LEGEND_COLUMNS: Final = 4
@@ -81,8 +82,9 @@ def fragility_curves(
 def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> Figure:
     """Draw demand over the intensity of the fits, log-log, with fitted lines and thresholds.
 
-    Runs that did not complete are drawn open, at their peak so far. The axis of the demand shows
-    what matters beside the limit states; how many runs lie below it stands in the panel.
+    Runs that did not complete are drawn open, at their peak so far. Of a large study a sample of
+    the runs is drawn, and the figure says so. The axis of the demand shows what matters beside the
+    limit states; how many runs lie below it stands in the panel.
 
     Args:
         demands: Demands table.
@@ -92,13 +94,15 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
     fits = curves[(curves["demand"] == demand) & (curves["method"] == "cloud")]
     thresholds = dict(zip(fits["limit_state"], fits["threshold"], strict=True))
     im_column = str(curves["im"].iloc[0])
-    layout = VariantLayout.of(demands)
-    columns = layout.panels(demands)
+    layout, shown = VariantLayout.of(demands), sampled_runs(demands)
+    columns = layout.panels(shown)
     least = _least_shown(demands[demand], thresholds)
     if not (demands[demand] >= max(least, _ABOVE_ZERO)).any():
         return note(f"{label_of(demand)}: in no analysis above {least:.1g}")
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.6 * len(columns) + 0.9, 3.3), layout="constrained")
+        if said := sample_note(len(shown), len(demands)):
+            figure.suptitle(said, x=0.01, ha="left", fontsize=9)
         panels = figure.subplots(1, len(columns), squeeze=False, sharex=True, sharey=True)[0]
         for axes, (title, own) in zip(panels, columns, strict=True):
             for part, style in layout.lines(own):

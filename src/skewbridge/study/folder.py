@@ -57,7 +57,7 @@ class StudyFolder:
 
     def part(self, number: int | str, count: int | str) -> Path:
         """Return the rows of one of so many parts of the study, kept until they are joined."""
-        return self.root / "demands" / "parts" / f"{number}_of_{count}.json"
+        return self.root / "demands" / "parts" / f"{number}_of_{count}.jsonl"
 
     def made_parts(self) -> list[Path]:
         """Return the parts of the study that are there, of one cut and complete; else none."""

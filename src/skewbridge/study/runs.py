@@ -1,8 +1,9 @@
 """The analyses of one part of a study, and the tables that the parts make together."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 from typing import Final
 
@@ -37,7 +38,7 @@ def analyse_part(
         number: Which part, from 1.
         count: Number of parts.
         workers: The worker processes.
-        output: JSON file with the rows of the part.
+        output: File with the rows of the part, one JSON object a line.
 
     Raises:
         InputError: Another process analyses this part, or its files cannot be written.
@@ -61,7 +62,7 @@ def analyse_part(
                 on_finished=progress.advance,
                 search=_searching(setup, done, folder.journal(f"{name}_searches")),
             )
-    write_text(output, json.dumps(rows))
+    write_text(output, "".join(f"{json.dumps(row)}\n" for row in rows))
 
 
 def _searching(
@@ -95,15 +96,34 @@ def collect_parts(folder: StudyFolder, parts: Iterable[Path], limits: SuspectLim
         ValueError: A row is there twice or does not fit the schema.
     """
     planned = Plan.read(folder.plan).keys()
-    rows: dict[str, list[Row]] = {slug: [] for slug in planned}
+    # where the rows of each variant stand: all of them at once may be more than the memory holds
+    places: dict[str, list[tuple[Path, int]]] = {slug: [] for slug in planned}
+    found: dict[str, list[str]] = {slug: [] for slug in planned}
     for part in parts:
-        for row in json.loads(part.read_text(encoding="utf-8")):
-            rows[row["variant"]].append(row)
+        with part.open("rb") as lines:
+            start = 0
+            for line in lines:
+                row = json.loads(line)
+                places[row["variant"]].append((part, start))
+                found[row["variant"]].append(row["run_key"])
+                start += len(line)
     for slug, keys in planned.items():
-        if missing := set(keys) - {row["run_key"] for row in rows[slug]}:
+        if missing := set(keys).difference(found[slug]):
             raise InputError(
                 f"{slug}: {len(missing)} of {len(keys)} analyses have no row: the sources were "
                 "edited while the study ran; run it again"
             )
-    rows_of = {folder.variant_demands(slug): own for slug, own in rows.items()}
-    write_study(rows_of, folder.demands, limits)
+    rows_of = ((folder.variant_demands(slug), _rows_at(places[slug])) for slug in sorted(planned))
+    run_keys = [key for keys in found.values() for key in keys]
+    write_study(rows_of, folder.demands, limits, run_keys)
+
+
+def _rows_at(places: Sequence[tuple[Path, int]]) -> list[Row]:
+    """Return the rows that stand at some places of the parts."""
+    rows: list[Row] = []
+    for part, own in groupby(places, key=lambda place: place[0]):
+        with part.open("rb") as lines:
+            for _, start in own:
+                lines.seek(start)
+                rows.append(json.loads(lines.readline()))
+    return rows

@@ -5,6 +5,7 @@ interval from the binomial likelihood covers about 72 % instead of 95 % (docs/th
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -58,6 +59,22 @@ def record_weights(
     m = found.size
     counts = np.random.default_rng(seed).multinomial(m, np.full(m, 1.0 / m), size=replicates)
     return counts[:, codes].astype(np.float64)
+
+
+def shared_weights(motions: NDArray[np.intp], replicates: int, seed: int) -> FloatArray:
+    """Return weights of one, the data, and below them those of `record_weights`, shape (R + 1, n).
+
+    They are drawn once for all states and variants with the same motions, and cannot be changed.
+    """
+    return _shared_weights(motions.tobytes(), replicates, seed)
+
+
+@lru_cache(maxsize=8)
+def _shared_weights(motions: bytes, replicates: int, seed: int) -> FloatArray:
+    drawn = record_weights(np.frombuffer(motions, dtype=np.intp), replicates, seed)
+    weights = np.vstack([np.ones(drawn.shape[1]), drawn])
+    weights.setflags(write=False)
+    return weights
 
 
 def refit_exceedance(
@@ -120,11 +137,12 @@ class WeightedLines:
 
 def weighted_lines(x: FloatArray, y: FloatArray, weights: FloatArray) -> WeightedLines:
     """Return the least-squares lines of the replicates; weights of shape (R, n)."""
-    total = np.sum(weights, axis=1)
-    mean_x, mean_y = weights @ x / total, weights @ y / total
-    sxx = weights @ (x * x) - total * mean_x**2
-    sxy = weights @ (x * y) - total * mean_x * mean_y
-    syy = weights @ (y * y) - total * mean_y**2
+    terms = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    total, *sums = (weights @ terms).T
+    mean_x, mean_y = sums[0] / total, sums[1] / total
+    sxx = sums[2] - total * mean_x**2
+    sxy = sums[3] - total * mean_x * mean_y
+    syy = sums[4] - total * mean_y**2
     with np.errstate(divide="ignore", invalid="ignore"):
         b = sxy / sxx
         s2 = np.maximum(syy - b * sxy, 0.0) / np.maximum(total - 2.0, 1.0)

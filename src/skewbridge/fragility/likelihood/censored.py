@@ -4,7 +4,8 @@ The parameterisation is that of Olsen (1978), Econometrica 46(5): standardised r
 linear in the parameters, z = h y - X delta with h = 1/sigma, so that every term is concave.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,51 @@ class _Block:
     upper: FloatArray
     lower: FloatArray
     columns: NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class _Squares:
+    """The observed rows: their log-likelihood is a quadratic form in the parameters.
+
+    The residuals are z = d onto params with rows d = (-x, residual of y about a line), so that
+    nothing cancels where the scatter is small.
+
+    Attributes:
+        onto: Shape (p, p).
+        sums: Sum of w d d' over the rows, shape (p, p) or (R, p, p).
+        count: Sum of w, shape () or (R,).
+    """
+
+    onto: FloatArray
+    sums: FloatArray
+    count: FloatArray
+
+    @classmethod
+    def of(cls, covariates: FloatArray, y: FloatArray, weights: FloatArray) -> Self:
+        """Return the sums over rows of the design and their observed values."""
+        size = covariates.shape[1] + 1
+        line = np.linalg.lstsq(covariates, y)[0]
+        onto = np.eye(size)
+        onto[:-1, -1] = -line
+        rows = np.column_stack([-covariates, y - covariates @ line])
+        products = (rows[:, :, None] * rows[:, None, :]).reshape(-1, size * size)
+        sums = (weights @ products).reshape(*weights.shape[:-1], size, size)
+        return cls(onto, sums, np.sum(weights, axis=-1))
+
+    def at(self, rows: NDArray[np.intp]) -> Self:
+        """Return the sums of some replicates."""
+        return replace(self, sums=self.sums[rows], count=self.count[rows])
+
+    def add_to(self, total: "Sum", params: FloatArray, h: FloatArray) -> None:
+        """Add ln h - z^2/2 - ln(2 pi)/2 of the rows."""
+        turned = params @ self.onto.T
+        product = (self.sums @ turned[..., None])[..., 0]
+        total.loglik += self.count * (np.log(h) - HALF_LOG_2PI)
+        total.loglik -= 0.5 * np.sum(turned * product, axis=1)
+        total.score -= product @ self.onto
+        total.score[:, -1] += self.count / h
+        total.hessian -= self.onto.T @ self.sums @ self.onto
+        total.hessian[:, -1, -1] -= self.count / h**2
 
 
 class CensoredKernel:
@@ -57,8 +103,10 @@ class CensoredKernel:
             ]
             return _Block(ends[0], ends[1], rows)
 
-        self._observed, self._both = block(observed), block(both)
-        self._right, self._left = block(right), block(left)
+        self._both, self._right, self._left = block(both), block(right), block(left)
+        self._observed = _Squares.of(
+            covariates[observed], lower[observed], self.weights[..., observed]
+        )
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
         """Evaluate the batch; see `skewbridge.fragility.likelihood.newton.Kernel`."""
@@ -70,15 +118,10 @@ class CensoredKernel:
         inside = h > 0.0
         safe_h = np.where(inside, h, 1.0)
 
-        if self._observed.columns.size:
-            w = weights[..., self._observed.columns]
-            z = params @ self._observed.upper.T
-            count = np.sum(np.broadcast_to(w, z.shape), axis=1)
-            total.loglik += np.sum(w * (-0.5 * z * z - HALF_LOG_2PI), axis=1)
-            total.loglik += count * np.log(safe_h)
-            total.add(self._observed.upper, -w * z, np.broadcast_to(-w, z.shape))
-            total.score[:, -1] += count / safe_h
-            total.hessian[:, -1, -1] -= count / safe_h**2
+        squares = self._observed
+        if self.weights.ndim == 2 and rows is not None:
+            squares = squares.at(rows)
+        squares.add_to(total, params, safe_h)
         for block, design, sign in (
             (self._right, self._right.lower, -1.0),
             (self._left, self._left.upper, 1.0),

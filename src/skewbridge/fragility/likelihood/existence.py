@@ -14,7 +14,6 @@ from scipy import optimize, special
 
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray, link_terms, predictor
-from skewbridge.fragility.likelihood.newton import BinomialKernel
 
 NO_EXCEEDANCE: Final = "no_exceedance"
 ALL_EXCEED: Final = "all_exceed"
@@ -144,25 +143,27 @@ def firth(
     """
     centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
     design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
-    kernel = BinomialKernel(design, n, k, link)
     terms_of = link_terms(link)
 
-    def negative(a: FloatArray) -> float:
+    def negative(a: FloatArray) -> tuple[float, FloatArray]:
+        """Return the value to be minimised and its gradient."""
         terms = terms_of(design @ a)
-        p, q = np.exp(terms.log_p), np.exp(terms.log_q)
-        density = p * terms.d_log_p  # dF/d eta
-        weight = n * density**2 / np.maximum(p * q, 1e-300)
-        information = design.T @ (design * weight[:, None])
+        with np.errstate(all="ignore"):
+            density = np.exp(terms.log_p) * terms.d_log_p  # dF/d eta
+            weight = n * density**2 / np.maximum(np.exp(terms.log_p + terms.log_q), 1e-300)
+            growth = terms.d_log_p + 2.0 * terms.d2_log_p / terms.d_log_p - terms.d_log_q
+        information = design.T @ (weight[:, None] * design)
         determinant = float(np.linalg.det(information))
         if determinant <= 0.0:
-            return np.inf
-        return -float(kernel.derivatives(a[None, :]).loglik[0]) - 0.5 * float(np.log(determinant))
+            return np.inf, np.zeros(2)
+        leverage = weight * np.sum(design @ np.linalg.inv(information) * design, axis=1)
+        score = k * terms.d_log_p + (n - k) * terms.d_log_q
+        score += 0.5 * leverage * np.where(weight > 0.0, growth, 0.0)
+        loglik = float(np.sum(k * terms.log_p + (n - k) * terms.log_q))
+        return -loglik - 0.5 * float(np.log(determinant)), -(score @ design)
 
     found = optimize.minimize(
-        negative,
-        np.array([0.0, 1.0]),
-        method="Nelder-Mead",
-        options={"xatol": 1e-10, "fatol": 1e-13, "maxiter": 2000},
+        negative, np.array([0.0, 1.0]), jac=True, method="BFGS", options={"gtol": 1e-9}
     )
     a0, a1 = found.x
     return float(a0 - a1 * centre / scale), float(a1 / scale)

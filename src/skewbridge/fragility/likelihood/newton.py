@@ -123,7 +123,7 @@ class Restricted:
         base = self._base if rows is None or self._base.ndim == 1 else self._base[rows]
         full = self._kernel.derivatives(base + params @ self._directions)
         across = self._directions.T
-        along = np.moveaxis(full.hessian @ across, 1, 2) @ across
+        along = self._directions @ full.hessian @ across
         return Derivatives(full.loglik, full.score @ across, along)
 
 
@@ -162,6 +162,8 @@ def maximise(kernel: Kernel, start: FloatArray, *, covariance: bool = True) -> M
 
 def _newton_step(now: Derivatives) -> FloatArray:
     hessian, score = now.hessian, now.score
+    if score.shape[1] == 1:
+        return score / np.where(hessian[:, 0] < 0.0, -hessian[:, 0], np.inf)
     if score.shape[1] == 2:  # closed form: by far the most frequent case
         a, b, d = hessian[:, 0, 0], hessian[:, 0, 1], hessian[:, 1, 1]
         det = a * d - b * b

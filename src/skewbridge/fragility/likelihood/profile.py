@@ -175,6 +175,7 @@ def _bracketed_end(kernel: Kernel, maximum: Maximum, target: float, index: int) 
     a0, a1 = (float(value) for value in maximum.params[0])
     is_theta, side = index < 2, -1.0 if index % 2 == 0 else 1.0
     centre = -a0 / a1 if is_theta else float(np.log(a1))
+    near: dict[str, float] = {}
 
     def excess(psi: float) -> float:
         if is_theta:
@@ -183,7 +184,11 @@ def _bracketed_end(kernel: Kernel, maximum: Maximum, target: float, index: int) 
             slope = np.exp(psi)
             base, direction, start = slope * np.array([a0 / a1, 1.0]), [1.0, 0.0], 0.0
         along = Restricted(kernel, base, np.array([direction]))
-        return float(maximise(along, np.array([[start]]), covariance=False).loglik[0]) - target
+        # the nuisance of the last psi is closer than that of the maximum
+        begin = np.array([[near.get("nuisance", start)]])
+        best = maximise(along, begin, covariance=False)
+        near["nuisance"] = float(best.params[0, 0])
+        return float(best.loglik[0]) - target
 
     step = 0.1 / a1 if is_theta else 0.1
     inner, outer = centre, centre + side * step

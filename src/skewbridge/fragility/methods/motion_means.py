@@ -96,14 +96,16 @@ class MotionMeans:
         if cells < 2 or motions < 3:
             return FTest()
         within = self.contributions - self.contributions.mean(axis=1, keepdims=True)
-        covariance = within.T @ within * (motions / (motions - 1))
+        # trace and square of the covariance of the cells are those of the smaller product
+        small = within if cells <= motions else within.T
+        product = small.T @ small * (motions / (motions - 1))
         between = float(np.sum((self.means - self.means.mean()) ** 2))
-        trace = float(np.trace(covariance))
+        trace = float(np.trace(product))
         if trace <= 1e-24:
             return FTest()
         f = between / trace
         rank = cells - 1
-        box = trace**2 / (rank * float(np.sum(covariance**2)))
+        box = trace**2 / (rank * float(np.sum(product**2)))
         rest = rank * (motions - 1 - rank * box)
         epsilon = (motions * rank * box - 2.0) / rest if rest > 0.0 else box
         epsilon = min(1.0, max(epsilon, box))

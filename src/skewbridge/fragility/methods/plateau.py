@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skewbridge.fragility.likelihood.links import FloatArray
 
@@ -21,7 +22,7 @@ MIN_GAIN: Final = 4.0
 _LEAST: Final = 4  # runs on either side of the knee
 _KNEES: Final = 16
 _ROUNDS: Final = 4
-_SMALLEST_SCATTER: Final = 0.01  # a plateau without scatter would have an infinite likelihood
+_SMALLEST: Final = 0.01**2  # a plateau without scatter would have an infinite likelihood
 _MORE_PARAMETERS: Final = 2  # the knee and the scatter of the plateau
 
 
@@ -62,51 +63,60 @@ def fit_plateau(im: FloatArray, demand: FloatArray) -> Plateau | None:
     n = x.size
     if n < 2 * _LEAST or np.ptp(x) == 0.0:
         return None
-    straight = _residual_variance(x, y, np.ones(n))[0]
+    straight = float(_lines(x[None], y, np.ones((1, n)))[0][0])
     splits = np.unique(np.linspace(_LEAST, n - _LEAST, min(_KNEES, n - 2 * _LEAST + 1)).astype(int))
-    tried = [_with_knee(x, y, int(split), straight) for split in splits]
+    knees = 0.5 * (x[splits - 1] + x[splits])
+    rises = knees > x[0]  # else all runs below the knee have one intensity
+    tried = _with_knees(x, y, splits[rises], knees[rises], straight)
     rising = [plateau for plateau in tried if plateau is not None]
     return max(rising, key=lambda plateau: plateau.gain, default=None)
 
 
-def _with_knee(x: FloatArray, y: FloatArray, split: int, straight: float) -> Plateau | None:
-    """Return the plateau of the runs from ``split`` on; None unless the line below rises."""
-    n = x.size
-    knee = 0.5 * (x[split - 1] + x[split])
-    beyond = np.arange(n) >= split
-    z, weights = np.minimum(x, knee), np.ones(n)
-    if np.ptp(z) == 0.0:
-        return None
-    _, intercept, slope = _residual_variance(z, y, weights)
-    above = 1.0
+def _with_knees(
+    x: FloatArray, y: FloatArray, splits: NDArray[np.int_], knees: FloatArray, straight: float
+) -> list[Plateau | None]:
+    """Return the plateaus of the runs from each split on; None unless the line below rises."""
+    n, k = x.size, splits.size
+    beyond = np.arange(n) >= splits[:, None]
+    z, weights = np.minimum(x, knees[:, None]), np.ones((k, n))
+    _, intercept, slope = _lines(z, y, weights)
+    above = np.ones(k)
     for _ in range(_ROUNDS):
-        residual = y - intercept - slope * z
+        square = (y - intercept[:, None] - slope[:, None] * z) ** 2
         below, above = (
-            max(float(np.mean(residual[part] ** 2)), _SMALLEST_SCATTER**2)
+            np.maximum(np.sum(square, axis=1, where=part) / np.sum(part, axis=1), _SMALLEST)
             for part in (~beyond, beyond)
         )
-        weights = np.where(beyond, 1.0 / above, 1.0 / below)
-        _, intercept, slope = _residual_variance(z, y, weights)
-    if not slope > 0.0:
-        return None
-    residual = y - intercept - slope * z
-    twice = np.sum(np.log(weights)) - np.sum(weights * residual**2)
-    return Plateau(
-        level=float(np.exp(intercept + slope * knee)),
-        scatter=float(np.sqrt(above)),
-        knee=float(np.exp(knee)),
-        gain=float(twice + n * np.log(straight) + n - 2 * _MORE_PARAMETERS),
-    )
+        weights = np.where(beyond, 1.0 / above[:, None], 1.0 / below[:, None])
+        _, intercept, slope = _lines(z, y, weights)
+    square = (y - intercept[:, None] - slope[:, None] * z) ** 2
+    twice = np.sum(np.log(weights), axis=1) - np.sum(weights * square, axis=1)
+    gain = twice + n * np.log(straight) + n - 2 * _MORE_PARAMETERS
+    return [
+        Plateau(
+            level=float(np.exp(intercept[i] + slope[i] * knees[i])),
+            scatter=float(np.sqrt(above[i])),
+            knee=float(np.exp(knees[i])),
+            gain=float(gain[i]),
+        )
+        if slope[i] > 0.0
+        else None
+        for i in range(k)
+    ]
 
 
-def _residual_variance(
+def _lines(
     z: FloatArray, y: FloatArray, weights: FloatArray
-) -> tuple[float, float, float]:
-    """Return the mean squared residual, intercept and slope of a weighted line."""
-    total = float(np.sum(weights))
-    mean_z, mean_y = float(weights @ z) / total, float(weights @ y) / total
-    u = z - mean_z
-    slope = float((weights * u) @ y) / float((weights * u) @ u)
-    residual = y - mean_y - slope * u
-    variance = max(float(np.mean(residual**2)), _SMALLEST_SCATTER**2)
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mean squared residuals, intercepts and slopes of K weighted lines, z of shape (K, n).
+
+    y is common to all, shape (n,).
+    """
+    total = np.sum(weights, axis=1)
+    mean_z, mean_y = np.sum(weights * z, axis=1) / total, weights @ y / total
+    u = z - mean_z[:, None]
+    weighted = weights * u
+    slope = weighted @ y / np.sum(weighted * u, axis=1)
+    residual = y - mean_y[:, None] - slope[:, None] * u
+    variance = np.maximum(np.mean(residual**2, axis=1), _SMALLEST)
     return variance, mean_y - slope * mean_z, slope

@@ -8,22 +8,31 @@ References:
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
-from scipy import special
+from scipy import interpolate, special
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.bootstrap import Replicates, weighted_lines
+from skewbridge.fragility.likelihood.bootstrap import Replicates
 from skewbridge.fragility.likelihood.links import FloatArray
 
 POINTS: Final = 5003  # of the lattice for three or more components: error about 2e-5
 #: Of the lattice of bootstrap replicates, whose errors are common and small beside their scatter.
-FEW_POINTS: Final = 251
-_CHUNK: Final = 2_000_000  # numbers held at once
+FEW_POINTS: Final = 127
+_CHUNK: Final = 400_000  # numbers held at once: they stay in the cache
+_NEGLIGIBLE: Final = 1e-6  # probability below the error of the lattice
+_NEVER: Final = -40.0  # standardised intensity at which a component does not fail
 _REACH: Final = (-1.4, -0.7, 0.0, 0.7, 1.4)  # probits at which a replicate is evaluated
+_WIDE: Final = 201  # intensities of the bounds of a system
+_WITHIN: Final = 17  # of its curve, where the bounds leave more than `_TAIL` open
+_TAIL: Final = 1e-3
+_BETWEEN: Final = 200  # probits at which a curve is compared with its lognormal
 _JITTER: Final = 1e-10  # makes a singular correlation (equal components) factorisable
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+
+type Lognormal = tuple[float, float, float]  # theta, beta, largest distance in probability
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,20 +67,29 @@ def residual_correlation(x: FloatArray, y: FloatArray, weights: FloatArray) -> F
         weights: How often each run enters each replicate, shape (R, n).
     """
     m = y.shape[1]
+    i, j = np.tril_indices(m, -1)
+    seen = np.isfinite(y)
+    both = (seen[:, i] & seen[:, j]).astype(np.float64)
+    x = (x - np.mean(x))[:, None]
+    y = np.where(seen, y - np.mean(y, axis=0, where=seen, keepdims=True), 0.0)
+
+    def products(first: FloatArray, second: FloatArray) -> FloatArray:
+        """Return the sums of products about the means of every pair, shape (R, pairs)."""
+        sums = [weights @ (values * both) for values in (first * second, first, second)]
+        return sums[0] - sums[1] * sums[2] / total
+
+    total = weights @ both
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_x = [products(x, values) for values in (y[:, i], y[:, j])]
+        about_x = products(x, np.broadcast_to(x, both.shape))
+        first, second = (
+            products(values, values) - own**2 / about_x
+            for values, own in zip((y[:, i], y[:, j]), by_x, strict=True)
+        )
+        shared = products(y[:, i], y[:, j]) - by_x[0] * by_x[1] / about_x
+        rho = np.where(np.sum(both, axis=0) < 4, 0.0, shared / np.sqrt(first * second))
     out = np.broadcast_to(np.eye(m), (weights.shape[0], m, m)).copy()
-    for i in range(m):
-        for j in range(i):
-            both = np.isfinite(y[:, i]) & np.isfinite(y[:, j])
-            if np.sum(both) < 4:
-                continue
-            own = weights[:, both]
-            first, second, total = (
-                weighted_lines(x[both], values[both], own).scatter
-                for values in (y[:, i], y[:, j], y[:, i] + y[:, j])
-            )
-            with np.errstate(divide="ignore", invalid="ignore"):
-                rho = (total**2 - first**2 - second**2) / (2.0 * first * second)
-            out[:, i, j] = out[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
+    out[:, i, j] = out[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
     # components observed in different runs: the nearest matrix that is a correlation
     values, vectors = np.linalg.eigh(out)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
@@ -121,12 +139,9 @@ def contributions(im: FloatArray, joint: JointDemand) -> FloatArray:
     """Return (P - P without component i)/P, shape (n, m): what retrofitting it could save."""
     z = _standardised(im[:, None], joint.theta, joint.beta)
     m = joint.theta.size
-    union = _union(z, joint.correlation)
-    without = np.zeros((im.size, m))
-    for i in range(m if m > 1 else 0):
-        rest = [j for j in range(m) if j != i]
-        without[:, i] = _union(z[:, rest], joint.correlation[np.ix_(rest, rest)])
-    return 1.0 - without / np.maximum(union, 1e-300)[:, None]
+    rest = np.where(np.eye(m, dtype=np.bool_), _NEVER, z[:, None]).reshape(-1, m)
+    without = _union(rest, joint.correlation).reshape(-1, m)
+    return 1.0 - without / np.maximum(_union(z, joint.correlation), 1e-300)[:, None]
 
 
 def replicate_medians(
@@ -158,10 +173,24 @@ def _standardised(im: FloatArray, theta: FloatArray, beta: FloatArray) -> FloatA
     """Return ln(x/theta)/beta; far below zero where a component has no rising line."""
     with np.errstate(divide="ignore", invalid="ignore"):
         z = np.log(im / theta) / beta
-    return np.where(np.isfinite(theta) & np.isfinite(beta) & (beta > 0.0), z, -40.0)
+    return np.where(np.isfinite(theta) & np.isfinite(beta) & (beta > 0.0), z, _NEVER)
 
 
-def lognormal_of_system(im: FloatArray, p: FloatArray) -> tuple[float, float, float]:
+def lognormals(joint: JointDemand) -> tuple[Lognormal, Lognormal, Lognormal]:
+    """Return `lognormal_of_system` of a system, and if its components were one or independent."""
+    lowest, reach = float(np.min(joint.theta)), float(np.exp(4.0 * np.max(joint.beta)))
+    wide = np.geomspace(lowest / reach, lowest * reach, _WIDE)
+    together, apart = system_bounds(wide, joint)
+    within = wide[(apart > _TAIL) & (together < 1.0 - _TAIL)]
+    im = np.geomspace(within[0], within[-1], _WITHIN)
+    return (
+        lognormal_of_system(im, series_system(im, joint)),
+        lognormal_of_system(wide, together),
+        lognormal_of_system(wide, apart),
+    )
+
+
+def lognormal_of_system(im: FloatArray, p: FloatArray) -> Lognormal:
     """Return theta and beta of a lognormal through x16, x50, x84 and the largest |dP| to it.
 
     Raises:
@@ -170,10 +199,15 @@ def lognormal_of_system(im: FloatArray, p: FloatArray) -> tuple[float, float, fl
     ends = np.array([special.ndtr(-1.0), 0.5, special.ndtr(1.0)])
     if p[0] > ends[0] or p[-1] < ends[2]:
         raise InputError(f"the system curve spans {p[0]:.3g}..{p[-1]:.3g}, not 0.16..0.84")
-    x16, x50, x84 = np.interp(special.ndtri(ends), special.ndtri(p), np.log(im))
+    probit = special.ndtri(p)
+    with np.errstate(invalid="ignore"):
+        rising = np.isfinite(probit) & (np.diff(probit, prepend=-np.inf) > 0.0)
+    curve = interpolate.PchipInterpolator(probit[rising], np.log(im[rising]))
+    x16, x50, x84 = curve(special.ndtri(ends))
     beta = 0.5 * (x84 - x16)
-    fitted = special.ndtr((np.log(im) - x50) / beta)
-    return float(np.exp(x50)), float(beta), float(np.max(np.abs(fitted - p)))
+    between = np.linspace(*probit[rising][[0, -1]], _BETWEEN)
+    away = special.ndtr((curve(between) - x50) / beta) - special.ndtr(between)
+    return float(np.exp(x50)), float(beta), float(np.max(np.abs(away)))
 
 
 def bivariate_upper(h: FloatArray, k: FloatArray, rho: float) -> FloatArray:
@@ -198,31 +232,42 @@ def _union(z: FloatArray, correlation: FloatArray) -> FloatArray:
 
 def _union_of_each(z: FloatArray, correlation: FloatArray, points: int) -> FloatArray:
     """Return P(any Z_i <= z_i) of rows of z, shape (n, m), each with its own correlation."""
-    n, m = z.shape
-    if m == 1:
-        return np.asarray(special.ndtr(z[:, 0]))
-    rows = max(_CHUNK // (points * m), 1)
-    parts = [slice(first, first + rows) for first in range(0, n, rows)]
-    return 1.0 - np.concatenate([_all_below(-z[s], correlation[s], points) for s in parts])
+    order = np.argsort(-z, axis=1)  # the most restrictive first: less variance
+    top = np.take_along_axis(z, order, axis=1)
+    p = special.ndtr(top[:, 0])
+    # what adds less than `_NEGLIGIBLE` is left out: components, and all beside one that is certain
+    counts = np.where(p < 1.0 - _NEGLIGIBLE, np.sum(special.ndtr(top) > _NEGLIGIBLE, axis=1), 1)
+    for count in np.unique(counts[counts > 1]):
+        rows = np.flatnonzero(counts == count)
+        for part in np.array_split(rows, 1 + rows.size * points * count // _CHUNK):
+            own = order[part, :count]
+            matrix = correlation[part[:, None, None], own[:, :, None], own[:, None, :]]
+            p[part] = 1.0 - _all_below(-top[part, :count], matrix, points)
+    return p
 
 
 def _all_below(limit: FloatArray, correlation: FloatArray, points: int) -> FloatArray:
     """Return P(Z_i <= limit_i for all i) of each row by Genz's separation of variables."""
     n, m = limit.shape
-    order = np.argsort(limit, axis=1)  # the most restrictive first: less variance
-    row = np.arange(n)[:, None, None]
-    matrix = correlation[row, order[:, :, None], order[:, None, :]] + _JITTER * np.eye(m)
-    root, top = np.linalg.cholesky(matrix), np.take_along_axis(limit, order, axis=1)
-    # Richtmyer's lattice with the tent transform
-    primes = np.array([k for k in range(2, 12 * m + 20) if all(k % d for d in range(2, k))])
-    step = np.sqrt(primes[: m - 1].astype(np.float64)) % 1.0
-    lattice = np.abs(2.0 * (np.outer(step, np.arange(1, points + 1)) % 1.0) - 1.0)
-    e = np.repeat(special.ndtr(top[:, :1] / root[:, :1, 0]), points, axis=1)
+    root = np.linalg.cholesky(correlation + _JITTER * np.eye(m))
+    lattice = _lattice(m - 1, points)
+    e = np.repeat(special.ndtr(limit[:, :1] / root[:, :1, 0]), points, axis=1)
     product = e.copy()
     y = np.zeros((n, m - 1, points))
     for i in range(1, m):
-        y[:, i - 1] = special.ndtri(np.clip(lattice[i - 1] * e, 1e-300, 1.0 - 1e-16))
-        inner = np.einsum("nk,nkp->np", root[:, i, :i], y[:, :i])
-        e = special.ndtr((top[:, i, None] - inner) / root[:, i, i, None])
+        e *= lattice[i - 1]
+        special.ndtri(np.clip(e, 1e-300, 1.0 - 1e-16, out=e), out=y[:, i - 1])
+        inner = (root[:, i, None, :i] @ y[:, :i])[:, 0]
+        np.subtract(limit[:, i, None], inner, out=inner)
+        inner /= root[:, i, i, None]
+        special.ndtr(inner, out=e)
         product *= e
     return np.mean(product, axis=1)
+
+
+@lru_cache(maxsize=64)
+def _lattice(size: int, points: int) -> FloatArray:
+    """Return Richtmyer's lattice in ``size`` dimensions with the tent transform."""
+    primes = np.array([k for k in range(2, 12 * size + 32) if all(k % d for d in range(2, k))])
+    step = np.sqrt(primes[:size].astype(np.float64)) % 1.0
+    return np.abs(2.0 * (np.outer(step, np.arange(1, points + 1)) % 1.0) - 1.0)

@@ -34,13 +34,16 @@ class ProfiledKernel:
     """A kernel of (a0, a1, h) with h maximised out: a concave kernel of (a0, a1)."""
 
     def __init__(self, kernel: Kernel, start: float) -> None:
-        self._kernel, self._start = kernel, start
+        self._kernel, self._start = kernel, np.array([[start]])
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
         """Evaluate at the best h; the Hessian is the Schur complement of its entry."""
-        start = np.full((params.shape[0], 1), self._start)
-        base = np.hstack([params, np.zeros_like(start)])
-        best = maximise(Restricted(self._kernel, base, np.eye(3)[2:]), start, covariance=False)
+        if self._start.shape != (params.shape[0], 1):
+            self._start = np.full((params.shape[0], 1), self._start[0, 0])
+        base = np.hstack([params, np.zeros_like(self._start)])
+        along = Restricted(self._kernel, base, np.eye(3)[2:])
+        best = maximise(along, self._start, covariance=False)
+        self._start = best.params  # parameters that follow are close to these
         full = self._kernel.derivatives(np.hstack([params, best.params]))
         cross = full.hessian[:, :2, 2]
         schur = cross[:, :, None] * cross[:, None, :] / full.hessian[:, 2, 2][:, None, None]

@@ -31,10 +31,13 @@ def fit_tables(
     limit_states: Sequence[LimitState],
     settings: FitSettings,
     suite: pd.DataFrame | None = None,
+    *,
+    jobs: int = 1,
 ) -> dict[str, pd.DataFrame]:
     """Return what is fitted to limit states, by file name: curves, medians, systems, joint models.
 
     With the table of the suite, which has magnitudes and distances, intensity measures are ranked.
+    ``jobs`` is the number of processes.
 
     Raises:
         InputError: A column is missing or a value unusable; names row and column.
@@ -42,33 +45,39 @@ def fit_tables(
     rows = rows_to_fit(demands, settings)
     fits = (fit_study, ordered_curves)
     curves = pd.concat(
-        [fit(rows, limit_states, settings.im, settings) for fit in fits], ignore_index=True
+        [fit(rows, limit_states, settings.im, settings, jobs=jobs) for fit in fits],
+        ignore_index=True,
     )
-    medians = paired_capacity_effects(rows, limit_states, settings.im, settings)
+    medians = paired_capacity_effects(rows, limit_states, settings.im, settings, jobs=jobs)
     joint = joint_table(rows, limit_states, settings.im, curves, settings)
     ranked = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
     return ranked | {
         "curves": curves,
         "median_effects": medians,
-        "system": system_curves(rows, limit_states, settings.im, settings),
+        "system": system_curves(rows, limit_states, settings.im, settings, jobs=jobs),
         "joint": joint,
         PAPER_TABLE: paper_table(curves, medians, joint, settings),
     }
 
 
 def effect_tables(
-    demands: pd.DataFrame, settings: FitSettings, further: Sequence[str] = ()
+    demands: pd.DataFrame,
+    settings: FitSettings,
+    further: Sequence[str] = (),
+    *,
+    jobs: int = 1,
 ) -> dict[str, pd.DataFrame]:
     """Return the effects of the axes on the demands, by file name.
 
-    ``further`` are demand columns beside those with the role ``effect`` that the table has.
+    ``further`` are demand columns beside those with the role ``effect`` that the table has;
+    ``jobs`` is the number of processes.
 
     Raises:
         InputError: A column is missing, or a run occurs twice.
     """
     rows = rows_to_fit(demands, settings)
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
-    effects = paired_effects(rows, names, settings)
+    effects = paired_effects(rows, names, settings, jobs=jobs)
     return {
         "effects": effects,
         "needed_motions": needed_motions(effects, rows),

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import pandas as pd
+from joblib import cpu_count
 
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
@@ -57,7 +58,9 @@ def statistics_of(
     table, known, measure = _usable(demands, states, im)
     settings = FitSettings(im=measure, margin=DEFAULTS.margin if margin is None else margin)
     columns = list(dict.fromkeys(state.demand for state in known))
-    tables = fit_tables(table, known, settings) | effect_tables(table, settings, columns)
+    jobs = cpu_count()
+    tables = fit_tables(table, known, settings, jobs=jobs)
+    tables |= effect_tables(table, settings, columns, jobs=jobs)
     write_tables(tables, writable_folder(out))
     return {
         "tables": {name: len(each) for name, each in tables.items()},
@@ -85,7 +88,7 @@ def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> Pape
         InputError: A file, column or value is unusable; names row and column.
     """
     table, known, measure = _usable(demands, load_limit_states(limit_states), im)
-    found = fit_tables(table, known, FitSettings(im=measure))[PAPER_TABLE]
+    found = fit_tables(table, known, FitSettings(im=measure), jobs=cpu_count())[PAPER_TABLE]
     return PaperRows(
         rows=[dict(zip(PAPER_COLUMNS, row, strict=True)) for row in found.to_numpy().tolist()],
         shown=printed_rows(found),

@@ -6,14 +6,13 @@ from math import nan, sqrt
 from typing import Any, Self
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.demands.demand_columns import Difference
 from skewbridge.fragility.likelihood.censored_means import motion_contributions
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods.motion_means import MotionMeans, TTest
-from skewbridge.fragility.tables.paired_runs import ends_of, known_side, pair_counts
+from skewbridge.fragility.tables.paired_runs import PairFacts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,16 +34,18 @@ class Changes:
     reference: FloatArray
 
     @classmethod
-    def of(cls, part: pd.DataFrame, name: str, difference: Difference | None) -> Self:
-        """Return the changes of a demand in the pairs of `run_pairs`.
+    def of(
+        cls, top: FloatArray, bottom: FloatArray, facts: PairFacts, difference: Difference | None
+    ) -> Self:
+        """Return the changes of a demand in some pairs.
 
         Args:
-            part: The pairs.
-            name: The demand.
+            top: Demand at to_value.
+            bottom: Demand at from_value.
+            facts: What became of the runs.
             difference: Unit of the difference; None for the logarithm of the ratio.
         """
-        top, bottom = ends_of(part, name)
-        side = known_side(part)
+        side = facts.side
         if difference is None:
             there = [np.isfinite(values) & (values > 0.0) for values in (top, bottom)]
         else:
@@ -63,16 +64,16 @@ class Changes:
             reference=bottom,
         )
 
-    def counts(self, part: pd.DataFrame) -> dict[str, Any]:
+    def counts(self, facts: PairFacts) -> dict[str, Any]:
         """Return how large the reference is, and the counts of the pairs."""
         exact = self.used & (self.side == 0) & (self.reference > 0.0)
         logs = np.log(self.reference[exact])
         return {
             "from_mean": float(np.exp(logs.mean())) if logs.size else nan,
-            "n_motions": int(part.loc[self.used, "motion_id"].nunique()),
+            "n_motions": int(np.unique(facts.motions[self.used]).size),
             "n_bounds": int(np.sum(self.used & (self.side != 0))),
             "n_discordant": int(np.sum(self.discordant)),
-            **pair_counts(part, self.used),
+            **facts.counts(self.used),
         }
 
 

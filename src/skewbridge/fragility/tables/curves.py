@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,11 @@ from skewbridge.fragility.methods import cloud
 from skewbridge.fragility.methods.ordered import crossing
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.curve_rows import curve_row
-from skewbridge.fragility.tables.key_columns import variant_values
+from skewbridge.fragility.tables.key_columns import variant_values, variants_of
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import Runs, check_demands, outcomes_of, runs_of
-from skewbridge.fragility.tables.reach import VariantReach
+from skewbridge.fragility.tables.reach import VariantReach, force_columns
+from skewbridge.fragility.tables.spread import spread
 from skewbridge.fragility.tables.variant_cloud import fit_variant_cloud
 from skewbridge.fragility.tables.variant_exceedance import fit_exceedance, fit_record_brackets
 from skewbridge.statuses import COLLAPSE
@@ -28,6 +30,8 @@ def fit_study(
     limit_states: Sequence[LimitState],
     im_column: str,
     settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Fit every variant and limit state of a demands table.
 
@@ -35,7 +39,8 @@ def fit_study(
     went beyond the model) and
     ``exceedance`` (probit on exceeded or not); where motions repeat at several levels also
     ``ida_interval``. Intervals are Fieller's (cloud) and profile (others), but by record
-    bootstrap where motions repeat, since runs are not independent then.
+    bootstrap where motions repeat, since runs are not independent then. ``jobs`` is the number of
+    processes.
 
     Returns:
         One row per (variant, component, limit state, method); columns in
@@ -49,14 +54,26 @@ def fit_study(
         raise InputError("no limit states to fit")
     columns = list(dict.fromkeys(state.demand for state in limit_states))
     check_demands(demands, im_column, columns)
-    rows: list[dict[str, Any]] = []
-    for _, part in demands.reset_index(drop=True).groupby("variant", sort=True):
-        runs = runs_of(part, im_column)
-        variant, reach = variant_values(part), VariantReach(part, im_column)
-        for state in limit_states:
-            found = _variant_rows(runs, part, state, reach, settings)
-            rows += [variant | curve_row(fit, state, im_column, **facts) for fit, facts in found]
+    found = spread(
+        partial(_all_states, states=limit_states, im_column=im_column, settings=settings),
+        variants_of(demands, [im_column, *columns, *force_columns(demands, columns)]),
+        jobs,
+    )
+    rows = [row for rows in found for row in rows]
     return _flag_crossings(pd.DataFrame(rows), demands[im_column])
+
+
+def _all_states(
+    part: pd.DataFrame, *, states: Sequence[LimitState], im_column: str, settings: FitSettings
+) -> list[dict[str, Any]]:
+    """Return the rows of one variant."""
+    runs = runs_of(part, im_column)
+    variant, reach = variant_values(part), VariantReach(part, im_column)
+    return [
+        variant | curve_row(fit, state, im_column, **facts)
+        for state in states
+        for fit, facts in _state_fits(runs, part, state, reach, settings)
+    ]
 
 
 def _flag_crossings(curves: pd.DataFrame, im: pd.Series) -> pd.DataFrame:
@@ -73,7 +90,7 @@ def _flag_crossings(curves: pd.DataFrame, im: pd.Series) -> pd.DataFrame:
     return curves
 
 
-def _variant_rows(
+def _state_fits(
     runs: Runs, part: pd.DataFrame, state: LimitState, reach: VariantReach, settings: FitSettings
 ) -> Iterator[tuple[FragilityFit, dict[str, Any]]]:
     """Yield the fits of one variant and limit state with what `curve_row` takes beside them."""

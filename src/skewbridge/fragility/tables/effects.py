@@ -5,23 +5,27 @@ seen with 16 motions where an unpaired comparison would need hundreds.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from math import nan, sqrt
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from skewbridge.demands.columns import column_of, demands_for
+from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods.motion_means import TTest
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.cell_changes import CellMeans, Changes
 from skewbridge.fragility.tables.key_columns import (
     KEY_COLUMNS,
     axis_names,
-    motion_codes,
     need_columns,
 )
-from skewbridge.fragility.tables.paired_runs import pair_groups
+from skewbridge.fragility.tables.paired_runs import PairFacts, ends_of, pair_groups
+from skewbridge.fragility.tables.spread import spread
 from skewbridge.fragility.tables.verdicts import DIFFERENCE, RATIO, VERDICTS, judged
 from skewbridge.variant.axes import AXES, Axis, axes_of
 
@@ -86,6 +90,8 @@ def paired_effects(
     demands: pd.DataFrame,
     columns: Sequence[str] | None = None,
     settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the paired changes of demand along every axis of a study, pooled ones first.
 
@@ -95,7 +101,8 @@ def paired_effects(
     the average over all such pairs of variants, each with the same weight. A pair in which one side
     collapsed, failed or went beyond the model counts as a bound of the change (Tobit).
 
-    By default the demand columns are those with the role ``effect`` that the table has.
+    By default the demand columns are those with the role ``effect`` that the table has. ``jobs`` is
+    the number of processes.
 
     Returns:
         Rows with the columns `effect_columns`.
@@ -105,13 +112,12 @@ def paired_effects(
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     need_columns(demands, (*KEY_COLUMNS, *names))
-    rows = [
-        row
-        for pair, part in pair_groups(demands, names, scope="pooled")
-        for name in names
-        for row in demand_effects(pair, part, name, settings)
-    ]
-    table = effect_table(demands, rows)
+    found = spread(
+        partial(_pair_rows, names=names, settings=settings),
+        pair_groups(demands, names, scope="pooled"),
+        jobs,
+    )
+    table = effect_table(demands, [row for rows in found for row in rows])
     return table.sort_values("scope", kind="stable", ignore_index=True)  # "pooled" < "variant"
 
 
@@ -130,6 +136,41 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     return judged(table)[columns]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Pairs:
+    """All pairs from one value of an axis to another, and each pair of variants by itself.
+
+    ``told`` says which values they are, ``facts`` what became of the runs, ``cells`` has the other
+    axes of each pair of variants, its rows and their facts.
+    """
+
+    told: Mapping[str, Any]
+    facts: PairFacts
+    cells: Sequence[tuple[dict[str, Any], NDArray[np.intp], PairFacts]]
+
+    @classmethod
+    def of(cls, told: Mapping[str, Any], part: pd.DataFrame) -> Self:
+        facts, others = PairFacts.of(part), axis_names(part)
+        groups = part.groupby(others, sort=True, dropna=False).indices if others else {(): None}
+        cells: list[tuple[dict[str, Any], NDArray[np.intp], PairFacts]] = []
+        for key, found in groups.items():
+            values = key if isinstance(key, tuple) else (key,)
+            own = np.arange(len(part)) if found is None else np.asarray(found, dtype=np.intp)
+            place: dict[str, Any] = dict(zip(others, values, strict=True))
+            cells.append((place, own, facts.at(own)))
+        return cls(told=told, facts=facts, cells=cells)
+
+
+def _pair_rows(
+    group: tuple[Mapping[str, Any], pd.DataFrame], *, names: Sequence[str], settings: FitSettings
+) -> list[dict[str, Any]]:
+    """Return the rows of all demands of the pairs from one value of an axis to another."""
+    pairs = _Pairs.of(*group)
+    return [
+        row for name in names for row in _effects(pairs, ends_of(group[1], name), name, settings)
+    ]
+
+
 def demand_effects(
     pair: Mapping[str, Any], part: pd.DataFrame, name: str, settings: FitSettings
 ) -> Iterator[dict[str, Any]]:
@@ -141,13 +182,19 @@ def demand_effects(
         name: The demand.
         settings: Level and margins.
     """
-    others = axis_names(part)
-    rows = part.groupby(others, sort=True, dropna=False).indices if others else {(): slice(None)}
+    return _effects(_Pairs.of(pair, part), ends_of(part, name), name, settings)
+
+
+def _effects(
+    pairs: _Pairs, ends: tuple[FloatArray, FloatArray], name: str, settings: FitSettings
+) -> Iterator[dict[str, Any]]:
+    """Yield the pooled row of one demand and those of the pairs of variants."""
+    top, bottom = ends
     column = column_of(name)
     difference = None if column is None else column.difference
     judged_by = RATIO if difference is None else DIFFERENCE
     told = {
-        **pair,
+        **pairs.told,
         "demand": name,
         "quantity": "demand",
         "level": settings.effect_confidence,
@@ -159,15 +206,15 @@ def demand_effects(
             "unit": difference.unit,
             "difference_margin": settings.margins.get(name, difference.margin),
         }
-    motions = motion_codes(part)
-    count = int(motions.max()) + 1
-    parts = [part.iloc[own] for own in rows.values()]
+    count = int(pairs.facts.motions.max()) + 1
     changes: dict[str, list[Changes]] = {}
     scales: dict[str, CellMeans] = {}
     for scale in dict.fromkeys((RATIO, judged_by)):
         unit = difference if scale == DIFFERENCE else None
-        changes[scale] = [Changes.of(own, name, unit) for own in parts]
-        codes = [motions[own] for own in rows.values()]
+        changes[scale] = [
+            Changes.of(top[own], bottom[own], facts, unit) for _, own, facts in pairs.cells
+        ]
+        codes = [facts.motions for _, _, facts in pairs.cells]
         scales[scale] = CellMeans.of(changes[scale], codes, count)
     joint = scales[judged_by].joint
     yield {
@@ -175,18 +222,18 @@ def demand_effects(
         **_estimates({scale: found.joint.average() for scale, found in scales.items()}, told),
         "n_cells": joint.means.size,
         "p_cells": joint.difference().p_value,
-        **Changes.of(part, name, difference).counts(part),
+        **Changes.of(top, bottom, pairs.facts, difference).counts(pairs.facts),
     }
-    for cell, (key, own) in enumerate(zip(rows, parts, strict=True)):
+    for cell, (place, _, facts) in enumerate(pairs.cells):
         shrunk = {scale: found.shrunk[cell] for scale, found in scales.items()}
         yield {
             **told,
             "scope": "variant",
-            **dict(zip(others, key if isinstance(key, tuple) else (key,), strict=True)),
+            **place,
             **_estimates({scale: found.tests[cell] for scale, found in scales.items()}, told),
             "shrunk_ratio": float(np.exp(shrunk[RATIO])),
             "shrunk_difference": shrunk.get(DIFFERENCE, nan),
-            **changes[judged_by][cell].counts(own),
+            **changes[judged_by][cell].counts(facts),
         }
 
 

@@ -1,6 +1,6 @@
 """The columns that say which run a row is: identity of the variant, its axes, its loading."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.variant.axes import axes_of
 
 BRIDGE_COLUMNS: Final = ("bridge", "abutment")
@@ -40,6 +41,17 @@ def variant_columns(table: pd.DataFrame) -> list[str]:
 def variant_values(part: pd.DataFrame) -> dict[str, object]:
     """Return the description of the one variant of a part of a table."""
     return {name: part[name].iloc[0] for name in variant_columns(part)}
+
+
+def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
+    """Yield the rows of each variant with what a fit takes: key, axes, outcome, ``columns``.
+
+    They are numbered as in the whole table.
+    """
+    known = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, *columns)
+    kept = [name for name in dict.fromkeys(known) if name in demands.columns]
+    for _, part in demands[kept].reset_index(drop=True).groupby("variant", sort=True):
+        yield part
 
 
 def motion_codes(table: pd.DataFrame) -> NDArray[np.intp]:

@@ -2,20 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from math import nan
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood.bootstrap import record_weights, student_reach
+from skewbridge.fragility.likelihood.bootstrap import shared_weights, student_reach
 from skewbridge.fragility.likelihood.fit import exp_end
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.fragility.tables.effects import effect_table
-from skewbridge.fragility.tables.key_columns import motion_codes
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import (
     CensoredDemands,
@@ -24,10 +23,11 @@ from skewbridge.fragility.tables.outcomes import (
     outcomes_of,
 )
 from skewbridge.fragility.tables.paired_runs import (
-    ended_apart,
-    pair_counts,
+    PairFacts,
+    ends_of,
     pair_groups,
 )
+from skewbridge.fragility.tables.spread import spread
 from skewbridge.fragility.tables.variant_cloud import refit_censored
 
 _MIN_MOTIONS: Final = 5
@@ -38,6 +38,8 @@ def paired_capacity_effects(
     limit_states: Sequence[LimitState],
     im_column: str,
     settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the paired ratios of the cloud median theta along every axis of a study.
 
@@ -45,6 +47,7 @@ def paired_capacity_effects(
     for both, so that what the motions share cancels in the ratio. Runs that collapsed, failed or
     went beyond the model are demands known only to exceed a value (Tobit). A limit state that no
     run of one of the variants is known to exceed (or every run) has no ratio.
+    ``jobs`` is the number of processes.
 
     Returns:
         Rows with the columns of `effect_columns`, scope ``variant``.
@@ -54,14 +57,31 @@ def paired_capacity_effects(
     """
     columns = list(dict.fromkeys(state.demand for state in limit_states))
     check_demands(demands, im_column, columns)
+    found = spread(
+        partial(_pair_rows, states=limit_states, im_column=im_column, settings=settings),
+        pair_groups(demands, [*columns, im_column]),
+        jobs,
+    )
+    return effect_table(demands, [row for rows in found for row in rows])
+
+
+def _pair_rows(
+    group: tuple[dict[str, Any], pd.DataFrame],
+    *,
+    states: Sequence[LimitState],
+    im_column: str,
+    settings: FitSettings,
+) -> list[dict[str, Any]]:
+    """Return the rows of all limit states of one pair of variants."""
+    pair, part = group
+    facts, im = PairFacts.of(part), ends_of(part, im_column)
     rows: list[dict[str, Any]] = []
-    for pair, part in pair_groups(demands, [*columns, im_column]):
-        for state in limit_states:
-            effect = capacity_ratio(part, state, im_column, settings)
-            if effect is not None:
-                name = f"{state.component}/{state.name}"
-                rows.append(pair | {"demand": name, "quantity": "median_capacity"} | effect)
-    return effect_table(demands, rows)
+    for state in states:
+        effect = _ratio(facts, part, im, state, settings)
+        if effect is not None:
+            name = f"{state.component}/{state.name}"
+            rows.append(pair | {"demand": name, "quantity": "median_capacity"} | effect)
+    return rows
 
 
 def capacity_ratio(
@@ -75,19 +95,32 @@ def capacity_ratio(
         im_column: The intensity.
         settings: Level, margin, bootstrap.
     """
-    ends = {name: _End.of(part, name, state, im_column) for name in ("to", "from")}
+    return _ratio(PairFacts.of(part), part, ends_of(part, im_column), state, settings)
+
+
+def _ratio(
+    facts: PairFacts,
+    part: pd.DataFrame,
+    im: tuple[FloatArray, FloatArray],
+    state: LimitState,
+    settings: FitSettings,
+) -> dict[str, Any] | None:
+    top, bottom = ends_of(part, state.demand)
+    ends = {
+        "to": _End.of(top, im[0], (facts.status_to, facts.beyond_to), state),
+        "from": _End.of(bottom, im[1], (facts.status_from, facts.beyond_from), state),
+    }
     usable = ends["to"].usable & ends["from"].usable
     for end in ends.values():
         known = end.outcomes.exceed[usable]
         if not np.any(known) or np.all(known):
             return None
-    motions = motion_codes(part[usable])
+    motions = facts.motions[usable]
     count = int(np.unique(motions).size)
     if count < _MIN_MOTIONS:
         return None
-    weights = record_weights(motions, settings.bootstrap, settings.seed)
-    weights = np.vstack([np.ones(motions.size), weights])
-    theta = {name: end.medians(usable, state.threshold, weights) for name, end in ends.items()}
+    drawn = _Drawn(motions.tobytes(), settings.bootstrap, settings.seed)
+    theta = {name: end.medians(usable, state.threshold, drawn) for name, end in ends.items()}
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = theta["to"] / theta["from"]
         logs = np.log(ratio)
@@ -103,8 +136,8 @@ def capacity_ratio(
         "level": settings.effect_confidence,
         "margin": settings.margin,
         "n_motions": count,
-        "n_discordant": int(np.sum(ended_apart(part) & ~usable)),
-        **pair_counts(part, usable),
+        "n_discordant": int(np.sum(facts.apart & ~usable)),
+        **facts.counts(usable),
     }
 
 
@@ -121,25 +154,40 @@ class _End:
     usable: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, part: pd.DataFrame, name: str, state: LimitState, im_column: str) -> "_End":
-        """Return the side ``to`` or ``from`` of a table of pairs."""
-        demand = part[f"{state.demand}_{name}"].to_numpy(dtype=np.float64)
-        outcomes = outcomes_of(
-            demand,
-            part[f"status_{name}"].to_numpy(dtype=str),
-            part[f"{BEYOND_MODEL}_{name}"].to_numpy(dtype=np.bool_),
-            state,
-        )
+    def of(
+        cls,
+        demand: FloatArray,
+        im: FloatArray,
+        became: tuple[NDArray[np.str_], NDArray[np.bool_]],
+        state: LimitState,
+    ) -> "_End":
+        """Return one side of the pairs; ``became`` are status and beyond_model of its runs."""
+        outcomes = outcomes_of(demand, *became, state)
         data = outcomes.censored(state.threshold)
-        im = part[f"{im_column}_{name}"].to_numpy(dtype=np.float64)
         return cls(im, outcomes, data, data.used)
 
-    def medians(
-        self, usable: NDArray[np.bool_], threshold: float, weights: FloatArray
-    ) -> FloatArray:
+    def medians(self, usable: NDArray[np.bool_], threshold: float, drawn: "_Drawn") -> FloatArray:
         """Return the medians of the weighted replicates, the data first; NaN without a line."""
         complete = self.outcomes.complete & usable
         if np.sum(complete) < _MIN_MOTIONS or np.ptp(self.im[complete]) == 0.0:
-            return np.full(weights.shape[0], nan)
-        kept = CensoredDemands(self.data.lower[usable], self.data.upper[usable], usable[usable])
-        return refit_censored(self.im[usable], kept, threshold, weights).theta
+            return np.full(1 + drawn.replicates, nan)
+        columns = np.stack([self.im, self.data.lower, self.data.upper])[:, usable]
+        return _medians(columns.tobytes(), threshold, drawn)
+
+
+class _Drawn(NamedTuple):
+    """The motions of the runs, as bytes, and how they are drawn."""
+
+    motions: bytes
+    replicates: int
+    seed: int
+
+
+@lru_cache(maxsize=8192)  # a variant is in several pairs; 80 MB with 1000 replicates
+def _medians(columns: bytes, threshold: float, drawn: _Drawn) -> FloatArray:
+    """Return the medians of runs told by their intensities, lower and upper demands."""
+    im, lower, upper = np.frombuffer(columns).reshape(3, -1)
+    motions = np.frombuffer(drawn.motions, dtype=np.intp)
+    weights = shared_weights(motions, drawn.replicates, drawn.seed)
+    data = CensoredDemands(lower, upper, np.ones(im.size, dtype=np.bool_))
+    return refit_censored(im, data, threshold, weights).theta

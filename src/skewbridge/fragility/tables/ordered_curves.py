@@ -6,6 +6,7 @@ dispersions of their own.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,10 @@ from skewbridge.fragility.likelihood.intervals import normal_quantile
 from skewbridge.fragility.methods.ordered import OrderedFit, fit_ordered
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.curve_rows import curve_row
-from skewbridge.fragility.tables.key_columns import variant_values
+from skewbridge.fragility.tables.key_columns import variant_values, variants_of
 from skewbridge.fragility.tables.limit_states import LimitState
-from skewbridge.fragility.tables.outcomes import check_demands, outcomes_of, runs_of
+from skewbridge.fragility.tables.outcomes import Runs, check_demands, outcomes_of, runs_of
+from skewbridge.fragility.tables.spread import spread
 
 METHOD = "ordered"
 
@@ -28,12 +30,14 @@ def ordered_curves(
     limit_states: Sequence[LimitState],
     im_column: str,
     settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Fit an ordered probit to the states of every variant and component that has several.
 
     Runs whose worst state is unknown are left out. A state that every run passes, that none reaches
     or in which none ends has no curve of its own (``empty_state``). Intervals are Wald's, none
-    where motions repeat.
+    where motions repeat. ``jobs`` is the number of processes.
 
     Returns:
         Rows of the table of curves, method ``ordered``; empty if no component has two states.
@@ -45,21 +49,39 @@ def ordered_curves(
     components: dict[str, list[LimitState]] = {}
     for state in sorted(limit_states, key=lambda item: item.threshold):
         components.setdefault(state.component, []).append(state)
-    rows: list[dict[str, Any]] = []
-    for _, part in demands.groupby("variant", sort=True):
-        variant = variant_values(part)
-        for states in components.values():
-            if len(states) > 1 and part[states[0].demand].notna().any():
-                rows += [
-                    variant | row for row in _component_rows(part, states, im_column, settings)
-                ]
-    return pd.DataFrame(rows)
+    several = [states for states in components.values() if len(states) > 1]
+    found = spread(
+        partial(_variant_rows, several=several, im_column=im_column, settings=settings),
+        variants_of(demands, [im_column, *(s.demand for states in several for s in states)]),
+        jobs,
+    )
+    return pd.DataFrame([row for rows in found for row in rows])
+
+
+def _variant_rows(
+    part: pd.DataFrame,
+    *,
+    several: Sequence[Sequence[LimitState]],
+    im_column: str,
+    settings: FitSettings,
+) -> list[dict[str, Any]]:
+    """Return the rows of the components of one variant that have several states."""
+    variant, runs = variant_values(part), runs_of(part, im_column)
+    return [
+        variant | row
+        for states in several
+        if part[states[0].demand].notna().any()
+        for row in _component_rows(runs, part, states, im_column, settings)
+    ]
 
 
 def _component_rows(
-    part: pd.DataFrame, states: Sequence[LimitState], im_column: str, settings: FitSettings
+    runs: Runs,
+    part: pd.DataFrame,
+    states: Sequence[LimitState],
+    im_column: str,
+    settings: FitSettings,
 ) -> Iterator[dict[str, Any]]:
-    runs = runs_of(part, im_column)
     outcomes = [
         outcomes_of(part[s.demand].to_numpy(dtype=np.float64), runs.status, runs.beyond, s)
         for s in states

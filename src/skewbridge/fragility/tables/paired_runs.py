@@ -1,7 +1,8 @@
 """Runs of variants that differ in one axis only, paired under the same motion."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Literal
+from dataclasses import dataclass, fields
+from typing import Any, Literal, Self
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from skewbridge.fragility.tables.key_columns import (
     LOADING_COLUMNS,
     axis_names,
     models_of,
+    motion_codes,
     varying_axes,
 )
 from skewbridge.statuses import COLLAPSE
@@ -87,34 +89,59 @@ def ends_of(part: pd.DataFrame, name: str) -> tuple[FloatArray, FloatArray]:
     return top, bottom
 
 
-def ended_apart(part: pd.DataFrame) -> NDArray[np.bool_]:
-    """Return the pairs of which one side alone collapsed, failed or went beyond the model."""
-    return np.logical_or.reduce(
-        [part[f"{name}_to"] != part[f"{name}_from"] for name in ("status", BEYOND_MODEL)]
-    )
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairFacts:
+    """What became of the two runs of each pair, whatever the demand; arrays of shape (n,).
 
-
-def known_side(part: pd.DataFrame) -> NDArray[np.int_]:
-    """Return of each pair what its two runs tell of the change of a demand.
-
-    A run that collapsed, failed or went beyond the model went through at least the peaks up to
-    then.
-
-    Returns:
-        0 the change itself, 1 a change at least as large as that of the peaks, -1 at most so large,
-        2 nothing, because neither run is complete.
+    Attributes:
+        motions: Number of the motion.
+        side: What the two runs tell of the change of a demand: 0 the change itself, 1 a change at
+            least as large as that of the peaks, -1 at most so large, 2 nothing, because neither
+            run is complete. A run that collapsed, failed or went beyond the model went through at
+            least the peaks up to then.
+        apart: One side alone collapsed, failed or went beyond the model.
+        status_to: Status at to_value.
+        status_from: Status at from_value.
+        beyond_to: Whether a column failed beyond the model at to_value.
+        beyond_from: The same at from_value.
     """
-    top, bottom = (part[f"complete_{end}"].to_numpy(dtype=np.bool_) for end in ("to", "from"))
-    return np.select([top & bottom, bottom, top], [0, 1, -1], default=2)
 
+    motions: NDArray[np.intp]
+    side: NDArray[np.int_]
+    apart: NDArray[np.bool_]
+    status_to: NDArray[np.str_]
+    status_from: NDArray[np.str_]
+    beyond_to: NDArray[np.bool_]
+    beyond_from: NDArray[np.bool_]
 
-def pair_counts(part: pd.DataFrame, used: NDArray[np.bool_]) -> dict[str, int]:
-    """Return how many pairs there are, are left out, have a failed column, and the collapses."""
-    beyond = part[f"{BEYOND_MODEL}_to"] | part[f"{BEYOND_MODEL}_from"]
-    return {
-        "n_pairs": len(part),
-        "n_beyond_model": int(beyond.sum()),
-        "n_left_out": int(np.sum(~used)),
-        "n_collapse_from": int((part["status_from"] == COLLAPSE).sum()),
-        "n_collapse_to": int((part["status_to"] == COLLAPSE).sum()),
-    }
+    @classmethod
+    def of(cls, part: pd.DataFrame) -> Self:
+        """Return the facts of the pairs of `run_pairs`."""
+        top, bottom = (part[f"complete_{end}"].to_numpy(dtype=np.bool_) for end in ("to", "from"))
+        status_to, status_from = (part[f"status_{e}"].to_numpy(dtype=str) for e in ("to", "from"))
+        beyond_to, beyond_from = (
+            part[f"{BEYOND_MODEL}_{end}"].to_numpy(dtype=np.bool_) for end in ("to", "from")
+        )
+        return cls(
+            motions=motion_codes(part),
+            side=np.select([top & bottom, bottom, top], [0, 1, -1], default=2),
+            apart=(status_to != status_from) | (beyond_to != beyond_from),
+            status_to=status_to,
+            status_from=status_from,
+            beyond_to=beyond_to,
+            beyond_from=beyond_from,
+        )
+
+    def at(self, rows: NDArray[np.intp]) -> Self:
+        """Return the facts of some of the pairs."""
+        return type(self)(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
+
+    def counts(self, used: NDArray[np.bool_]) -> dict[str, int]:
+        """Return how many pairs there are, are left out, have a failed column; the collapses."""
+        return {
+            "n_pairs": int(used.size),
+            "n_beyond_model": int(np.sum(self.beyond_to | self.beyond_from)),
+            "n_left_out": int(np.sum(~used)),
+            "n_collapse_from": int(np.sum(self.status_from == COLLAPSE)),
+            "n_collapse_to": int(np.sum(self.status_to == COLLAPSE)),
+        }

@@ -1,5 +1,6 @@
 """Why a limit state was not reached: what limits the demand, or that the motions were too weak."""
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -24,6 +25,12 @@ MECHANISMS: Final = {
 }
 # A ratio of force to capacity levels off where the force does, though its capacity still falls.
 _FORCE_BEHIND: Final = {"column_shear_dcr": "column_shear_kn"}
+
+
+def force_columns(demands: pd.DataFrame, columns: Sequence[str]) -> list[str]:
+    """Return the forces behind some demands that the table has beside them."""
+    forces = (_FORCE_BEHIND[name] for name in columns if name in _FORCE_BEHIND)
+    return [name for name in forces if name in demands.columns and name not in columns]
 
 
 class VariantReach:

@@ -4,8 +4,9 @@ A component whose states lack a degree takes part with its next more severe stat
 with failed shear keys is never damaged completely but not extensively.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import nan
 from typing import Any, Final
 
@@ -14,21 +15,19 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import Replicates, record_weights, student_reach
+from skewbridge.fragility.likelihood.bootstrap import Replicates, shared_weights, student_reach
 from skewbridge.fragility.likelihood.fit import FITTED, exp_end
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods.system import (
     JointDemand,
     contributions,
     joint_demand,
-    lognormal_of_system,
+    lognormals,
     replicate_medians,
     residual_correlation,
-    series_system,
-    system_bounds,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.tables.key_columns import variant_values
+from skewbridge.fragility.tables.key_columns import variant_values, variants_of
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import (
     CensoredDemands,
@@ -38,6 +37,7 @@ from skewbridge.fragility.tables.outcomes import (
     outcomes_of,
     runs_of,
 )
+from skewbridge.fragility.tables.spread import spread
 from skewbridge.fragility.tables.variant_cloud import refit_censored
 from skewbridge.statuses import COLLAPSE
 
@@ -46,7 +46,6 @@ MIN_RUNS: Final = 8
 MIN_COMPLETE: Final = 4
 #: Replicates behind the interval: its half-width is known to 5 %.
 REPLICATES: Final = 199
-_POINTS: Final = 41
 
 
 def system_curves(
@@ -54,13 +53,16 @@ def system_curves(
     limit_states: Sequence[LimitState],
     im_column: str,
     settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the system curve of every variant and degree of damage.
 
     Every component takes part that has a state of the degree, or a more severe one, and a rising
     line through positive demands; ``left_out`` names the others with the reason. Runs that
     collapsed, failed or went beyond the model are demands known only to exceed a value (Tobit).
-    No number is given where no run, or every run, reaches the state of a component.
+    No number is given where no run, or every run, reaches the state of a component. ``jobs`` is the
+    number of processes.
 
     Returns:
         One row per (variant, limit_state): components (with the state of another name that
@@ -77,13 +79,27 @@ def system_curves(
     states = [state for state in limit_states if state.system_degree]
     check_demands(demands, im_column, list(dict.fromkeys(state.demand for state in states)))
     members = system_members(states)
-    rows: list[dict[str, Any]] = []
-    for _, part in demands.groupby("variant", sort=True):
-        runs, variant = runs_of(part, im_column), variant_values(part)
-        for degree, own in members.items():
-            found = _System(runs, part, (degree, own), settings).row()
-            rows.append(variant | {"limit_state": degree} | found)
-    return pd.DataFrame(rows)
+    found = spread(
+        partial(_variant_rows, members=members, im_column=im_column, settings=settings),
+        variants_of(demands, [im_column, *(state.demand for state in states)]),
+        jobs,
+    )
+    return pd.DataFrame([row for rows in found for row in rows])
+
+
+def _variant_rows(
+    part: pd.DataFrame,
+    *,
+    members: Mapping[str, Sequence[LimitState]],
+    im_column: str,
+    settings: FitSettings,
+) -> list[dict[str, Any]]:
+    """Return the rows of one variant, one per degree of damage."""
+    runs, variant = runs_of(part, im_column), variant_values(part)
+    return [
+        variant | {"limit_state": degree} | _System(runs, part, (degree, own), settings).row()
+        for degree, own in members.items()
+    ]
 
 
 def system_members(states: Sequence[LimitState]) -> dict[str, list[LimitState]]:
@@ -142,8 +158,7 @@ class _System:
     ) -> None:
         self._degree, members = system
         self._runs, self._settings = runs, settings
-        drawn = record_weights(runs.records, REPLICATES, settings.seed)
-        self._weights = np.vstack([np.ones(runs.im.size), drawn])
+        self._weights = shared_weights(runs.records, REPLICATES, settings.seed)
         self._motions = int(np.unique(runs.records).size)
         self._members: list[_Member] = []
         self._left_out: list[str] = []
@@ -231,11 +246,7 @@ class _System:
             correlation,
         )
         joint = every.first
-        reach = float(np.exp(4.0 * np.max(joint.beta)))
-        lowest = float(np.min(joint.theta))
-        grid = np.geomspace(lowest / reach, lowest * reach, _POINTS)
-        theta, beta, distance = lognormal_of_system(grid, series_system(grid, joint))
-        together, apart = (lognormal_of_system(grid, p) for p in system_bounds(grid, joint))
+        (theta, beta, distance), together, apart = lognormals(joint)
         share = contributions(np.array([theta]), joint)[0]
         weakest = int(np.argmax(share)) if share.size > 1 else 0
         return {

@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import Replicates, record_weights, refit_lines
+from skewbridge.fragility.likelihood.bootstrap import Replicates, refit_lines, shared_weights
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods import cloud, tobit
@@ -122,7 +122,7 @@ class _VariantLine:
                 **wide,
             )
         if fit.status == FITTED and resample:
-            weights = record_weights(motions, self._settings.bootstrap, self._settings.seed)
+            weights = shared_weights(motions, self._settings.bootstrap, self._settings.seed)[1:]
             again = refit_censored(im, kept, self._threshold, weights)
             fit = bootstrapped(fit, again.widened(self._capacity))
         if np.sum(complete) < 4 or np.ptp(im[complete]) == 0.0:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
+from skewbridge.fragility.likelihood.bootstrap import refit_exceedance, shared_weights
 from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.likelihood.links import FloatArray, predictor
 from skewbridge.fragility.likelihood.parts import RunCounts
@@ -81,7 +81,7 @@ def with_record_bootstrap(
     """
     if fit.predictor is None or fit.predictor.a0 is None or fit.predictor.a1 is None:
         return fit
-    weights = record_weights(records, settings.bootstrap, settings.seed)
+    weights = shared_weights(records, settings.bootstrap, settings.seed)[1:]
     link = fit.predictor.link or "probit"
     start = np.array([fit.predictor.a0 - predictor(0.5, link), fit.predictor.a1])
     return bootstrapped(fit, refit_exceedance(np.log(im), weights, weights * exceed, start, link))

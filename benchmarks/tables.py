@@ -1,0 +1,114 @@
+"""Processor seconds and memory of the tables of a study by their number of rows.
+
+`python benchmarks/tables.py 10x100 20x100` takes variants x motions; each runs in a process of its
+own and prints processor seconds by step, peak memory, and the growth exponent over all sizes.
+"""
+
+import argparse
+import json
+import resource
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from math import log
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from synthetic_rows import IM, arrow_table, synthetic_rows
+
+from skewbridge.analysis.suspect import LIMITS
+from skewbridge.demands.columns import demands_for
+from skewbridge.demands.tables import write_study
+from skewbridge.fragility.joint.table import joint_table
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.effects import paired_effects
+from skewbridge.fragility.tables.factors import factor_summary
+from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.tables.median_effects import paired_capacity_effects
+from skewbridge.fragility.tables.ordered_curves import ordered_curves
+from skewbridge.fragility.tables.paper_table import latex_table, paper_table
+from skewbridge.fragility.tables.system_curves import system_curves
+from skewbridge.report.checks import StudyTables, check_tables
+from skewbridge.report.html.explorer import explorer_data
+
+_STATES = Path(__file__).parents[1] / "config" / "limit_states.yaml"
+
+
+def measured(variants: int, motions: int) -> dict[str, Any]:
+    """Return processor seconds of each step, in one process, and the peak memory of all in MB."""
+    rows, settings = synthetic_rows(variants, motions), FitSettings()
+    states, names = load_limit_states(_STATES), list(demands_for("effect", rows.columns))
+    fit_study(rows.head(motions), states, IM, settings)  # imports
+    seconds: dict[str, float] = {}
+
+    def timed[Found](name: str, step: Callable[[], Found]) -> Found:
+        start = time.process_time()
+        found = step()
+        seconds[name] = round(time.process_time() - start, 2)
+        sys.stderr.write(f"{variants} x {motions} {name}: {seconds[name]} s\n")
+        return found
+
+    timed("collect", lambda: _collect(rows, motions))
+    effects = timed("effects", lambda: paired_effects(rows, names, settings))
+    timed("factors", lambda: factor_summary(rows, names, settings))
+    medians = timed("medians", lambda: paired_capacity_effects(rows, states, IM, settings))
+    curves = timed("curves", lambda: fit_study(rows, states, IM, settings))
+    timed("ordered", lambda: ordered_curves(rows, states, IM, settings))
+    joint = timed("joint", lambda: joint_table(rows, states, IM, curves, settings))
+    checked = StudyTables(
+        demands=rows, curves=curves, effects=effects, suite=rows, max_unfinished_share=1.0
+    )
+    timed("check", lambda: check_tables(checked))
+    timed("table", lambda: latex_table(paper_table(curves, medians, joint, settings)))
+    timed("explorer", lambda: explorer_data(rows, curves, effects))
+    timed("systems", lambda: system_curves(rows, states, IM, settings))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+    return {"variants": variants, "motions": motions, "seconds": seconds, "peak_mb": peak}
+
+
+def _collect(rows: Any, motions: int) -> None:
+    """Write the rows as the workflow does, a variant at a time."""
+    table = arrow_table(rows)
+    with TemporaryDirectory() as folder:
+        parts = (
+            (
+                Path(folder) / f"{first}.parquet",
+                table.slice(first, motions).drop_columns(["suspect"]).to_pylist(),
+            )
+            for first in range(0, table.num_rows, motions)
+        )
+        write_study(parts, Path(folder) / "all.parquet", LIMITS, rows["run_key"])
+
+
+def exponents(found: list[dict[str, Any]]) -> dict[str, float]:
+    """Return the growth exponent of each step and of all, from the smallest to the largest."""
+    first, last = found[0], found[-1]
+    grown = log(last["variants"] * last["motions"] / (first["variants"] * first["motions"]))
+    both = [each["seconds"] | {"all": sum(each["seconds"].values())} for each in (first, last)]
+    return {name: round(log(both[1][name] / both[0][name]) / grown, 2) for name in both[0]}
+
+
+def main() -> None:
+    """Measure the sizes of the command line and print JSON and a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sizes", nargs="+", help="variants x motions, for example 100x100")
+    sizes = [tuple(map(int, size.split("x"))) for size in parser.parse_args().sizes]
+    found: list[dict[str, Any]] = []
+    for variants, motions in sizes:
+        with ProcessPoolExecutor(1) as pool:
+            found.append(pool.submit(measured, variants, motions).result())
+    told = {"sizes": found} | ({"exponents": exponents(found)} if len(found) > 1 else {})
+    heads = list(found[0]["seconds"])
+    lines = ["| variants x motions | " + " | ".join(heads) + " | memory, MB |"]
+    lines.append("|---" * (len(heads) + 2) + "|")
+    for each in found:
+        cells = [f"{each['variants']} x {each['motions']}", *each["seconds"].values()]
+        lines.append("| " + " | ".join(map(str, [*cells, each["peak_mb"]])) + " |")
+    sys.stdout.write("\n".join([json.dumps(told, indent=1), *lines, ""]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,26 @@
+"""Work on many variants, pairs or states spread over processes."""
+
+from collections.abc import Callable, Iterable
+from itertools import chain, islice
+
+from joblib import Parallel, delayed
+
+# ASSUME a process takes about a second to start, and an item some tenths: fewer are no gain
+_WORTH_PROCESSES = 24
+
+
+def spread[Item, Found](
+    function: Callable[[Item], Found], items: Iterable[Item], jobs: int
+) -> list[Found]:
+    """Return the function of each item, in their order.
+
+    Args:
+        function: What is called; it and the items go to other processes.
+        items: Its arguments.
+        jobs: Processes; with one, or with few items, everything runs in this one.
+    """
+    rest = iter(items)
+    first = list(islice(rest, _WORTH_PROCESSES))
+    if jobs == 1 or len(first) < _WORTH_PROCESSES:
+        return [function(item) for item in chain(first, rest)]
+    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(first, rest)))
