@@ -202,10 +202,11 @@ def lognormal_of_system(im: FloatArray, p: FloatArray) -> Lognormal:
     probit = special.ndtri(p)
     with np.errstate(invalid="ignore"):
         rising = np.isfinite(probit) & (np.diff(probit, prepend=-np.inf) > 0.0)
-    curve = interpolate.PchipInterpolator(probit[rising], np.log(im[rising]))
+    probit = probit[rising]
+    curve = interpolate.PchipInterpolator(probit, np.log(im[rising]))
     x16, x50, x84 = curve(special.ndtri(ends))
     beta = 0.5 * (x84 - x16)
-    between = np.linspace(*probit[rising][[0, -1]], _BETWEEN)
+    between = np.linspace(float(probit[0]), float(probit[-1]), _BETWEEN)
     away = special.ndtr((curve(between) - x50) / beta) - special.ndtr(between)
     return float(np.exp(x50)), float(beta), float(np.max(np.abs(away)))
 
