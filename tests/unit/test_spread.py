@@ -22,11 +22,10 @@ COMPONENTS = ("unseating", "abutment_active")
 type Fit = Callable[[pd.DataFrame, list[LimitState], int], pd.DataFrame]
 
 
-def process_of(_: int) -> int:
-    return os.getpid()
-
-
 def test_few_items_stay_in_one_process_and_many_do_not() -> None:
+    def process_of(_: int) -> int:  # in here: workers need not find this module
+        return os.getpid()
+
     assert set(spread(process_of, range(10), 2)) == {os.getpid()}
     assert os.getpid() not in spread(process_of, range(50), 2)
     assert spread(str, range(50), 2) == [str(n) for n in range(50)]

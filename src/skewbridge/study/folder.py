@@ -62,7 +62,8 @@ class StudyFolder:
     def made_parts(self) -> list[Path]:
         """Return the parts of the study that are there, of one cut and complete; else none."""
         cuts: dict[int, dict[int, Path]] = {}
-        for path in self.root.glob("demands/parts/*_of_*.json"):
+        any_part = self.part("*", "*")
+        for path in any_part.parent.glob(any_part.name):
             number, count = map(int, path.stem.split("_of_"))
             cuts.setdefault(count, {})[number] = path
         complete = [cut for count, cut in cuts.items() if len(cut) == count]
