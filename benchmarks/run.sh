@@ -15,7 +15,7 @@ environment() {
     local folder=.bench/$1
     [ -x "$folder/bin/python" ] || "$uv" venv --quiet --python "$version" "$folder"
     VIRTUAL_ENV=$folder "$uv" pip install --quiet --requirement "benchmarks/requirements-$1.txt" \
-        pandas pyarrow pydantic pyyaml 1>&2
+        joblib pandas pyarrow pydantic pyyaml 1>&2
     echo "$folder/bin/python"
 }
 
