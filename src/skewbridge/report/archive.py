@@ -14,7 +14,7 @@ from typing import Final
 import pandas as pd
 import yaml
 
-from skewbridge.bridge.catalogue.loading import FOLDER, bridge_file
+from skewbridge.bridge.catalogue.loading import own_bridge_files
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.fragility.exchange.loaded import load_results
 from skewbridge.provenance.closure import PACKAGE
@@ -22,7 +22,7 @@ from skewbridge.provenance.files import writable_file, written_aside
 from skewbridge.provenance.licences import licence_of
 from skewbridge.provenance.stamp import read_stamp
 from skewbridge.provenance.tables import read_frame
-from skewbridge.reading import read_bytes, read_mapping
+from skewbridge.reading import read_bytes
 from skewbridge.report.methods import methods_text
 from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder
@@ -128,26 +128,9 @@ def _inputs(study: StudyConfig, config: Path, base: Path) -> dict[str, bytes]:
     whole = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
     paths = [base, config, Path(study.fragility.limit_states)]
     for name in study.grid.bridge:
-        paths += _own_files(name)
+        paths += own_bridge_files(name)
     read = {_inside(path): read_bytes(path, _MAX_BYTES) for path in dict.fromkeys(paths)}
     return {"whole_config.yaml": whole.encode(), **read}
-
-
-def _own_files(bridge: str) -> list[Path]:
-    """Return the files of a bridge that does not come with the package, and of its parents."""
-    files: list[Path] = []
-    path = bridge_file(bridge)
-    while path.resolve().parent != FOLDER.resolve() and path not in files:
-        files.append(path)
-        parent = read_mapping(path).get("extends")
-        if parent is None:
-            break
-        beside = path.with_name(f"{parent}.yaml")
-        if beside.is_file() and beside not in files:
-            path = beside
-        else:
-            path = FOLDER / f"{parent}.yaml" if parent == path.stem else bridge_file(f"{parent}")
-    return files
 
 
 def _inside(path: Path) -> str:

@@ -11,7 +11,7 @@ of the package; a path with the ending ``.yaml`` names any other file.
 
 import re
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, reduce
 from pathlib import Path
 from typing import Any, Final
 
@@ -75,24 +75,38 @@ def load_bridge_file(path: Path) -> BridgeData:
 @cache
 def _loaded(path: Path) -> BridgeData:
     sources: dict[str, str] = {}
-    plain = _strip(_with_parents(path, ()), "", sources, path)
+    trees = (tree for _, tree in reversed(_with_parents(path)))
+    plain = _strip(reduce(_overlay, trees), "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
     return checked(BridgeData, raw, Path(path.name))
 
 
-def _with_parents(path: Path, children: tuple[Path, ...]) -> dict[str, Any]:
-    tree = read_mapping(path)
-    parent = tree.pop("extends", None)
-    if parent is None:
-        return tree
-    seen = (*children, path)
-    base = _named(f"{parent}", path.parent, without=seen)
-    if base is None:
-        told = f"{path.name}: extends: no other bridge {shortened(parent)}"
-        raise InputError(told, file=path.name)
-    if len(children) >= MAX_PARENTS:
-        raise InputError(f"{path.name}: extends: more than {MAX_PARENTS} bridges in a row")
-    return _overlay(_with_parents(base, seen), tree)
+def own_bridge_files(name: str) -> list[Path]:
+    """Return the file of a bridge and those of its parents that do not come with the package.
+
+    Raises:
+        InputError: No file has the name of the bridge or of a parent.
+    """
+    files = (path for path, _ in _with_parents(bridge_file(name).resolve()))
+    return [path for path in files if path.parent != FOLDER.resolve()]
+
+
+def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
+    """Return file and content of a bridge, then those of its parent, and so on."""
+    found: list[tuple[Path, dict[str, Any]]] = []
+    while True:
+        tree = read_mapping(path)
+        parent = tree.pop("extends", None)
+        found.append((path, tree))
+        if parent is None:
+            return found
+        base = _named(f"{parent}", path.parent, without=tuple(seen for seen, _ in found))
+        if base is None:
+            told = f"{path.name}: extends: no other bridge {shortened(parent)}"
+            raise InputError(told, file=path.name)
+        if len(found) > MAX_PARENTS:
+            raise InputError(f"{path.name}: extends: more than {MAX_PARENTS} bridges in a row")
+        path = base
 
 
 def _named(name: str, beside: Path, without: tuple[Path, ...] = ()) -> Path | None:
