@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.fragility.exchange.loaded import demands_file
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.tables.any_demands import read_demands
 from skewbridge.fragility.tables.limit_states import load_limit_states
@@ -50,7 +51,8 @@ def compare_studies(first: Path, second: Path, judgement: Judgement) -> StudyPai
         raise InputError(f"margin must be within 0..1, got {judgement.margin:g}")
     states = load_limit_states(judgement.limit_states)
     wanted = [state.demand for state in states]
-    tables = [read_demands(_demands(path), judgement.im, wanted) for path in (first, second)]
+    files = [path if path.is_file() else demands_file(path) for path in (first, second)]
+    tables = [read_demands(path, judgement.im, wanted) for path in files]
     for path, table in zip((first, second), tables, strict=True):
         if judgement.im not in table.columns:
             raise InputError(f"{path}: no column {judgement.im!r}", column=judgement.im)
@@ -59,13 +61,6 @@ def compare_studies(first: Path, second: Path, judgement: Judgement) -> StudyPai
     settings = replace(DEFAULTS, im=judgement.im, margin=judgement.margin)
     found = compare_demands(kept[0], kept[1], states, settings)
     return StudyPair(comparison=found, other_motions=other)
-
-
-def _demands(path: Path) -> Path:
-    found = StudyFolder(path).demands if path.is_dir() else path
-    if not found.is_file():
-        raise InputError(f"{path} has no demands.parquet: give the folder of a study that has run")
-    return found
 
 
 def _other_motions(first: Path, second: Path) -> tuple[str, ...]:

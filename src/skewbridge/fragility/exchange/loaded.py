@@ -41,17 +41,26 @@ def load_results(folder: Path) -> Results:
     Raises:
         InputError: The folder has no demands, or a table is damaged or of another version.
     """
-    path = folder / "demands.parquet"
-    if not path.is_file():
-        raise InputError(
-            f"{folder} has no demands.parquet: give the folder of a study that has run"
-        )
-    demands = _frame(path)
+    demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
     mixed = _differences({"demands": demands, **fits})
     if mixed:
         warnings.warn(f"{folder}: tables of different origin: {'; '.join(mixed)}", stacklevel=3)
     return Results(folder=folder, demands=demands, fragility=fits)
+
+
+def demands_file(folder: Path) -> Path:
+    """Return the demands of a study.
+
+    Raises:
+        InputError: The folder has none.
+    """
+    path = folder / "demands.parquet"
+    if not path.is_file():
+        raise InputError(
+            f"{folder} has no demands.parquet: give the folder of a study that has run"
+        )
+    return path
 
 
 def _frame(path: Path) -> pd.DataFrame:
