@@ -23,19 +23,16 @@ from pathlib import Path
 
 import pandas as pd
 import psutil
+from study_trees import TIMES, copy_sources
 
 from skewbridge.study.journal import JournalContent, read_content
 
-ROOT = Path(__file__).parents[1]
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
-LEFT_OUT = shutil.ignore_patterns(
-    ".git", ".venv", ".uv", ".exports", ".snakemake", "results", ".*_cache", ".hypothesis"
-)
 CORES = 2
 GRACE_S = 5.0
 MARK = "SKEWBRIDGE_KILL_MOMENT"
-# Measured times, and what is forecast from them, may differ between two runs of the same study.
-TIMES = ["wall_s", "cpu_s", "more_core_hours"]
+#: What is forecast from measured times differs like them.
+TIMED = [*TIMES, "more_core_hours"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +60,7 @@ class Outcome:
 
 def copied_sources(folder: Path, duration_s: float) -> Path:
     """Copy the sources once, with motions cut to a length: they may be edited meanwhile."""
-    shutil.copytree(ROOT, folder, ignore=LEFT_OUT)
+    copy_sources(folder)
     smoke = folder / "config/smoke.yaml"
     smoke.write_text(smoke.read_text().replace("10.0", f"{duration_s:g}"))
     return folder
@@ -104,7 +101,7 @@ def equal(tree: Path, reference: Path) -> bool:
     for path in sorted((reference / "results").rglob("*.parquet")):
         expected = pd.read_parquet(path)
         found = pd.read_parquet(tree / path.relative_to(reference))
-        times = [name for name in TIMES if name in expected]
+        times = [name for name in TIMED if name in expected]
         if not found.drop(columns=times).equals(expected.drop(columns=times)):
             sys.stderr.write(f"{path} differs\n")
             return False

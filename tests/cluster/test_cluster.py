@@ -16,24 +16,12 @@ from pathlib import Path
 import pandas as pd
 import psutil
 import pytest
+from study_trees import TIMES, copy_sources
 
 pytestmark = pytest.mark.cluster
 
 HERE = Path(__file__).parent
-ROOT = HERE.parents[1]
 BIN = Path(sys.executable).parent
-LEFT_OUT = shutil.ignore_patterns(
-    ".git",
-    ".venv",
-    ".uv",
-    ".exports",
-    ".snakemake",
-    "results",
-    ".*_cache",
-    ".hypothesis",
-    "__pycache__",
-)
-TIMES = ["wall_s", "cpu_s"]  # may differ between two runs of the same analysis
 TABLES = ["demands", "fragility/curves", "fragility/effects", "fragility/factors"]
 STUDY = """
 grid: {bridge: [osb1], skew_deg: [30], gap_mm: [25]}
@@ -76,7 +64,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Generator[Path]:
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the sources with the configuration of the small study."""
     tree = tmp_path_factory.mktemp("cluster") / "tree"
-    shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+    copy_sources(tree)
     (tree / "study.yaml").write_text(STUDY)
     (tree / "local.yaml").write_text(f"{STUDY}results: local\n")
     return tree

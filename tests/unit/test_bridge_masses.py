@@ -4,6 +4,7 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
+from bridge_variants import variant
 from skewbridge.analysis.damping import apply_rayleigh, damping_ratio, rayleigh_factors
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.deck import lumping_shares
@@ -11,13 +12,6 @@ from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
-
-
-def variant(
-    skew_deg: int = 30, abutment: str = "contact_friction", bridge: str = "osb1"
-) -> Variant:
-    return Variant(bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50)
 
 
 def test_masses_and_loads_add_up() -> None:

@@ -8,6 +8,7 @@ import openseespy.opensees as ops
 import pytest
 from pydantic import ValidationError
 
+from bridge_variants import variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge.abutment.backfill import variation_factors
 from skewbridge.bridge.abutment.penalty import (
@@ -21,13 +22,6 @@ from skewbridge.bridge.gravity import column_axial_forces_n, support_reactions_n
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
-
-
-def variant(
-    skew_deg: int = 30, abutment: str = "contact_friction", bridge: str = "osb1"
-) -> Variant:
-    return Variant(bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50)
 
 
 def test_the_arrays_do_not_rotate_about_their_axis_while_the_deck_does() -> None:

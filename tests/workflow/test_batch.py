@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from study_trees import TIMES
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import motion_measures
@@ -74,12 +75,9 @@ def batch(tasks: list[Task], folder: Path, n_jobs: int) -> tuple[list[dict[str, 
     return rows, len(new)
 
 
-TIMING = ("wall_s", "cpu_s")  # may differ between two runs of the same analysis
-
-
 def without_timing(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
     """Return the other values as texts, so that what is no number equals itself."""
-    return [{key: repr(value) for key, value in row.items() if key not in TIMING} for row in rows]
+    return [{key: repr(value) for key, value in row.items() if key not in TIMES} for row in rows]
 
 
 def test_one_core_and_two_give_identical_rows(tasks: list[Task], tmp_path: Path) -> None:

@@ -2,30 +2,19 @@
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from study_trees import copy_sources
+
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
-LEFT_OUT = shutil.ignore_patterns(
-    ".git",
-    ".venv",
-    ".uv",
-    ".exports",
-    ".snakemake",
-    "results",
-    ".*_cache",
-    ".hypothesis",
-    "__pycache__",
-)
 
 
 def test_the_profile_cuts_the_study_into_jobs_by_forecast(tmp_path: Path) -> None:
     """768 analyses of 4 s are 51.2 processor minutes: 26 jobs of one minute on two."""
     tree = tmp_path / "tree"
-    shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+    copy_sources(tree)
     site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "1", "SBATCH_PARTITION": "long"}
     planned = subprocess.run(
         [str(SNAKEMAKE), "-n", "--workflow-profile", "workflow/profiles/slurm"],

@@ -14,29 +14,17 @@ import pandas as pd
 import psutil
 import pyarrow.parquet as pq
 import pytest
+from study_trees import ROOT, TIMES, copy_sources
 
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.forecast import TYPICAL_MOTION_S
 from skewbridge.study.tree_lock import LOCK_NAME
 
-ROOT = Path(__file__).parents[2]
-LEFT_OUT = shutil.ignore_patterns(
-    ".git",
-    ".venv",
-    ".uv",
-    ".exports",
-    ".snakemake",
-    "results",
-    ".*_cache",
-    ".hypothesis",
-    "__pycache__",
-)
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
 
 
 SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
-TIMES = ["wall_s", "cpu_s"]  # may differ between two runs of the same analysis
 
 
 def command(*arguments: str, cores: int = 2) -> list[str]:
@@ -95,7 +83,7 @@ def wait_for(condition: Callable[[], object], seconds: float) -> bool:
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished smoke study whose first run was killed after its first analysis."""
     tree = tmp_path_factory.mktemp("study") / "tree"
-    shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+    copy_sources(tree)
     smoke = tree / "config/smoke.yaml"
     text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 6.0")
     smoke.write_text(text.replace("results: results/smoke\n", ""))
