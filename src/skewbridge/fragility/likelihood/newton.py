@@ -12,7 +12,12 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood.links import FloatArray, LinkTerms, link_terms
+from skewbridge.fragility.likelihood.links import (
+    FloatArray,
+    LinkTerms,
+    link_terms,
+    probit_side,
+)
 
 _DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step squares it
 _MAX_ITERATIONS: Final = 80
@@ -86,6 +91,9 @@ class BinomialKernel:
         self.remain = n - k
         self.offset = offset
         self._terms: Callable[[FloatArray], LinkTerms] = link_terms(link)
+        # single runs exceed or do not: half of the terms would be multiplied by zero
+        single = link == "probit" and bool(np.all((k == 0.0) | (k == n)))
+        self._sign = np.where(k > 0.0, 1.0, -1.0) if single else None
         size = design.shape[1]
         self._products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
 
@@ -97,8 +105,17 @@ class BinomialKernel:
         eta = params @ self.design.T
         if self.offset is not None:
             eta = eta + self.offset
-        terms = self._terms(eta)
         size = params.shape[1]
+        if self._sign is not None:
+            sign = self._sign if k.ndim == 1 or rows is None else self._sign[rows]
+            runs = k + m
+            log_p, first, second = probit_side(sign * eta)
+            return Derivatives(
+                np.sum(runs * log_p, axis=1),
+                (runs * sign * first) @ self.design,
+                ((runs * second) @ self._products).reshape(-1, size, size),
+            )
+        terms = self._terms(eta)
         return Derivatives(
             np.sum(k * terms.log_p + m * terms.log_q, axis=1),
             (k * terms.d_log_p + m * terms.d_log_q) @ self.design,

@@ -98,15 +98,16 @@ def _generator(size: int, points: int) -> tuple[int, ...]:
     Each makes the worst-case error for smooth periodic functions least, with weights 1/j^2 of the
     variables: the first, most restrictive ones matter most.
     """
+    if size == 0:
+        return ()
+    before = _generator(size - 1, points)
     numbers = np.arange(points)
     x = numbers / points
     bernoulli = 2.0 * np.pi**2 * (x * x - x + 1.0 / 6.0)
-    product, found = np.ones(points), []
+    product = np.ones(points)
+    for place, z in enumerate(before, start=1):
+        product *= 1.0 + bernoulli[numbers * z % points] / place**2
     tried = np.arange(1, points // 2 + 1)
-    for place in range(1, size + 1):
-        terms = 1.0 + bernoulli / place**2
-        errors = [float(product @ terms[numbers * z % points]) for z in tried]
-        best = int(tried[np.argmin(errors)])
-        product *= terms[numbers * best % points]
-        found.append(best)
-    return tuple(found)
+    errors = bernoulli[np.outer(tried, numbers) % points] @ product
+    # equal errors differ by rounding: the first of them, on any machine
+    return (*before, int(tried[errors < np.min(errors) + 1e-9][0]))
