@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from fragility_tables import IM, synthetic_demands
+from skewbridge.fragility.joint.table import joint_table
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import LimitState, load_limit_states
@@ -42,6 +43,12 @@ def demands() -> pd.DataFrame:
     )
 
 
+def _joint(rows: pd.DataFrame, jobs: int) -> pd.DataFrame:
+    """All limit states, whose demands are what is spread."""
+    states = [state for state in load_limit_states(STATES) if state.demand in rows.columns]
+    return joint_table(rows, states, IM, fit_study(rows, states[:1], IM), jobs=jobs)
+
+
 @pytest.mark.parametrize(
     "fit",
     [
@@ -49,9 +56,10 @@ def demands() -> pd.DataFrame:
         lambda rows, states, jobs: ordered_curves(rows, states, IM, jobs=jobs),
         lambda rows, states, jobs: system_curves(rows, states, IM, jobs=jobs),
         lambda rows, states, jobs: paired_capacity_effects(rows, states, IM, jobs=jobs),
+        lambda rows, _, jobs: _joint(rows, jobs),
         lambda rows, _, jobs: paired_effects(rows, ["unseating_m", "deck_disp_m"], jobs=jobs),
     ],
-    ids=["curves", "ordered", "systems", "medians", "effects"],
+    ids=["curves", "ordered", "systems", "medians", "joint", "effects"],
 )
 def test_two_processes_make_the_table_of_one(fit: Fit, demands: pd.DataFrame) -> None:
     states = [state for state in load_limit_states(STATES) if state.component in COMPONENTS]

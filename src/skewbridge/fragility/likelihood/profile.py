@@ -104,18 +104,14 @@ def _venzon_moolgavkar(
             residual = np.abs(gap) + slope**2 / np.abs(np.sum(along * turned, axis=1))
             if np.all(residual < _TOLERANCE * (1.0 + abs(target))):
                 break
-            rows = now.score, turned + is_theta[:, None] * now.score
-            det = rows[0][:, 0] * rows[1][:, 1] - rows[0][:, 1] * rows[1][:, 0]
+            tilted = turned + is_theta[:, None] * now.score  # gradient of ``slope``
+            det = now.score[:, 0] * tilted[:, 1] - now.score[:, 1] * tilted[:, 0]
             det = np.where(det == 0.0, np.inf, det)
-            step = np.stack(
-                [
-                    slope * rows[0][:, 1] - gap * rows[1][:, 1],
-                    gap * rows[1][:, 0] - slope * rows[0][:, 0],
-                ],
-                axis=1,
-            ) / det[:, None]
-            falls = np.maximum(-step[:, 1] / a[:, 1], 0.7)
-            a = a + 0.7 / falls[:, None] * step if np.any(falls > 0.7) else a + step
+            first = (slope * now.score[:, 1] - gap * tilted[:, 1]) / det
+            second = (gap * tilted[:, 0] - slope * now.score[:, 0]) / det
+            # a1 stays positive: no step takes more than 0.7 of it
+            part = 0.7 / np.maximum(-second / a[:, 1], 0.7)
+            a = a + part[:, None] * np.stack([first, second], axis=1)
     side = np.where(which % 2 == 0, -1.0, 1.0)
     ends, centre = (
         np.where(is_theta, -point[:, 0] / point[:, 1], point[:, 1]) for point in (a, maximum.params)

@@ -83,7 +83,7 @@ def _all_below(limit: FloatArray, correlation: FloatArray, points: int) -> Float
 
 @lru_cache(maxsize=64)
 def _lattice(size: int, points: int) -> FloatArray:
-    """Return a shifted lattice in ``size`` dimensions with the tent transform, shape (size, points).
+    """Return a shifted lattice with the tent transform, shape (size, points).
 
     The shift of half a point keeps away from 0 and 1.
     """
