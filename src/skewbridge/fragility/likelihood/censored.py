@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, mills_ratio
+from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, probit_side
 from skewbridge.fragility.likelihood.newton import Derivatives
 
 
@@ -34,11 +34,13 @@ class _Squares:
     Attributes:
         onto: Shape (p, p).
         sums: Sum of w d d' over the rows, shape (p, p) or (R, p, p).
+        curve: The same of the parameters, onto' sums onto.
         count: Sum of w, shape () or (R,).
     """
 
     onto: FloatArray
     sums: FloatArray
+    curve: FloatArray
     count: FloatArray
 
     @classmethod
@@ -51,21 +53,21 @@ class _Squares:
         rows = np.column_stack([-covariates, y - covariates @ line])
         products = (rows[:, :, None] * rows[:, None, :]).reshape(-1, size * size)
         sums = (weights @ products).reshape(*weights.shape[:-1], size, size)
-        return cls(onto, sums, np.sum(weights, axis=-1))
+        return cls(onto, sums, onto.T @ sums @ onto, np.sum(weights, axis=-1))
 
     def at(self, rows: NDArray[np.intp]) -> Self:
         """Return the sums of some replicates."""
-        return replace(self, sums=self.sums[rows], count=self.count[rows])
+        return replace(self, sums=self.sums[rows], curve=self.curve[rows], count=self.count[rows])
 
     def add_to(self, total: "Sum", params: FloatArray, h: FloatArray) -> None:
         """Add ln h - z^2/2 - ln(2 pi)/2 of the rows."""
         turned = params @ self.onto.T
-        product = (self.sums @ turned[..., None])[..., 0]
+        product = np.einsum("...ij,...j->...i", self.sums, turned)
         total.loglik += self.count * (np.log(h) - HALF_LOG_2PI)
         total.loglik -= 0.5 * np.sum(turned * product, axis=1)
         total.score -= product @ self.onto
         total.score[:, -1] += self.count / h
-        total.hessian -= self.onto.T @ self.sums @ self.onto
+        total.hessian -= self.curve
         total.hessian[:, -1, -1] -= self.count / h**2
 
 
@@ -154,9 +156,9 @@ class Sum:
     def add_tail(self, design: FloatArray, weights: FloatArray, sign: float) -> None:
         """Add sum w ln Phi(sign z) over the rows, z = design params."""
         u = sign * (self._params @ design.T)
-        ratio = mills_ratio(u)
-        self.loglik += np.sum(weights * special.log_ndtr(u), axis=1)
-        self.add(design, sign * weights * ratio, -weights * ratio * (u + ratio))
+        log_p, first, second = probit_side(u)
+        self.loglik += np.sum(weights * log_p, axis=1)
+        self.add(design, sign * weights * first, weights * second)
 
     def add_interval(self, lower: FloatArray, upper: FloatArray, weights: FloatArray) -> None:
         """Add sum w ln[Phi(z_upper) - Phi(z_lower)] over the rows of both designs."""

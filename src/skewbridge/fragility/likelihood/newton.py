@@ -188,10 +188,31 @@ def _newton_step(now: Derivatives) -> FloatArray:
         first = (d * score[:, 0] - b * score[:, 1]) / -det
         second = (a * score[:, 1] - b * score[:, 0]) / -det
         return np.stack([first, second], axis=1)
+    if score.shape[1] == 3:
+        return _step_of_three(hessian, score)
     step = np.zeros_like(score)
     good = np.all(np.isfinite(hessian), axis=(1, 2)) & (np.abs(np.linalg.det(hessian)) > 0.0)
     step[good] = np.linalg.solve(-hessian[good], score[good][..., None])[..., 0]
     return step
+
+
+def _step_of_three(hessian: FloatArray, score: FloatArray) -> FloatArray:
+    """Return the steps of three parameters by cofactors: solvers of many small systems are slow."""
+    a, b, c, d, e, f = (
+        hessian[:, i, j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+    )
+    x, y, z = score.T
+    with np.errstate(all="ignore"):
+        first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
+        fourth, fifth, sixth = a * f - c * c, b * c - a * e, a * d - b * b
+        det = a * first + b * second + c * third
+        total = [
+            first * x + second * y + third * z,
+            second * x + fourth * y + fifth * z,
+            third * x + fifth * y + sixth * z,
+        ]
+        step = np.stack(total, axis=1) / -det[:, None]
+    return np.where((np.isfinite(det) & (det != 0.0))[:, None], step, 0.0)
 
 
 def _step_uphill(
