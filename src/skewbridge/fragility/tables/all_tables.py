@@ -81,7 +81,7 @@ def effect_tables(
     return {
         "effects": effects,
         "needed_motions": needed_motions(effects, rows),
-        "factors": factor_summary(rows, names, settings),
+        "factors": factor_summary(rows, names, settings, jobs=jobs),
     }
 
 
