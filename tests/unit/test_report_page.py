@@ -90,6 +90,13 @@ def test_a_single_variant_and_motion_compare_nothing(render):
     assert 'id="answer"' not in page
 
 
+def test_one_motion_gives_no_estimate_and_the_page_says_so(render):
+    page, _ = render(synthetic_demands(motions=1, skews=(30,), gaps=(25,)))
+    assert re.search(r"Friction is not decided for [^<]* by 1 motion<", page)
+    assert "too few motions are complete on both sides" in page
+    assert "– (no interval" not in page
+
+
 def test_every_link_inside_the_page_leads_somewhere(render):
     page, _ = render(synthetic_demands(skews=(0, 30), gaps=(25,)))
     wanted = set(re.findall(r'href="#([^"]+)"', page))
