@@ -160,6 +160,7 @@ def latex_table(table: pd.DataFrame) -> str:
     units = ", ".join(sorted(set(table["im"].astype(str))))
     return "\n".join(
         [
+            r"% needs \usepackage{booktabs,longtable}",
             f"% medians in {units}; ratios of medians to the smallest value of each axis",
             "% beta_total: dispersion of the curve, with that of the capacity;",
             "% beta_records: record-to-record",
