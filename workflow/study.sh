@@ -10,4 +10,5 @@ override=()
 # On a cluster the profile says how many jobs there may be at once; here it is the processors.
 how=(-j"$cores")
 [ -z "$profile" ] || how=(--workflow-profile "workflow/profiles/$profile")
-exec "$bin/snakemake" "${how[@]}" --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"
+# why a rule runs is long; snakemake -n tells it
+exec "$bin/snakemake" "${how[@]}" --quiet host reason --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"
