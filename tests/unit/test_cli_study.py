@@ -135,4 +135,5 @@ def test_a_piped_run_tells_how_far_it_is(capsys: pytest.CaptureFixture[str]) -> 
     told = capsys.readouterr().err
     assert "analyses_1_of_1: 5 of 6 analyses done (4 of them before), " in told
     assert "min left" in told
+    assert "per minute" in told
     assert "for the log file" not in told

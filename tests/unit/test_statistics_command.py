@@ -170,7 +170,10 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     assert variants["skew_ratio"].notna().sum() == 8
     tex = (folder / "out" / "table.tex").read_text(encoding="utf-8")
     assert tex.count(r"\\") == len(table) + 1
-    assert r"column\_drift, slight" in tex
+    assert "& column drift, slight &" in tex
+    assert r"\usepackage{booktabs,longtable}" in tex
+    assert variants.groupby(["skew_deg", "gap_mm", "friction"]).ngroups == len(variants)
+    assert joint[["skew_deg", "gap_mm", "friction"]].isna().all()
 
 
 def test_fit_prints_the_table_of_a_paper(app, written, tmp_path):
