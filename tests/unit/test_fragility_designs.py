@@ -163,3 +163,10 @@ def test_measures_are_ranked_per_bridge_and_abutment_and_judged_by_motion():
     assert {"p_magnitude", "effect_ln_distance", "p_best_proficiency"} <= set(found.columns)
     doubled = measure_table(pd.concat([table, table]), motions)
     assert doubled["p_magnitude"].to_numpy() == pytest.approx(found["p_magnitude"].to_numpy())
+
+
+def test_measures_that_one_motion_leaves_without_a_line_are_listed_with_the_reason():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(0, 50), motions=1)
+    found = measure_table(table, table[["motion_id"]])
+    assert set(found["status"]) == {"single_level"}
+    assert found["proficiency"].isna().all()

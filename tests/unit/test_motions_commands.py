@@ -79,6 +79,23 @@ def test_time_step_and_unit_given_with_the_check_go_into_the_index(tmp_path):
     assert np.abs(suite["accel_1_mps2"][0]).max() == pytest.approx(1.5)
 
 
+def test_unit_of_the_command_is_for_the_files_of_a_folder_that_have_none(tmp_path):
+    make_pairs(tmp_path, 1)
+    times_s = 0.01 * np.arange(shaken_g(3).size)
+    for name in ("valley_000.csv", "valley_090.csv"):
+        rows = zip(times_s, 980.665 * shaken_g(3), strict=True)
+        (tmp_path / name).write_text("\n".join(f"{t:.2f},{a:.6e}" for t, a in rows))
+    code, out, _ = _run("check", tmp_path, "--json")
+    assert code == 2
+    assert "--unit" in str(json.loads(out)["files"])
+    alone = {item["file"]: item["pga_g"] for item in json.loads(out)["files"] if item["pga_g"]}
+    code, out, _ = _run("check", tmp_path, "--write", "--unit", "cm/s2", "--json")
+    assert code == 0
+    both = {item["file"]: item["pga_g"] for item in json.loads(out)["files"]}
+    assert alone == {name: both[name] for name in alone}
+    assert list(pd.read_csv(tmp_path / "index.csv")["unit"]) == ["g", "cm/s2"]
+
+
 @pytest.mark.parametrize("command", ["plot", "synthesize"])
 def test_unwritable_folder_is_bad_input(tmp_path, command):
     blocked = tmp_path / "file"

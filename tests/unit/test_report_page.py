@@ -48,6 +48,14 @@ def test_bases_axes_and_counts_are_those_of_the_study(render):
         assert f"{low:+.1f} to {high:+.1f} %" in page or f"{low:+.0f} to {high:+.0f} %" in page
 
 
+def test_a_reader_is_told_that_motions_are_scaled(render):
+    demands = synthetic_demands(skews=(0,), gaps=(25,))
+    demands["scale"] = 1.5
+    demands.loc[demands.index[0], "scale"] = 0.25
+    page, _ = render(demands)
+    assert "motions scaled by 0.25 to 1.5," in page
+
+
 def test_both_bases_are_named_with_their_bridges(render):
     demands = pd.concat(
         [
@@ -86,8 +94,15 @@ def test_a_single_variant_and_motion_compare_nothing(render):
     demands = synthetic_demands(motions=1, skews=(30,), gaps=(25,), frictions=(50,))
     page, _ = render(demands)
     assert "This study compares nothing" in page
-    assert "1 motion," in page
+    assert "1 motion unscaled," in page
     assert 'id="answer"' not in page
+
+
+def test_one_motion_gives_no_estimate_and_the_page_says_so(render):
+    page, _ = render(synthetic_demands(motions=1, skews=(30,), gaps=(25,)))
+    assert re.search(r"Friction is not decided for [^<]* by 1 motion<", page)
+    assert "too few motions are complete on both sides" in page
+    assert "– (no interval" not in page
 
 
 def test_every_link_inside_the_page_leads_somewhere(render):

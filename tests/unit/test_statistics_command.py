@@ -90,6 +90,15 @@ def test_predictions_are_those_of_the_joint_model(app, written):
     assert one[1]["rows"][0]["p"] is None
 
 
+def test_the_error_of_left_out_variants_is_no_error_message(app, written, tmp_path):
+    table = pd.read_parquet(written[0] / "out" / "joint.parquet")
+    table.assign(loo_error=np.nan).to_parquet(tmp_path / "joint.parquet")
+    found = CliRunner().invoke(app, ["predict", "--results", str(tmp_path), *PLACE])
+    assert found.exit_code == 0
+    assert "nan" not in found.stdout
+    assert found.stderr.startswith("left out: error of theta")
+
+
 def test_a_folder_of_a_study_serves_as_well(app, written, tmp_path):
     folder, _ = written
     (tmp_path / "fragility").mkdir()
@@ -122,6 +131,7 @@ def test_a_folder_without_models_is_named(app, tmp_path):
     code, found = predict(app, tmp_path, *PLACE)
     assert code == 2
     assert "skewbridge statistics" in found["message"]
+    assert "--results" in found["message"]
 
 
 @pytest.mark.parametrize(
@@ -160,7 +170,10 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     assert variants["skew_ratio"].notna().sum() == 8
     tex = (folder / "out" / "table.tex").read_text(encoding="utf-8")
     assert tex.count(r"\\") == len(table) + 1
-    assert r"column\_drift, slight" in tex
+    assert "& column drift, slight &" in tex
+    assert r"\usepackage{booktabs,longtable}" in tex
+    assert variants.groupby(["skew_deg", "gap_mm", "friction"]).ngroups == len(variants)
+    assert joint[["skew_deg", "gap_mm", "friction"]].isna().all()
 
 
 def test_fit_prints_the_table_of_a_paper(app, written, tmp_path):

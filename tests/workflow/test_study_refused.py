@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,13 @@ def test_bad_configuration_stops_before_any_work(tree: Path, override: str, word
     assert done.returncode != 0
     assert words in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_a_configuration_that_is_not_there_is_named() -> None:
+    command = ["bash", "workflow/study.sh", "no_folder", "1", "config/nowhere.yaml"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "study: there is no configuration config/nowhere.yaml\n"
 
 
 @pytest.mark.parametrize("fault", ["missing", "nan", "dt"])

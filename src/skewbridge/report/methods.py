@@ -151,8 +151,9 @@ def _motions(motions: MotionsConfig, source: str) -> Iterator[str]:
         f"{motions.ida_demand} = {motions.ida_threshold:g} between {low:g} and {high:g} g of "
         "Sa_avg (Eads et al. 2015)",
     }
+    suite = " of the suite" if motions.count is None else ""
     yield (
-        f"{count} two-component ground motions{known} act on every variant, "
+        f"{count} two-component ground motions{suite}{known} act on every variant, "
         f"{scaled[motions.design]}, at an incidence of {_listed(motions.incidence_deg)} degrees."
     )
     if motions.shaking_s is not None:
