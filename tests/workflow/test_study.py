@@ -263,6 +263,11 @@ def test_a_changed_limit_state_reruns_the_fits_and_what_follows(copy: Path) -> N
     assert jobs == FITS - {"paired_effects"}
 
 
+def test_width_and_font_of_the_figures_rerun_these_and_the_page(copy: Path) -> None:
+    over = "figures: {width_mm: 85, font: serif}"
+    assert planned_jobs(copy, over) - {"all"} == {"figures", "report"}
+
+
 def test_an_edited_template_reruns_the_report(copy: Path) -> None:
     template = "src/skewbridge/report/html/templates/report.html.j2"
     assert jobs_after(copy, {template: ("", "\n")}) == {"report"}
@@ -339,6 +344,8 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
         ("grdi: {gap_mm: [25]}", "grdi: unknown key"),
         ("grid: {skew_deg: [75]}", "grid.skew_deg.0: must be within -60..60, got 75"),
         ("grid: {bridge: [osb7]}", "osb7"),
+        ("figures: {width_mm: 5}", "figures.width_mm: must be greater than or equal to 40, got 5"),
+        ("figures: {font: Nowhere Sans}", "figures.font must be sans-serif, serif, monospace or"),
         ("results: Snakefile", "cannot write to the folder 'Snakefile'"),
         ("motions: {folder: nowhere}", "motions folder nowhere does not exist"),
     ],
