@@ -50,7 +50,7 @@ def save_figure(draw: Drawing, settings: FigureSettings, folder: Path, name: str
     return [vector_path, path]
 
 
-def _rc(settings: FigureSettings) -> dict[str, Any]:
+def _rc(settings: FigureSettings) -> Any:
     font = settings.font
     # names of parts by their content, so that equal figures are equal files
     chosen: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}

@@ -129,12 +129,17 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
             f"Same motions, geometric mean and {level:g} % interval", loc="left", fontsize=9
         )
         handles = [
-            Line2D([], [], ls="", **{"marker": "o", "color": "#444444"} | {part: look},
-                   label=named_value(axes_of([axis if name == "to_value" else name])[0], value))
-            for name, (part, shown) in looks.items() for value, look in shown.items()
-        ]  # fmt: skip
+            _legend_mark(part, look, axis if name == "to_value" else name, value)
+            for name, (part, shown) in looks.items()
+            for value, look in shown.items()
+        ]
         figure.legend(handles=handles, loc="outside lower center", ncols=_LEGEND_COLUMNS)
     return figure
+
+
+def _legend_mark(part: str, look: Any, axis: str, value: float) -> Line2D:
+    style: dict[str, Any] = {"marker": "o", "color": "#444444", part: look}
+    return Line2D([], [], linestyle="", label=named_value(axes_of([axis])[0], value), **style)
 
 
 def _looks(table: pd.DataFrame, told: Sequence[str]) -> dict[str, tuple[str, dict[float, Any]]]:
