@@ -26,13 +26,13 @@ def methods(
     """
     from skewbridge.provenance.files import writable_file, write_text
     from skewbridge.provenance.tables import read_frame
-    from skewbridge.report.archive import methods_of
+    from skewbridge.report.methods import methods_of
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
 
     study = load_config(config, base=DEFAULT_CONFIG)
     suite = StudyFolder(Path(study.results)).suite
-    text = methods_of(study, read_frame(suite) if suite.is_file() else None)
+    text = methods_of(study, read_frame(suite) if suite.is_file() else None).markdown()
     if out is not None:
         write_text(writable_file(out), text)
         messages.print(f"written: {out}")
