@@ -90,6 +90,17 @@ def test_a_single_variant_and_motion_compare_nothing(render):
     assert 'id="answer"' not in page
 
 
+def test_tables_behind_the_main_one_have_words_and_their_medians(render):
+    page, frames = render(synthetic_demands(skews=(0, 30), gaps=(25,)))
+    system = frames["system"][frames["system"]["status"] == "ok"]
+    assert len(system)
+    for row in system.to_dict("records"):
+        assert f"{row['theta']:.3g} [{row['theta_low']:.3g}, {row['theta_high']:.3g}]" in page
+    for head in ("weakest component", "components independent"):
+        assert head in page
+    assert "theta correlated" not in page
+
+
 def paragraph(page, name):
     return re.search(rf"<p><strong>{name}\.</strong> (.*?)</p>", page)[1]
 

@@ -28,7 +28,7 @@ from skewbridge.report.verdict_style import (
 from skewbridge.variant.axes import Axis, axes_of
 
 _MOST: Final = 0.95  # of the intervals lie within the axis of ratios
-_LEGEND_COLUMNS: Final = 4
+_LEGEND_COLUMNS: Final = 6
 _RATIO_RANGE: Final = (0.5, 2.0)
 _RATIO_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FINE_TICKS: Final = tuple(round(0.05 * i, 2) for i in range(14, 28))

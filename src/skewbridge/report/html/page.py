@@ -19,6 +19,7 @@ from skewbridge.report.choice_figures import choice_findings, choices_left_out
 from skewbridge.report.figure_cases import CHOICES, CLOUDS, CURVES, EFFECTS, HISTORIES, MOTIONS
 from skewbridge.report.html import statements
 from skewbridge.report.html.answer import cards, model_name, title_of
+from skewbridge.report.html.detail_rows import factor_rows, measure_rows, system_rows
 from skewbridge.report.html.explorer import explorer_data, library
 from skewbridge.report.html.paper_rows import fit_counts, paper_rows, states_out_of_reach
 from skewbridge.report.html.pictures import pictures_of
@@ -88,11 +89,11 @@ def write_report(
         cpu_h=float(demands["cpu_s"].sum()) / 3600.0,
         choices=[] if choices is None else _choices(read_frame(choices)),
         config=yaml.safe_dump(dict(config), sort_keys=False),
+        system=system_rows(frames["system"]),
+        measures=measure_rows(frames["measures"]),
+        factors=factor_rows(frames["factors"]),
         provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-        **{
-            name: frames[name].to_dict("records")
-            for name in ("factors", "system", "measures", "gate", "sensitivity")
-        },
+        **{name: frames[name].to_dict("records") for name in ("gate", "sensitivity")},
     )
     write_text(output, page)
 
