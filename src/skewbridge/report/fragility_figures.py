@@ -24,7 +24,8 @@ from skewbridge.statuses import COLLAPSE
 
 _LEGEND_COLUMNS: Final = 4
 _ABOVE_ZERO: Final = 1e-300
-_ROOM_FOR_NOTE_PT: Final = 15.0  # between a panel and its title
+_TITLE_PAD_PT: Final = 6.0  # between a panel and its title
+_NOTE_LINE_PT: Final = 9.0  # for each line of a note between the two
 _NAME_ROOM: Final = 0.05  # part of the height of a panel that the name of a state takes
 _FAR_BELOW: Final = 300.0  # parts of the first limit state: a demand below is as good as none
 
@@ -63,16 +64,19 @@ def fragility_curves(
         size = 2.6 * len(columns) + 0.9, 2.1 * len(names) + 0.9
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(len(names), len(columns), squeeze=False, sharex=True, sharey=True)
+        above = 0
         for row, name in zip(panels, names, strict=True):
             for axes, (_, own) in zip(row, columns, strict=True):
-                _curve_panel(axes, own[own["limit_state"] == name], demands, grid, layout)
+                part = own[own["limit_state"] == name]
+                lines = _curve_panel(axes, part, demands, grid, layout)
+                above = max(above, lines) if name == names[0] else above
                 axes.set_xscale("log")
                 axes.set_ylim(-0.06, 1.06)
             state = table[table["limit_state"] == name].iloc[0]
             capacity = threshold_text(str(state["demand"]), float(state["threshold"]))
             row[0].set_ylabel(f"P(exceeds | IM)\n{str(name).replace('_', ' ')}: {capacity}")
         for axes, (title, _) in zip(panels[0], columns, strict=True):
-            axes.set_title(title, fontsize=9)
+            axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * above)
         for axes in panels[-1]:
             axes.set_xlabel(label_of(im_column))
         plain_log_ticks(panels[-1, 0].xaxis)
@@ -117,7 +121,7 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
             _draw_thresholds(axes, thresholds)
             axes.set_xscale("log")
             axes.set_yscale("log")
-            axes.set_title(title, fontsize=9, pad=_ROOM_FOR_NOTE_PT if told else None)
+            axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * bool(told))
             if below := _count_below(own[demand], least):
                 axes.text(0.5, 1.02, below, transform=axes.transAxes, fontsize=7, ha="center")
             axes.set_xlabel(label_of(im_column))
@@ -153,7 +157,8 @@ def _add_legend(figure: Figure, layout: VariantLayout, *, marks: bool = False) -
 
 def _curve_panel(
     axes: Axes, part: pd.DataFrame, demands: pd.DataFrame, grid: FloatArray, layout: VariantLayout
-) -> None:
+) -> int:
+    """Draw the curves of one state; return how many lines above the panel tell what is missing."""
     missing: list[str] = []
     for item in part.to_dict("records"):
         style = layout.style_of(item)
@@ -184,21 +189,10 @@ def _curve_panel(
         if flagged:
             line |= {"linewidth": 0.6 * line["linewidth"], "alpha": 0.7}
         axes.plot(grid, curve(grid, theta, beta), **line)
-    if missing:
-        # curves that rise early leave the lower right corner free, all others the upper left one
-        early = any(item["theta"] < np.sqrt(grid[0] * grid[-1]) for item in part.to_dict("records"))
-        x, y, side, end = (0.97, 0.12, "right", "bottom") if early else (0.03, 0.9, "left", "top")
-        axes.text(
-            x,
-            y,
-            "\n".join(_missing_lines(missing)),
-            transform=axes.transAxes,
-            fontsize=7,
-            ha=side,
-            va=end,
-            color="#333333",
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
-        )
+    said = _missing_lines(missing)
+    text, style = "\n".join(said), {"fontsize": 7, "color": "#333333", "linespacing": 1.1}
+    axes.text(1.0, 1.02, text, transform=axes.transAxes, ha="right", va="bottom", **style)
+    return len(said)
 
 
 def total_dispersion(item: Mapping[Any, Any]) -> float:
