@@ -190,8 +190,9 @@ def _curve_panel(
             line |= {"linewidth": 0.6 * line["linewidth"], "alpha": 0.7}
         axes.plot(grid, curve(grid, theta, beta), **line)
     said = _missing_lines(missing)
-    text, style = "\n".join(said), {"fontsize": 7, "color": "#333333", "linespacing": 1.1}
-    axes.text(1.0, 1.02, text, transform=axes.transAxes, ha="right", va="bottom", **style)
+    text = "\n".join(said)
+    look: dict[str, Any] = {"fontsize": 7, "color": "#333333", "linespacing": 1.1}
+    axes.text(1.0, 1.02, text, transform=axes.transAxes, ha="right", va="bottom", **look)
     return len(said)
 
 
