@@ -206,6 +206,11 @@ def test_a_changed_limit_state_reruns_the_fits_and_what_follows(copy: Path) -> N
     assert jobs == FITS - {"paired_effects"}
 
 
+def test_width_and_font_of_the_figures_rerun_these_and_the_page(copy: Path) -> None:
+    over = "figures: {width_mm: 85, font: serif}"
+    assert planned_jobs(copy, over) - {"all"} == {"figures", "report"}
+
+
 def test_an_edited_template_reruns_the_report(copy: Path) -> None:
     template = "src/skewbridge/report/html/templates/report.html.j2"
     assert jobs_after(copy, {template: ("", "\n")}) == {"report"}

@@ -45,6 +45,8 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
         ("grdi: {gap_mm: [25]}", "grdi: unknown key"),
         ("grid: {skew_deg: [75]}", "grid.skew_deg.0: must be within -60..60, got 75"),
         ("grid: {bridge: [osb7]}", "osb7"),
+        ("figures: {width_mm: 5}", "figures.width_mm: must be greater than or equal to 40, got 5"),
+        ("figures: {font: Nowhere Sans}", "figures.font must be sans-serif, serif, monospace or"),
         ("results: Snakefile", "cannot write to the folder 'Snakefile'"),
         ("motions: {folder: nowhere}", "motions folder nowhere does not exist"),
     ],

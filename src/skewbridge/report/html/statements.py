@@ -17,7 +17,7 @@ from skewbridge.variant.axes import axes_of
 
 def plain_label(column: str) -> str:
     """Return the label of a column without the marks of its formula."""
-    return re.sub(r"\$|\\mathrm|[{}_]", "", label_of(column))
+    return re.sub(r"\$|\\mathrm|[{}_]", "", label_of(column).replace(r"\,", " "))
 
 
 def subtitle(demands: pd.DataFrame, im: str) -> str:
