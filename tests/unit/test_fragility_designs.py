@@ -141,6 +141,14 @@ def test_states_with_one_dispersion_do_not_cross_and_are_compared_with_their_own
     assert found["theta"].is_monotonic_increasing
     assert 0.01 < found["common_beta_p"].iloc[0] <= 1.0
     assert set(found.columns) <= set(CURVE_COLUMNS)
+    # Wald's intervals are even about ln theta and ln beta, 1.96 standard errors wide on each side
+    for name, variance in (
+        ("theta", found["var_ln_theta"]),
+        ("beta", found["var_beta"] / found["beta"] ** 2),
+    ):
+        low, high = (np.log(found[f"{name}_{end}"] / found[name]) for end in ("low", "high"))
+        np.testing.assert_allclose(high, 1.959964 * np.sqrt(variance), rtol=1e-6)
+        np.testing.assert_allclose(low, -high)
     alone = ordered_curves(table, [drift[0], state("column_drift", "complete")], IM)
     assert list(alone["status"]) == ["single_state", "empty_state"]
 

@@ -15,7 +15,7 @@ from skewbridge.bridge.shear_capacity import (
     kowalsky_priestley_strength,
     sdc_shear_strength,
 )
-from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.intensity import housner_intensity, motion_measures
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import block_factors, block_targets
 
@@ -176,3 +176,13 @@ def test_two_blocks_interleave_and_a_cut_block_fills_the_range_alone():
     both = np.concatenate([(steps + 1 / 2) / 8, (steps + 1 / 4) / 8])
     np.testing.assert_allclose(np.sort(shares[:16]), np.sort(both))
     np.testing.assert_allclose(shares[16:], (np.arange(4) + 3 / 4) / 4)
+
+
+def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_periods():
+    """A blow of 0.6 m/s: an oscillator swings to v/w exp[-xi/w_d atan(w_d/xi)] at any period."""
+    dt_s, xi = 0.0005, 0.05
+    accel = np.zeros(6001)
+    accel[1] = 0.6 / dt_s
+    damped = np.sqrt(1.0 - xi**2)
+    reached = 0.6 * np.exp(-xi / damped * np.arctan(damped / xi))
+    assert housner_intensity(accel, dt_s) == pytest.approx(reached * (2.5 - 0.1), rel=1e-3)
