@@ -17,6 +17,7 @@ from skewbridge.bridge.abutment.penalty import (
     tangent_penalty,
 )
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.deck import mass_centre_m, spine_points_m
 from skewbridge.bridge.deck_plan import deck_end, tributary_shares
 from skewbridge.bridge.gravity import column_axial_forces_n, support_reactions_n
 from skewbridge.bridge.model import build, domain
@@ -223,3 +224,13 @@ def test_each_bent_has_hinges_of_its_own_length(name: str, lengths_m: tuple[floa
             for point in column.hinge_sections[-1:]
         ]
     assert found == pytest.approx(lengths_m, abs=1e-4)
+
+
+@pytest.mark.parametrize("shift_m", [0.02, 0.055, 0.2])
+def test_a_spine_node_stands_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
+    bridge = load_bridge("osb1")
+    first, *others, last = bridge.spans_m
+    moved = bridge.model_copy(update={"spans_m": (first + shift_m, *others, last - shift_m)})
+    points = spine_points_m(moved, 8)
+    away = min(abs(x - mass_centre_m(moved)) for x in points)
+    assert away <= 0.05
