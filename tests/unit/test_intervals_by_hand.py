@@ -8,6 +8,7 @@ import pytest
 from scipy import stats
 
 from skewbridge.contact.law import ContactLaw
+from skewbridge.fragility.methods.goodness import lilliefors
 from skewbridge.fragility.methods.ida import fit_capacities
 from skewbridge.fragility.methods.ordered import fit_ordered
 from skewbridge.fragility.settings import FitSettings
@@ -62,3 +63,11 @@ def test_an_offset_of_either_sign_is_told(offset, is_told):
 def test_a_contact_of_which_nothing_is_said_has_no_friction_no_cohesion_and_no_gap():
     law = ContactLaw(kn_n_per_m=1e9, kt_n_per_m=1e9)
     assert (law.friction, law.cohesion_n, law.gap_m, law.gap_closing_m) == (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_distance_from_a_normal_distribution_is_that_of_either_side(sign):
+    """An exponential sample: its largest distance lies above on one side, below on the other."""
+    values = sign * np.random.default_rng(2).exponential(size=25)
+    scaled = (values - values.mean()) / values.std(ddof=1)
+    assert lilliefors(values).distance == pytest.approx(stats.kstest(scaled, "norm").statistic)
