@@ -118,6 +118,10 @@ def test_curves_over_a_range_and_factors_of_skew(tmp_path):
     out = tmp_path / "p.csv"
     run("export", path, "--format", "csv", "--out", out, "--im-range", 0.1, 2, "--points", 7)
     long = pd.read_csv(out)
+    assert list(long.columns) == [
+        *("variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction"),
+        *("component", "limit_state", "method", "im", "intensity", "probability"),
+    ]
     one = curves[(curves["method"] == "cloud") & (curves["status"] == "ok")].iloc[0]
     same = (long["variant"] == one["variant"]) & (long["limit_state"] == one["limit_state"])
     u = np.log(long.loc[same, "intensity"] / one["theta"]) / one["beta_total"]

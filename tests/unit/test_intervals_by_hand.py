@@ -8,6 +8,7 @@ import pytest
 from scipy import stats
 
 from skewbridge.contact.law import ContactLaw
+from skewbridge.fragility.likelihood.existence import clopper_pearson
 from skewbridge.fragility.methods.goodness import lilliefors
 from skewbridge.fragility.methods.ida import fit_capacities
 from skewbridge.fragility.methods.ordered import fit_ordered
@@ -71,3 +72,10 @@ def test_the_distance_from_a_normal_distribution_is_that_of_either_side(sign):
     values = sign * np.random.default_rng(2).exponential(size=25)
     scaled = (values - values.mean()) / values.std(ddof=1)
     assert lilliefors(values).distance == pytest.approx(stats.kstest(scaled, "norm").statistic)
+
+
+@pytest.mark.parametrize(("k", "n"), [(1, 20), (7, 20), (19, 20), (2, 3)])
+def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
+    low, high = clopper_pearson(np.array([float(k)]), np.array([float(n)]), 0.9)
+    expected = stats.binomtest(k, n).proportion_ci(0.9, method="exact")
+    assert (low[0], high[0]) == pytest.approx((expected.low, expected.high))
