@@ -19,7 +19,7 @@ def domain():
     ops.wipe()
 
 
-def sliding_mass(ndm, ndf, normal, velocity, mass_kg=MASS_KG, **options):
+def sliding_mass(ndm, ndf, normal, velocity, mass_kg=MASS_KG, gap_m=0.0, **options):
     """A mass that touches a wall under a constant force and slides: deceleration mu N / m."""
     ops.model("basic", "-ndm", ndm, "-ndf", ndf)
     origin = [0.0] * ndm
@@ -30,7 +30,7 @@ def sliding_mass(ndm, ndf, normal, velocity, mass_kg=MASS_KG, **options):
     ops.fix(2, *[0] * ndm, *[1] * rotations)
     ops.mass(2, *[mass_kg] * ndm, *[0.0] * rotations)
     contacts = ContactSet(**options)
-    contacts.add(1, 2, normal, 0.0, 0.2, kn=1e4 * mass_kg, kt=1e4 * mass_kg)
+    contacts.add(1, 2, normal, gap_m, 0.2, kn=1e4 * mass_kg, kt=1e4 * mass_kg)
     ops.timeSeries("Constant", 1)
     ops.pattern("Plain", 1, 1)
     ops.load(2, *[-mass_kg * 9.81 * n for n in normal], *[0.0] * rotations)
@@ -131,6 +131,17 @@ def test_opening_and_closing_are_counted_and_reported():
     assert expected_changes >= changes - 2  # linear in time: not every one is foreseen
     assert contacts.ledger()[0].closures >= 2
     assert contacts.ledger()[0].contact_time_s < 0.4
+
+
+def test_a_gap_that_is_open_at_rest_is_open_and_closes_once():
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.0), gap_m=0.02)
+    contacts.start_from_rest()
+    assert not contacts.closed[0]
+    # 0.02 m under g take 64 ms
+    advance(contacts, 60)
+    assert contacts.ledger()[0].closures == 0
+    advance(contacts, 10)
+    assert contacts.ledger()[0].closures == 1
 
 
 @pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])

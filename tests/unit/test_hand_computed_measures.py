@@ -90,6 +90,49 @@ def test_without_wall_nodes_the_fill_is_pushed_by_what_the_gap_leaves_and_never_
     assert found["abutment_active_m"] == 0.0
 
 
+def test_friction_of_a_wall_is_the_resultant_of_its_points():
+    """Two points: 300 kN apart cancel, 400 kN along the wall add up to 800 kN."""
+    layout = replace(trace_of().layout, units=2)
+    rows = np.zeros((3, layout.width))
+    rows[1, layout.contacts("tangentials")] = [3e5, 4e5, -3e5, 4e5]
+    rows[2, layout.contacts("tangentials")] = [0.0, -5e5, 0.0, 0.0]
+    model = SimpleNamespace(abutments=(abutment(wall_units=(0, 1)),), weight_n=1e7)
+    found = peaks._force_demands(model, Trace(layout=layout, rows=rows))
+    assert found["friction_force_kn"] == pytest.approx(800.0)
+
+
+def test_every_number_of_a_row_belongs_to_one_reading():
+    layout = Layout(
+        nodes=(1, 2),
+        columns=(3, 4),
+        sections=((3, 1), (3, 2), (4, 1)),
+        springs=((5, 2), (6, 3)),
+        bearings=(7, 8, 9),
+        units=2,
+        centre_node=1,
+    )
+    handles = [
+        SpringHandle(element=element, component=component, direction=(1.0, 0.0), nodes=(1, 2))
+        for element, count in layout.springs
+        for component in range(count)
+    ]
+    starts = {
+        **{f"node {tag}": (layout.node(tag), 6) for tag in layout.nodes},
+        **{f"column {tag}": (layout.column(tag), 12) for tag in layout.columns},
+        **{f"section {place}": (layout.section(*place), 4) for place in layout.sections},
+        **{f"spring {number}": (layout.spring(each), 1) for number, each in enumerate(handles)},
+        **{f"pad {tag}": (layout.bearing(tag), 2) for tag in layout.bearings},
+    }
+    read = [0, 1, 2]  # time and two accelerations
+    for start, count in starts.values():
+        read += range(start, start + count)
+    for part, count in (("openings", 2), ("normals", 2), ("tangentials", 4)):
+        place = layout.contacts(part)
+        assert place.stop - place.start == count
+        read += range(place.start, place.stop)
+    assert sorted(read) == list(range(layout.width))
+
+
 def concrete_n(factor_1: float, factor_2: float = 1.0) -> float:
     """Return Vc of the criteria: factors times the root of the strength, in psi."""
     effective_m2 = 0.8 * np.pi * 1.676**2 / 4

@@ -111,6 +111,20 @@ def test_collapsed_runs_are_demands_above_their_last_value():
     assert dropped["theta"] > 1.1 * full["theta"]
 
 
+def test_a_run_that_left_no_demand_says_nothing():
+    whole = synthetic_demands(**GRID | {"gaps": (51,), "skews": (0, 30)})
+    lost = whole.index[[3, 40]]
+    crashed = whole.copy()
+    crashed.loc[lost, "status"] = "crash"
+    crashed.loc[lost, "column_drift_ratio"] = np.nan
+    tables = [
+        joint(table).set_index(["source", "limit_state"]) for table in (crashed, whole.drop(lost))
+    ]
+    for name in ("theta", "beta", "n_censored"):
+        found, expected = (table.loc[("demand", "moderate"), name] for table in tables)
+        assert found == pytest.approx(expected, rel=1e-9)
+
+
 def test_bridges_and_abutments_have_models_of_their_own_with_the_axes_they_have():
     friction = synthetic_demands(**GRID | {"gaps": (25, 51), "skews": (0, 30, 60)})
     roller = friction[(friction["gap_mm"] == 51) & (friction["friction"] == 0.0)].assign(

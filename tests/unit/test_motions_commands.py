@@ -1,6 +1,8 @@
 """The commands `skewbridge motions ...` and the pictures, from outside."""
 
+import inspect
 import json
+from dataclasses import MISSING, fields
 
 import numpy as np
 import pandas as pd
@@ -9,7 +11,10 @@ from typer.testing import CliRunner
 
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli import build_app
+from skewbridge.cli.motions import synthesize
+from skewbridge.errors import InputError
 from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.report.motion_figures import record_page, suite_spectra
 
 
@@ -199,3 +204,21 @@ def test_pictures_have_labels_with_units():
         model=("model", np.ones(4), np.full(4, 0.6)),
     )  # fmt: skip
     assert [axis.get_xlabel() for axis in spectra.axes] == ["period (s)", "period (s)"]
+
+
+def test_the_command_assumes_what_the_scenario_assumes():
+    given = inspect.signature(synthesize).parameters
+    defaults = {
+        field.name: field.default
+        for field in fields(Scenario)
+        if field.default is not MISSING and field.name in given
+    }
+    assert {"mechanism", "ztor_km", "rupture_to_site_km", "pulse"} <= set(defaults)
+    assert {name: given[name].default for name in defaults} == defaults
+
+
+@pytest.mark.parametrize("vs30_mps", [138.0, 2017.0, np.nan])
+def test_a_site_outside_the_data_of_the_model_is_refused(vs30_mps):
+    Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=2016.0)
+    with pytest.raises(InputError, match="vs30_mps must be within"):
+        Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=vs30_mps)
