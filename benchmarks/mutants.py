@@ -242,11 +242,11 @@ def tried(change: Mutation, reach: Reach, budget_s: float) -> dict[str, Any]:
 
 
 def remaining(again: bool) -> Iterator[Mutation]:
-    """Give the changes of the sample that have no line yet, or those that survived."""
+    """Give the changes of the sample that were not tried yet, or those that survived."""
     last = {entry["mutant"]: entry["fate"] for entry in entries()}
     for change in sample():
         fate = last.get(change.name)
-        if (again and fate == "survived") or (not again and fate is None):
+        if fate == "survived" if again else fate in {None, "not tried"}:
             yield change
 
 
