@@ -2,7 +2,6 @@
 
 import inspect
 import json
-from dataclasses import MISSING, fields
 
 import numpy as np
 import pandas as pd
@@ -14,6 +13,7 @@ from skewbridge.cli import build_app
 from skewbridge.cli.motions import synthesize
 from skewbridge.errors import InputError
 from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.synthesis.bssa14 import bssa14
 from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.report.motion_figures import record_page, suite_spectra
 
@@ -206,19 +206,27 @@ def test_pictures_have_labels_with_units():
     assert [axis.get_xlabel() for axis in spectra.axes] == ["period (s)", "period (s)"]
 
 
+def assumed_scenario(vs30_mps: float = 400.0) -> Scenario:
+    return Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=vs30_mps)
+
+
 def test_the_command_assumes_what_the_scenario_assumes():
-    given = inspect.signature(synthesize).parameters
-    defaults = {
-        field.name: field.default
-        for field in fields(Scenario)
-        if field.default is not MISSING and field.name in given
-    }
-    assert {"mechanism", "ztor_km", "rupture_to_site_km", "pulse"} <= set(defaults)
-    assert {name: given[name].default for name in defaults} == defaults
+    assumed = assumed_scenario()
+    for name in ("mechanism", "ztor_km", "rupture_to_site_km", "pulse"):
+        assert inspect.signature(synthesize).parameters[name].default == getattr(assumed, name)
+
+
+def test_spectra_stand_at_periods_that_the_model_of_the_spectra_tabulates(tmp_path):
+    """Others are refused: a suite is drawn beside the model at those of its spectra."""
+    (first, second), *_ = make_pairs(tmp_path, 1)
+    code, out, _ = _run("im", first, second, "--json")
+    assert code == 0
+    median_g, _ = bssa14(assumed_scenario(), json.loads(out)["periods_s"])
+    assert np.all(median_g > 0.0)
 
 
 @pytest.mark.parametrize("vs30_mps", [138.0, 2017.0, np.nan])
 def test_a_site_outside_the_data_of_the_model_is_refused(vs30_mps):
-    Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=2016.0)
+    assumed_scenario(2016.0)
     with pytest.raises(InputError, match="vs30_mps must be within"):
-        Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=vs30_mps)
+        assumed_scenario(vs30_mps)

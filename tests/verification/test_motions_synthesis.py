@@ -12,7 +12,6 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 
 from skewbridge.motions.spectrum import pair_psa
-from skewbridge.motions.summary import SPECTRUM_PERIODS_S
 from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
 from skewbridge.motions.synthesis.calibration import PERIODS_S
 from skewbridge.motions.synthesis.ddk18 import (
@@ -211,10 +210,3 @@ def test_uncalibrated_medians_are_those_of_another_implementation(scenario, publ
     ]
     medians_g = np.exp(np.mean(np.log(psa_g), axis=0))
     np.testing.assert_allclose(medians_g, published_g, rtol=0.23)
-
-
-def test_spectra_are_shown_at_periods_that_the_model_tabulates():
-    """Other periods are refused, and a suite is drawn beside the model at those of its spectra."""
-    median_g, sigma = bssa14(SMELT, SPECTRUM_PERIODS_S)
-    assert np.all(median_g > 0.0)
-    assert np.all(sigma > 0.5)
