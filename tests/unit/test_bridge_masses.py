@@ -118,3 +118,14 @@ def test_a_foundation_settles_by_the_force_of_its_column_over_its_stiffness() ->
         for column, force_n in zip(model.columns, column_axial_forces_n(model), strict=True):
             settled_m = -ops.nodeDisp(column.base_node, 3)
             assert settled_m == pytest.approx(force_n / 597e6, rel=1e-3)
+
+
+def test_the_deck_turns_as_a_box_of_its_width_and_depth() -> None:
+    with domain():
+        model = build(variant(0, "roller"), ModelOptions())
+        deck = model.bridge.deck
+        node = model.deck_nodes[2]  # in a span, away from caps and diaphragms
+        mass = ops.nodeMass(node, 1)
+        square_m2 = [deck.width_m**2 + deck.depth_m**2, deck.depth_m**2, deck.width_m**2]
+        found = [ops.nodeMass(node, dof) for dof in (4, 5, 6)]
+        assert found == pytest.approx([mass * each / 12 for each in square_m2])

@@ -204,6 +204,17 @@ def test_one_value_per_pair_is_the_mean_of_its_components():
     assert twice["im_cav_mps"] == pytest.approx((2.0 + 6.0) / 2.0)
 
 
+def test_the_median_over_directions_of_a_straight_motion_is_that_of_the_cosine():
+    """Peaks 3 m/s2 and 3 x 0.21 s = 0.63 m/s along one axis: cos 45 degrees of them."""
+    accel = np.array([0.0, *[3.0] * 21, 0.0])
+    motion = GroundMotion(
+        motion_id="m", dt_s=0.01, accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel)
+    )
+    found = motion_measures(motion, None)
+    assert found["im_pga_rotd50_g"] == pytest.approx(3.0 * np.sqrt(0.5) / 9.80665, rel=0.01)
+    assert found["im_pgv_rotd50_mps"] == pytest.approx(0.63 * np.sqrt(0.5), rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("block", "offset"), [(0, 1 / 2), (1, 1 / 4), (2, 3 / 4), (3, 1 / 8), (4, 5 / 8)]
 )

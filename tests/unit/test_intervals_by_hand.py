@@ -9,7 +9,7 @@ from scipy import optimize, stats
 
 from skewbridge.contact.law import ContactLaw
 from skewbridge.fragility.joint.by_motion import MotionSums
-from skewbridge.fragility.likelihood.bootstrap import refit_lines, student_reach
+from skewbridge.fragility.likelihood.bootstrap import refit_exceedance, refit_lines, student_reach
 from skewbridge.fragility.likelihood.censored_means import censored_mean
 from skewbridge.fragility.likelihood.existence import clopper_pearson, firth
 from skewbridge.fragility.likelihood.parts import LineFit
@@ -176,3 +176,12 @@ def test_demands_observed_at_one_intensity_have_no_slope():
     assert fit_tobit(alone[:4], edp[:4], 0.03).status == "single_level"
     apart = np.exp([0.0, 0.5, 1.0])
     assert fit_tobit(apart, [0.01, 0.02, 0.03], 0.03).status == "ok"
+
+
+def test_a_replicate_without_an_estimate_leaves_the_others_theirs():
+    ln_im, n = np.log([0.2, 0.4, 0.8]), np.full((2, 3), 10.0)
+    k = np.array([[1.0, 5.0, 9.0], [0.0, 0.0, 10.0]])  # the second jumps between 0.4 and 0.8
+    found = refit_exceedance(ln_im, n, k)
+    assert (found.theta[0], found.separated) == (pytest.approx(0.4), 0.5)
+    assert found.beta[0] == pytest.approx(np.log(2.0) / stats.norm.ppf(0.9), rel=1e-6)
+    assert found.beta[1] == 0.0
