@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS, factor_summary
-from skewbridge.fragility.tables.im_quality import measure_table
+from skewbridge.fragility.tables.im_quality import measure_table, rank_measures
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.fragility.tables.ordered_curves import ordered_curves
 from skewbridge.fragility.tables.system_curves import system_curves, system_members
@@ -171,3 +172,21 @@ def test_measures_are_ranked_per_bridge_and_abutment_and_judged_by_motion():
     assert {"p_magnitude", "effect_ln_distance", "p_best_proficiency"} <= set(found.columns)
     doubled = measure_table(pd.concat([table, table]), motions)
     assert doubled["p_magnitude"].to_numpy() == pytest.approx(found["p_magnitude"].to_numpy())
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_sufficiency_is_the_p_value_of_the_line_of_the_residual_on_the_magnitude(sign):
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=12)
+    demand = np.log(table["deck_disp_m"])
+    line = stats.linregress(np.log(table[IM]), demand)
+    residual = demand - line.intercept - line.slope * np.log(table[IM])
+    rng = np.random.default_rng(5)
+    magnitude = 7.0 + sign * (residual - residual.mean()) + 0.3 * rng.normal(size=12)
+    motions = table[["motion_id"]].assign(magnitude=magnitude, distance_km=10.0)
+    found = rank_measures(
+        table.assign(im_flat_g=0.3, im_none_g=0.0), "deck_disp_m", motions=motions
+    ).set_index("im")
+    expected = stats.linregress(magnitude, residual)
+    assert found.loc[IM, "p_magnitude"] == pytest.approx(expected.pvalue)
+    assert found.loc["im_flat_g", "status"] == "single_level"
+    assert found.loc["im_none_g", "status"] == "non_positive_im"

@@ -54,6 +54,9 @@ def test_medians_between_the_variants_follow_the_generator():
     fall = model.ratio(origin, place, 0.9)
     assert fall[0] == pytest.approx(np.exp(-effect(place) / row["slope"]), rel=0.02)
     assert fall[1] < fall[0] < fall[2]
+    low, high = model.ci_beta
+    assert low < model.beta < high
+    assert low * high == pytest.approx(model.beta**2)
     assert not row["log_gap"]
     assert "skew_deg:skew_deg" in row["terms"].split(";")
     assert "skew_deg:friction" in row["terms"].split(";")
