@@ -56,8 +56,8 @@ def page(sample: Sequence[Mutation], entries: Iterable[Mapping[str, Any]], budge
         f"**{len(counted) - len(left)} of {len(counted)} were noticed "
         f"({100.0 * (1.0 - len(left) / max(len(counted), 1)):.0f} %)**.\n",
         f"At first it was {noticed} ({share:.0f} %): the others were noticed by tests written "
-        "since, or by more\nseconds of tests. Of changes that were not drawn the first share is the "
-        "most to expect.\n",
+        "since, or by more\nseconds of tests. Of changes that were not drawn the first share is "
+        "the most to expect.\n",
         "| package | tried | noticed |",
         "| --- | ---: | ---: |",
         *(f"| `{p}` | {n} | {n - left_of_package[p]} |" for p, n in sorted(of_package.items())),

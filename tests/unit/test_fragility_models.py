@@ -188,6 +188,8 @@ def test_constant_scatter_is_not_called_heteroscedastic():
     fit = fit_heteroscedastic(im, edp, 0.015)
     assert fit.scatter.lr_p > 0.01
     assert fit.theta == pytest.approx(0.5, rel=0.1)
+    plain = fit_cloud(im, edp, 0.015)
+    assert fit.var_ln_theta == pytest.approx(plain.var_ln_theta, rel=0.1)
 
 
 def test_ordered_fits_never_cross_and_free_fits_are_checked():
