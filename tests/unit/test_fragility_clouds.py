@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.cloud_models import fit_heteroscedastic, fit_modified_cloud
@@ -43,6 +44,24 @@ def test_few_collapses_are_separated_and_say_so():
     assert fit.collapse.part == "collapse"
 
 
+def test_beta_is_as_uncertain_as_slope_and_scatter_are():
+    """beta = s/b of independent s and b: var beta / beta^2 = 1/[2(n - 2)] + var b / b^2."""
+    rng = np.random.default_rng(3)
+    im = np.exp(np.linspace(-4.0, 0.5, 60))
+    edp = 0.03 * im**1.5 * np.exp(0.3 * rng.normal(size=60))
+    # collapses at the strong end only, where they change nothing around the median
+    collapse = np.isin(np.arange(60), [50, 53, 55, 57, 59]).astype(float)
+    calm = collapse == 0.0
+    line = stats.linregress(np.log(im[calm]), np.log(edp[calm]))
+    relative = 1.0 / (2.0 * (55 - 2)) + (line.stderr / line.slope) ** 2
+    threshold = 0.03 * np.exp(-4.5)
+    fit = fit_cloud(im[calm], edp[calm], threshold)
+    assert fit.var_beta / fit.beta**2 == pytest.approx(relative, rel=1e-6)
+    joined = fit_modified_cloud(im, edp, threshold, collapse)
+    assert joined.var_beta / joined.beta**2 == pytest.approx(relative, rel=1e-3)
+    assert joined.var_ln_theta == pytest.approx(fit.var_ln_theta, rel=1e-3)
+
+
 def test_scatter_that_vanishes_at_one_end_has_no_maximum():
     im = np.exp(np.linspace(-2, 0.4, 12))
     noise = np.array([0, 0, 0, 0, 0, 0, 0, 0.01, -0.1, 0.3, -0.6, 0.9])
@@ -58,6 +77,8 @@ def test_constant_scatter_is_not_called_heteroscedastic():
     fit = fit_heteroscedastic(im, edp, 0.015)
     assert fit.scatter.lr_p > 0.01
     assert fit.theta == pytest.approx(0.5, rel=0.1)
+    plain = fit_cloud(im, edp, 0.015)
+    assert fit.var_ln_theta == pytest.approx(plain.var_ln_theta, rel=0.1)
 
 
 def runs_against(im, edp, capacity, dispersion):

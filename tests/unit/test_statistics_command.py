@@ -176,6 +176,26 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     assert joint[["skew_deg", "gap_mm", "friction"]].isna().all()
 
 
+def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(app, written, tmp_path):
+    """Friction 0 to 0.5 at skew 30 degrees, where it counts half as much as at 60 degrees."""
+    demands = synthetic_demands(motions=14, skews=(0, 30, 60), gaps=(0, 51))
+    demands["column_drift_ratio"] *= np.exp(0.02 * demands["skew_deg"] * demands["friction"])
+    demands[NEEDED].to_csv(tmp_path / "runs.csv", index=False)
+    given = ["statistics", str(tmp_path / "runs.csv"), "--out", str(tmp_path / "out"), "--json"]
+    states = ["--limit-states", str(written[0] / "states.yaml")]
+    assert CliRunner().invoke(app, [*given, *states]).exit_code == 0
+    table = pd.read_csv(tmp_path / "out" / "table.csv")
+    row = table[(table["row"] == "joint") & (table["limit_state"] == "slight")].iloc[0]
+    middle = ("--skew-deg", "30", "--gap-mm", "25.5", "--state", "slight")
+    medians = [
+        predict(app, tmp_path / "out", *middle, "--friction", friction)[1]["rows"][0]["theta"]
+        for friction in ("0", "0.5")
+    ]
+    assert row["friction_ratio"] == pytest.approx(medians[1] / medians[0], rel=1e-5)
+    # the generator: demands grow by exp(0.02 x 30 x 0.5), medians fall as much
+    assert row["friction_ratio"] == pytest.approx(np.exp(-0.3), rel=0.1)
+
+
 def test_fit_prints_the_table_of_a_paper(app, written, tmp_path):
     folder, _ = written
     source = synthetic_demands(motions=14, skews=(0, 30, 60), gaps=(0, 51))

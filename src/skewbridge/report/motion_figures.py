@@ -21,9 +21,9 @@ type Vector = NDArray[np.float64]
 PERIODS_S: Final = np.geomspace(0.02, 10.0, 120)
 APPLIED_PERIODS_S: Final = np.geomspace(0.05, 5.0, 60)
 HISTORIES: Final[Mapping[str, Callable[[Vector, float], Vector]]] = {
-    "acceleration (g)": lambda accel_mps2, _: accel_mps2 / G_MPS2,
-    "velocity (m/s)": velocity,
-    "displacement (m)": displacement,
+    "Acceleration (g)": lambda accel_mps2, _: accel_mps2 / G_MPS2,
+    "Velocity (m/s)": velocity,
+    "Displacement (m)": displacement,
     "Arias (m/s)": arias_build_up,
 }
 _WIDTH_IN: Final = 10.0
@@ -51,7 +51,7 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Fi
         axis.axhline(0.0, color="0.6", lw=0.5, zorder=0)
     for axis in axes[:-1]:
         axis.tick_params(labelbottom=False)
-    axes[-1].set_xlabel("time (s)")
+    axes[-1].set_xlabel("Time (s)")
     figure.align_ylabels(axes)
     _draw_record_spectra(spectra, dt_s, components)
     figure.suptitle(title, parse_math=False)
