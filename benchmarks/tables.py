@@ -1,7 +1,8 @@
 """Processor seconds and memory of the tables of a study by their number of rows.
 
-`python benchmarks/tables.py 10x100 20x100` takes variants x motions; each runs in a process of its
-own and prints processor seconds by step, peak memory, and the growth exponent over all sizes.
+`OMP_NUM_THREADS=1 python benchmarks/tables.py 10x100 20x100` takes variants x motions; each runs in
+a process of its own and prints processor seconds by step, peak memory, and the growth exponent over
+all sizes. Several threads of a BLAS library on a busy machine would count twice.
 """
 
 import argparse

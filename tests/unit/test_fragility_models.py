@@ -5,12 +5,12 @@ import pytest
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange import risk
-from skewbridge.fragility.likelihood import existence
+from skewbridge.fragility.likelihood import existence, profile
 from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance, refit_lines
 from skewbridge.fragility.likelihood.fit import FragilityFit
 from skewbridge.fragility.likelihood.intervals import percentile_interval
 from skewbridge.fragility.likelihood.links import probability
-from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.likelihood.newton import BinomialKernel, Restricted, maximise
 from skewbridge.fragility.likelihood.profile import (
     _bracketed_end,
     chi_square_quantile,
@@ -89,6 +89,29 @@ def test_bracketed_and_direct_ends_of_the_profile_agree():
     target = float(best.loglik[0]) - 0.5 * 3.841458820694124
     slow = [_bracketed_end(kernel, best, target, index) for index in range(4)]
     assert [*ends.ln_theta, *ends.slope] == pytest.approx(slow, rel=1e-9)
+
+
+def test_long_intervals_need_no_search(monkeypatch: pytest.MonkeyPatch):
+    """With few exceedances theta may be a thousand times larger; Newton still finds that end."""
+    slow = profile._bracketed_end
+    searched: list[int] = []
+    monkeypatch.setattr(profile, "_bracketed_end", lambda *args: searched.append(args[3]))
+    ln_im = np.log(np.geomspace(0.1, 1.5, 30))
+    design = np.column_stack([np.ones(30), ln_im])
+    long = 0
+    for seed in range(20):
+        noise = 0.6 * np.random.default_rng(seed).normal(size=30)
+        kernel = BinomialKernel(design, np.ones(30), (ln_im + noise > 0.1).astype(float))
+        best = maximise(kernel, np.zeros((1, 2)))
+        level = Restricted(kernel, np.zeros(2), np.eye(2)[:1])
+        flat = float(maximise(level, np.zeros((1, 1))).params[0, 0])
+        ends = profile_ends(kernel, best, chi_square_quantile(0.95), flat)
+        target = float(best.loglik[0]) - 0.5 * chi_square_quantile(0.95)
+        if 5.0 < ends.ln_theta[1] < np.inf:
+            long += 1
+            assert ends.ln_theta[1] == pytest.approx(slow(kernel, best, target, 1), rel=1e-9)
+    assert long >= 5
+    assert 1 not in searched
 
 
 def test_capacities_with_no_information_get_their_status():
@@ -189,13 +212,31 @@ def test_system_bounds_hold_and_shares_name_the_weak_component():
     assert worst < 0.05
 
 
+@pytest.mark.parametrize("count", [3, 5, 9])
+def test_equally_correlated_components_as_by_quadrature(count: int):
+    """P(all Z_i <= h_i) = E prod Phi[(h_i - sqrt(r) T)/sqrt(1 - r)] for a common correlation r."""
+    rho, theta = 0.6, np.linspace(0.6, 1.4, count)
+    joint = system.JointDemand(
+        theta=theta,
+        beta=np.full(count, 0.4),
+        correlation=np.full((count, count), rho) + (1 - rho) * np.eye(count),
+    )
+    im = np.array([0.3, 0.5, 0.7, 1.0])
+    t, weights = np.polynomial.hermite_e.hermegauss(80)
+    limit = -np.log(im[:, None] / theta) / 0.4
+    below = probability((limit[..., None] - np.sqrt(rho) * t) / np.sqrt(1 - rho))
+    expected = 1 - np.prod(below, axis=1) @ weights / np.sqrt(2 * np.pi)
+    # three times the measured error of the lattice (docs/theory/fragility.md)
+    assert system.series_system(im, joint) == pytest.approx(expected, abs=1e-5)
+
+
 def test_equal_components_fail_together():
     joint = system.JointDemand(
         theta=np.full(3, 0.8), beta=np.full(3, 0.4), correlation=np.ones((3, 3))
     )
     im = np.array([0.4, 0.8, 1.2])
     alone = probability(np.log(im / 0.8) / 0.4)
-    assert system.series_system(im, joint) == pytest.approx(alone, abs=2e-4)  # jitter of the factor
+    assert system.series_system(im, joint) == pytest.approx(alone, abs=1e-9)  # jitter of the factor
 
 
 def test_frequency_outside_the_hazard_table_is_named():

@@ -168,6 +168,13 @@ def test_the_mean_with_bounds_is_that_of_maximum_likelihood():
     assert found == pytest.approx(best, abs=2e-3)
 
 
+def test_values_that_agree_without_one_motion_have_a_mean_without_it():
+    # three agree, one does not, one is a bound: without the fourth nothing scatters but rounding
+    values, bound = np.array([0.1, 0.1, 0.1, 0.5, -0.1]), np.array([0, 0, 0, 0, 1])
+    mean, each = motion_contributions(values, bound, np.arange(5), 5)
+    assert mean - each[3] * 5 / 4 == pytest.approx(0.1, abs=1e-6)
+
+
 def test_contributions_of_motions_give_the_error_of_a_plain_mean():
     values = np.array([0.1, 0.3, 0.2, 0.6, 0.5, 0.7])
     motions = np.array([0, 0, 1, 2, 2, 4])

@@ -8,8 +8,11 @@ import pandas as pd
 import pytest
 
 from fragility_tables import IM, synthetic_demands
+from skewbridge.demands.columns import demands_for
+from skewbridge.fragility.joint.table import joint_table
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
+from skewbridge.fragility.tables.factors import factor_summary
 from skewbridge.fragility.tables.limit_states import LimitState, load_limit_states
 from skewbridge.fragility.tables.median_effects import paired_capacity_effects
 from skewbridge.fragility.tables.ordered_curves import ordered_curves
@@ -42,6 +45,18 @@ def demands() -> pd.DataFrame:
     )
 
 
+def _many(rows: pd.DataFrame) -> list[str]:
+    """Demands enough for other processes."""
+    names = [name for name in demands_for("effect", rows.columns) if (rows[name] > 0.0).all()]
+    return names * (1 + 24 // len(names))
+
+
+def _joint(rows: pd.DataFrame, jobs: int) -> pd.DataFrame:
+    """All limit states, whose demands are what is spread."""
+    states = [state for state in load_limit_states(STATES) if state.demand in rows.columns]
+    return joint_table(rows, states, IM, fit_study(rows, states[:1], IM), jobs=jobs)
+
+
 @pytest.mark.parametrize(
     "fit",
     [
@@ -49,9 +64,11 @@ def demands() -> pd.DataFrame:
         lambda rows, states, jobs: ordered_curves(rows, states, IM, jobs=jobs),
         lambda rows, states, jobs: system_curves(rows, states, IM, jobs=jobs),
         lambda rows, states, jobs: paired_capacity_effects(rows, states, IM, jobs=jobs),
+        lambda rows, _, jobs: _joint(rows, jobs),
+        lambda rows, _, jobs: factor_summary(rows, _many(rows), jobs=jobs),
         lambda rows, _, jobs: paired_effects(rows, ["unseating_m", "deck_disp_m"], jobs=jobs),
     ],
-    ids=["curves", "ordered", "systems", "medians", "effects"],
+    ids=["curves", "ordered", "systems", "medians", "joint", "factors", "effects"],
 )
 def test_two_processes_make_the_table_of_one(fit: Fit, demands: pd.DataFrame) -> None:
     states = [state for state in load_limit_states(STATES) if state.component in COMPONENTS]

@@ -138,7 +138,7 @@ def falling_medians(fitted: pd.DataFrame) -> pd.DataFrame:
     """
     ordered = fitted.sort_values("threshold", kind="stable")
     groups = [ordered[name] for name in ("variant", "component", "method", "demand")]
-    before = ordered.groupby(groups)["theta"].transform(lambda theta: theta.cummax().shift())
+    before = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
     return ordered[ordered["theta"] < before * (1.0 - _EQUAL_MEDIANS)]
 
 

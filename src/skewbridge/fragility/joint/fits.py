@@ -149,6 +149,7 @@ def fit_outcomes(
     if int(np.max(motion)) + 1 < MIN_MOTIONS:
         return JointFit(status=TOO_FEW_MOTIONS)
     best, best_score = JointFit(status=NOT_APPLICABLE), -np.inf
+    chosen: tuple[ProbitFit, FloatArray] | None = None
     for surface in _surfaces(runs, like):
         design = surface.design(runs.ln_im[known], runs.variant[known])
         if np.linalg.matrix_rank(design) < design.shape[1]:
@@ -163,15 +164,16 @@ def fit_outcomes(
         without = _without_each(fit, design, runs.variant[known], len(runs.variants))
         score = _left_out_score(without, design, runs.variant[known], hit)
         if best.surface is None or score > best_score:
-            best_score = score
+            best_score, chosen = score, (fit, design)
             best = JointFit(
                 status=FITTED,
                 surface=surface,
-                sums=refitted_without_motions(fit, design, hit, motion),
                 without=without,
                 criterion=2.0 * (design.shape[1] - fit.loglik),
             )
-    return best
+    if chosen is None:
+        return best
+    return replace(best, sums=refitted_without_motions(*chosen, hit, motion))
 
 
 def _surfaces(runs: JointRuns, like: JointFit) -> list[Surface]:

@@ -16,14 +16,16 @@ from skewbridge.fragility.joint.by_motion import MotionSums
 from skewbridge.fragility.joint.mixed import outer_by, sum_by
 from skewbridge.fragility.likelihood.existence import NOT_CONVERGED
 from skewbridge.fragility.likelihood.fit import FITTED
-from skewbridge.fragility.likelihood.links import FloatArray, link_terms
-from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.likelihood.links import FloatArray, link_terms, probit_side
+from skewbridge.fragility.likelihood.newton import BinomialKernel, Derivatives, maximise
 
 SEPARATION: Final = "separation"
 # A motion that moves the estimate by more than this many standard errors is left out by a new fit.
 _MOVES_MUCH: Final = 0.1
 # Less than this share of the information in some direction: the maximum may lie at infinity.
 _THIN_INFORMATION: Final = 1e-5
+# Replicates times runs treated at once: they stay in the cache, and 10^3 motions in the memory.
+_CHUNK_ELEMENTS: Final = 50_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,13 +83,60 @@ def refitted_without_motions(
     params, _ = fit.sums.one_left_out()
     moved = params - fit.sums.params
     information = np.sum(fit.sums.information, axis=0)
-    far = np.einsum("gp,pq,gq->g", moved, information, moved) > _MOVES_MUCH**2
-    kept = (motion != np.flatnonzero(far)[:, None]).astype(np.float64)
-    if far.any():
-        kernel = BinomialKernel(design, kept, kept * exceed)
-        start = np.broadcast_to(fit.sums.params, (len(kept), design.shape[1]))
+    distance = np.einsum("gp,pq,gq->g", moved, information, moved)
+    far = np.flatnonzero(distance > _MOVES_MUCH**2)
+    if far.size:
+        near = distance[far] < 1.0  # else one step may lead anywhere
+        start = np.where(near[:, None], params[far], fit.sums.params)
+        kernel = _WithoutMotions(design, exceed, motion, far)
         params[far] = maximise(kernel, start, covariance=False).params
     return replace(fit.sums, refitted=params)
+
+
+class _WithoutMotions:
+    """The probit of single runs without one motion each: as many replicates as motions left out.
+
+    Args:
+        design: Shape (n, p).
+        exceed: 0 or 1, shape (n,).
+        motion: Number of the motion, shape (n,).
+        left_out: The motion that each replicate lacks, shape (R,).
+    """
+
+    def __init__(
+        self,
+        design: FloatArray,
+        exceed: FloatArray,
+        motion: NDArray[np.intp],
+        left_out: NDArray[np.intp],
+    ) -> None:
+        sign = np.where(exceed > 0.0, 1.0, -1.0)
+        self._signed = design * sign[:, None]
+        size = design.shape[1]
+        self._products = (design[:, :, None] * design[:, None, :]).reshape(-1, size * size)
+        self._motion, self._left_out = motion, left_out
+
+    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+        """Evaluate the batch; see `skewbridge.fragility.likelihood.newton.Kernel`."""
+        left_out = self._left_out if rows is None else self._left_out[rows]
+        blocks = 1 + params.shape[0] * self._motion.size // _CHUNK_ELEMENTS
+        parts = [
+            self._block(params[part], left_out[part])
+            for part in np.array_split(np.arange(params.shape[0]), min(blocks, params.shape[0]))
+        ]
+        return Derivatives(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+    def _block(
+        self, params: FloatArray, left_out: NDArray[np.intp]
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        size = params.shape[1]
+        kept = self._motion != left_out[:, None]
+        log_p, first, second = (part * kept for part in probit_side(params @ self._signed.T))
+        return (
+            np.sum(log_p, axis=1),
+            first @ self._signed,
+            (second @ self._products).reshape(-1, size, size),
+        )
 
 
 def _is_thin(design: FloatArray, information: FloatArray) -> bool:

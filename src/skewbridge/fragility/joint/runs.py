@@ -1,6 +1,6 @@
 """The runs of one bridge and abutment model as the joint model takes them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from skewbridge.fragility.joint.terms import AxisBox, axes_of_model, box_of
 from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.tables.beyond_model import is_beyond_model
+from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL, is_beyond_model
 from skewbridge.fragility.tables.key_columns import motion_codes
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import Outcomes, outcomes_of
@@ -38,6 +38,11 @@ class JointRuns:
     def motions(self) -> int:
         """Number of motions."""
         return int(np.max(self.motion)) + 1
+
+    def of_demand(self, column: str) -> "JointRuns":
+        """Return the runs with one demand alone, which is little to send to another process."""
+        names = [name for name in (column, "status", BEYOND_MODEL) if name in self.table.columns]
+        return replace(self, table=self.table[names])
 
     def demand(self, column: str) -> FloatArray:
         """Return a demand of every run."""

@@ -1,17 +1,13 @@
 """The table of joint models: one per bridge, abutment model, limit state and kind of data."""
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import nan
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
-from scipy import special
 
-from skewbridge.fragility.joint.by_motion import jackknife_covariance
 from skewbridge.fragility.joint.columns import JOINT_COLUMNS
 from skewbridge.fragility.joint.fits import (
     NO_AXIS,
@@ -19,7 +15,7 @@ from skewbridge.fragility.joint.fits import (
     fit_demand,
     fit_outcomes,
 )
-from skewbridge.fragility.joint.model import JointModel
+from skewbridge.fragility.joint.judged import SOURCES, Fitted, judged, preferred
 from skewbridge.fragility.joint.runs import JointRuns, joint_runs
 from skewbridge.fragility.likelihood.bootstrap import record_weights
 from skewbridge.fragility.likelihood.fit import FITTED
@@ -28,21 +24,10 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.key_columns import BRIDGE_COLUMNS
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import Outcomes, check_demands
+from skewbridge.fragility.tables.spread import spread
 
-#: Kind of data, and the method of a variant's own fit that it is compared with.
-SOURCES: Final = {"demand": "cloud", "exceedance": "exceedance"}
-# Standard errors by which the outcomes must predict better than the demands to be preferred.
-_CLEARLY: Final = 2.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Fitted:
-    """A fit with its estimate, without each motion and by bootstrap: parameters and scatter^2."""
-
-    fit: JointFit
-    best: tuple[FloatArray, FloatArray] | None = None
-    left_out: tuple[FloatArray, FloatArray] | None = None
-    again: tuple[FloatArray, FloatArray] | None = None
+# ASSUME the limit states of one demand take about a second
+_WORTH_PROCESSES: Final = 8
 
 
 class _Draws:
@@ -52,28 +37,20 @@ class _Draws:
         self._settings = settings
         self._weights: dict[int, FloatArray] = {}
 
-    def fitted(self, fit: JointFit) -> _Fitted:
+    def fitted(self, fit: JointFit) -> Fitted:
         """Return a fit with its replicates."""
         if fit.sums is None:
-            return _Fitted(fit=fit)
+            return Fitted(fit=fit)
         count = fit.sums.score.shape[0]
         if count not in self._weights:
             draw = (self._settings.bootstrap, self._settings.seed)
             self._weights[count] = record_weights(np.arange(count), *draw)
-        return _Fitted(
+        return Fitted(
             fit=fit,
             best=fit.sums.best(),
             left_out=fit.sums.one_left_out(),
             again=fit.sums.reweighted(self._weights[count]),
         )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Judged:
-    """A fit of one limit state, with what leaving variants out says of it."""
-
-    row: dict[str, Any]
-    loss: FloatArray | None = None  # by known run
 
 
 def joint_table(
@@ -82,6 +59,8 @@ def joint_table(
     im_column: str,
     curves: pd.DataFrame,
     settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Fit one model over the axes per bridge, abutment model and limit state.
 
@@ -91,6 +70,7 @@ def joint_table(
         im_column: The intensity measure.
         curves: The fits of the single variants, which leaving variants out is measured against.
         settings: Confidence level, replicates and seed.
+        jobs: Number of processes.
 
     Returns:
         Rows with the columns `JOINT_COLUMNS`, two per limit state.
@@ -99,27 +79,61 @@ def joint_table(
         InputError: A column is missing or a value unusable; names row and column.
     """
     check_demands(demands, im_column, list(dict.fromkeys(s.demand for s in limit_states)))
-    rows: list[dict[str, Any]] = []
-    for key, part in demands.groupby(list(BRIDGE_COLUMNS), sort=True):
-        own = curves[(curves["bridge"] == key[0]) & (curves["abutment"] == key[1])]
+    found = spread(
+        partial(_rows, settings=settings),
+        _items(demands, limit_states, im_column, curves),
+        jobs,
+        least=_WORTH_PROCESSES,
+    )
+    # as the models and the limit states stand, whichever demands they share
+    rows = sorted((each for item in found for each in item), key=lambda each: each[0])
+    return pd.DataFrame([row for _, row in rows], columns=list(JOINT_COLUMNS))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Item:
+    """The limit states of one demand of a bridge and abutment model, by their place in the table.
+
+    ``named`` are the columns of the model, ``own`` the fits of its variants.
+    """
+
+    named: dict[str, Any]
+    runs: JointRuns
+    states: dict[tuple[int, int], LimitState]
+    own: pd.DataFrame
+
+
+def _items(
+    demands: pd.DataFrame, states: Sequence[LimitState], im_column: str, curves: pd.DataFrame
+) -> Iterator[_Item]:
+    fitted = curves[curves["status"] == FITTED]
+    own_columns = ["variant", "component", "limit_state", "method", "theta", "var_ln_theta"]
+    for number, (key, part) in enumerate(demands.groupby(list(BRIDGE_COLUMNS), sort=True)):
+        own = fitted[(fitted["bridge"] == key[0]) & (fitted["abutment"] == key[1])][own_columns]
         runs = joint_runs(part.reset_index(drop=True), im_column)
         named = dict(zip(BRIDGE_COLUMNS, key, strict=True)) | {"im": im_column}
-        rows += [named | row for row in _rows(runs, limit_states, own, settings)]
-    return pd.DataFrame(rows, columns=list(JOINT_COLUMNS))
+        for demand in dict.fromkeys(state.demand for state in states):
+            places = {(number, i): s for i, s in enumerate(states) if s.demand == demand}
+            components = {state.component for state in places.values()}
+            yield _Item(
+                named=named,
+                runs=runs.of_demand(demand),
+                states=places,
+                own=own[own["component"].isin(components)],
+            )
 
 
-def _rows(
-    runs: JointRuns, states: Sequence[LimitState], own: pd.DataFrame, settings: FitSettings
-) -> Iterator[dict[str, Any]]:
-    kept: dict[tuple[str, bytes], _Fitted] = {}
-    draws = _Draws(settings)
-    fitted = own[own["status"] == FITTED]
+def _rows(item: _Item, *, settings: FitSettings) -> list[tuple[tuple[int, int], dict[str, Any]]]:
+    """Return the rows of the limit states of one demand, each with its place."""
+    kept: dict[bytes, Fitted] = {}
+    draws, runs = _Draws(settings), item.runs
     names = ["component", "limit_state", "method"]
-    theirs = {key: part.set_index("variant") for key, part in fitted.groupby(names)}
-    for state in states:
+    theirs = {key: part.set_index("variant") for key, part in item.own.groupby(names)}
+    rows: list[tuple[tuple[int, int], dict[str, Any]]] = []
+    for place, state in item.states.items():
         outcomes = runs.outcomes(state)
-        judged = {
-            source: _judged(
+        found = {
+            source: judged(
                 runs,
                 outcomes,
                 (state, source, each),
@@ -128,158 +142,27 @@ def _rows(
             )
             for source, each in _fits(runs, outcomes, state, (kept, draws)).items()
         }
-        chosen = _preferred(judged, runs.motion[~outcomes.unknown])
-        for source, each in judged.items():
-            yield each.row | {"preferred": source == chosen}
+        chosen = preferred(found, runs.motion[~outcomes.unknown])
+        for source, each in found.items():
+            rows.append((place, item.named | each.row | {"preferred": source == chosen}))
+    return rows
 
 
 def _fits(
     runs: JointRuns,
     outcomes: Outcomes,
     state: LimitState,
-    cache: tuple[dict[tuple[str, bytes], _Fitted], _Draws],
-) -> dict[str, _Fitted]:
+    cache: tuple[dict[bytes, Fitted], _Draws],
+) -> dict[str, Fitted]:
     if not runs.box.limits:
-        return dict.fromkeys(SOURCES, _Fitted(fit=JointFit(status=NO_AXIS)))
+        return dict.fromkeys(SOURCES, Fitted(fit=JointFit(status=NO_AXIS)))
     kept, draws = cache
     peak = np.nan_to_num(outcomes.demand, nan=0.0)
     lower = np.where(outcomes.defined, np.maximum(peak, state.threshold), peak)
     used = np.where(outcomes.complete, np.isfinite(outcomes.demand), lower > 0.0)
-    key = (state.demand, lower.tobytes())  # states of one demand share the fit
+    key = lower.tobytes()  # states of one demand share the fit
     if key not in kept:
         kept[key] = draws.fitted(fit_demand(runs, lower, outcomes.complete, used))
     known = ~outcomes.unknown & (np.isfinite(outcomes.demand) | outcomes.exceed)
     outcome = fit_outcomes(runs, outcomes.exceed, known, kept[key].fit)
     return {"demand": kept[key], "exceedance": draws.fitted(outcome)}
-
-
-def _judged(
-    runs: JointRuns,
-    outcomes: Outcomes,
-    named: tuple[LimitState, str, _Fitted],
-    own: pd.DataFrame | None,
-    settings: FitSettings,
-) -> _Judged:
-    state, source, fitted = named
-    fit = fitted.fit
-    known = ~outcomes.unknown
-    hit = outcomes.exceed[known]
-    row: dict[str, Any] = {
-        "component": state.component,
-        "limit_state": state.name,
-        "source": source,
-        "status": fit.status,
-        "level": settings.confidence,
-        "tau": fit.tau,
-        "sigma": fit.sigma,
-        "criterion": fit.criterion,
-        "press": fit.press,
-        "n_variants": len(runs.variants),
-        "n_runs": runs.ln_im.size,
-        "n_motions": runs.motions,
-        "n_exceed": int(np.sum(outcomes.exceed)),
-        "n_unknown": int(np.sum(outcomes.unknown)),
-        "n_censored": fit.censored,
-        "demand": state.demand,
-        "threshold": state.threshold,
-        "capacity_dispersion": state.dispersion,
-    }
-    best, left_out, again = fitted.best, fitted.left_out, fitted.again
-    if fit.surface is None or fit.without is None or not (best and left_out and again):
-        return _Judged(row=row)
-    # ASSUME a study states no median that none of its runs reached, or all of them passed
-    if (status := outcomes.one_sided) is not None:
-        return _Judged(row=row | {"status": status})
-    ln_capacity = float(np.log(state.threshold)) if source == "demand" else 0.0
-    coefficients, ln_beta = fit.surface.curves(*best, ln_capacity)
-    slope = float(np.mean(fit.surface.medians(best[0], ln_capacity)[1]))
-    if not (np.all(np.isfinite(coefficients)) and np.isfinite(ln_beta[0])):
-        return _Judged(row=row | {"status": "slope_not_positive"})
-    without = np.column_stack(fit.surface.curves(*left_out, ln_capacity))
-    row |= {
-        "status": FITTED,
-        "beta": float(np.exp(ln_beta[0])),
-        "terms": ";".join(fit.surface.median_terms),
-        "coefficients": coefficients[0].tolist(),
-        "covariance": jackknife_covariance(without).ravel().tolist(),
-        "box": json.dumps({**fit.surface.box.fixed, **fit.surface.box.limits}),
-        "signed_skew": fit.surface.box.signed_skew,
-        "log_gap": fit.surface.box.log_gap,
-        "model_terms": ";".join(fit.surface.terms),
-        "slope": slope if source == "demand" else nan,
-    }
-    medians = fit.surface.left_out_medians(fit.without, ln_capacity)
-    loss = _loss(runs, known, hit, medians, row["beta"])
-    row |= _middle(row, fit.surface.curves(*again, ln_capacity)[0])
-    row |= _left_out_errors(runs, fit, medians, own) | {"log_loss": float(np.mean(loss))}
-    return _Judged(row=row, loss=loss)
-
-
-def _middle(row: dict[str, Any], again: FloatArray) -> dict[str, Any]:
-    """Return the model in the middle of its box; ``again`` are coefficients of replicates."""
-    model = JointModel.of_row(row)
-    place = {name: 0.5 * (low + high) for name, (low, high) in model.box.limits.items()}
-    vector = model.vector(place)
-    theta, low, high = model.median(place)
-    replicates = again @ vector
-    usable = replicates[np.isfinite(replicates)]
-    return {
-        "theta": theta,
-        "theta_low": low,
-        "theta_high": high,
-        "beta_low": model.ci_beta[0],
-        "beta_high": model.ci_beta[1],
-        "beta_total": model.beta_total,
-        "se_ln_theta": float(np.sqrt(vector @ model.covariance[:-1, :-1] @ vector)),
-        "se_bootstrap": float(np.std(usable, ddof=1)) if usable.size > 1 else nan,
-    }
-
-
-def _left_out_errors(
-    runs: JointRuns, fit: JointFit, medians: FloatArray, own: pd.DataFrame | None
-) -> dict[str, Any]:
-    """Return the errors of the medians of left-out variants against their ``own`` fits."""
-    found: dict[str, Any] = {"loo_error": nan, "loo_error_max": nan, "loo_variants": 0}
-    if own is not None:
-        theirs = own[["theta", "var_ln_theta"]].reindex(runs.variants["variant"])
-        size = np.abs(np.exp(medians) / theirs["theta"].to_numpy(dtype=np.float64) - 1.0)
-        if np.any(np.isfinite(size)):
-            worst = int(np.nanargmax(size))
-            return {
-                "loo_error": float(np.nanmedian(size)),
-                "loo_error_max": float(size[worst]),
-                "loo_error_max_variant": str(runs.variants["variant"].iloc[worst]),
-                "loo_error_max_se": float(np.sqrt(theirs["var_ln_theta"].iloc[worst])),
-                "loo_variants": int(np.sum(np.isfinite(size))),
-            }
-    if fit.level_error is not None and np.any(np.isfinite(fit.level_error)):
-        shift = np.abs(np.expm1(fit.level_error))
-        found |= {"loo_error": float(np.nanmedian(shift)), "loo_error_max": float(np.nanmax(shift))}
-    return found
-
-
-def _loss(
-    runs: JointRuns,
-    known: NDArray[np.bool_],
-    hit: NDArray[np.bool_],
-    medians: FloatArray,
-    beta: float,
-) -> FloatArray:
-    eta = (runs.ln_im[known] - medians[runs.variant[known]]) / beta
-    return -special.log_ndtr(np.where(hit, eta, -eta))
-
-
-def _preferred(judged: dict[str, _Judged], motion: NDArray[np.intp]) -> str:
-    """Return the source to use, an empty text where none has an estimate."""
-    able = [source for source, each in judged.items() if each.row["status"] == FITTED]
-    if len(able) < len(SOURCES):
-        return able[0] if able else ""
-    demand, outcome = judged["demand"].loss, judged["exceedance"].loss
-    if demand is None or outcome is None:
-        return able[0]
-    gain = np.bincount(motion, demand - outcome)
-    gain = gain[np.bincount(motion) > 0]
-    scatter = float(np.std(gain, ddof=1)) * np.sqrt(gain.size)
-    errors = [judged[source].row["loo_error"] for source in ("exceedance", "demand")]
-    better = float(np.sum(gain)) > _CLEARLY * scatter and errors[0] < errors[1]
-    return "exceedance" if better else "demand"

@@ -11,17 +11,41 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, mills_ratio
+from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, probit_side
 from skewbridge.fragility.likelihood.newton import Derivatives
 
 
-@dataclass(frozen=True, slots=True)
-class _Block:
-    """Rows of one kind: their design at the upper end (or the value) and at the lower end."""
+def _products(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return x y' of the rows of two designs of shape (J, p), shape (J, p p)."""
+    return (first[:, :, None] * second[:, None, :]).reshape(-1, first.shape[1] ** 2)
 
-    upper: FloatArray
-    lower: FloatArray
-    columns: NDArray[np.intp]
+
+@dataclass(frozen=True, slots=True)
+class Tails:
+    """Rows known on one side: their design and its products, for many evaluations."""
+
+    design: FloatArray
+    products: FloatArray
+
+    @classmethod
+    def of(cls, design: FloatArray) -> Self:
+        """Return the rows of a design of shape (J, p)."""
+        return cls(design, _products(design, design))
+
+
+@dataclass(frozen=True, slots=True)
+class Brackets:
+    """Rows known to lie between two ends: both designs, and x y' + y x' of the two."""
+
+    upper: Tails
+    lower: Tails
+    cross: FloatArray
+
+    @classmethod
+    def of(cls, upper: FloatArray, lower: FloatArray) -> Self:
+        """Return the rows of two designs of shape (J, p)."""
+        cross = _products(upper, lower) + _products(lower, upper)
+        return cls(Tails.of(upper), Tails.of(lower), cross)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +58,13 @@ class _Squares:
     Attributes:
         onto: Shape (p, p).
         sums: Sum of w d d' over the rows, shape (p, p) or (R, p, p).
+        curve: The same of the parameters, onto' sums onto.
         count: Sum of w, shape () or (R,).
     """
 
     onto: FloatArray
     sums: FloatArray
+    curve: FloatArray
     count: FloatArray
 
     @classmethod
@@ -51,21 +77,21 @@ class _Squares:
         rows = np.column_stack([-covariates, y - covariates @ line])
         products = (rows[:, :, None] * rows[:, None, :]).reshape(-1, size * size)
         sums = (weights @ products).reshape(*weights.shape[:-1], size, size)
-        return cls(onto, sums, np.sum(weights, axis=-1))
+        return cls(onto, sums, onto.T @ sums @ onto, np.sum(weights, axis=-1))
 
     def at(self, rows: NDArray[np.intp]) -> Self:
         """Return the sums of some replicates."""
-        return replace(self, sums=self.sums[rows], count=self.count[rows])
+        return replace(self, sums=self.sums[rows], curve=self.curve[rows], count=self.count[rows])
 
     def add_to(self, total: "Sum", params: FloatArray, h: FloatArray) -> None:
         """Add ln h - z^2/2 - ln(2 pi)/2 of the rows."""
         turned = params @ self.onto.T
-        product = (self.sums @ turned[..., None])[..., 0]
+        product = np.einsum("...ij,...j->...i", self.sums, turned)
         total.loglik += self.count * (np.log(h) - HALF_LOG_2PI)
         total.loglik -= 0.5 * np.sum(turned * product, axis=1)
         total.score -= product @ self.onto
         total.score[:, -1] += self.count / h
-        total.hessian -= self.onto.T @ self.sums @ self.onto
+        total.hessian -= self.curve
         total.hessian[:, -1, -1] -= self.count / h**2
 
 
@@ -95,15 +121,12 @@ class CensoredKernel:
         right = ~observed & np.isfinite(lower) & ~np.isfinite(upper)
         left = ~observed & ~np.isfinite(lower) & np.isfinite(upper)
 
-        def block(mask: NDArray[np.bool_]) -> _Block:
-            rows = np.flatnonzero(mask)
-            ends = [
-                np.column_stack([-covariates[rows], np.where(np.isfinite(y), y, 0.0)[rows]])
-                for y in (upper, lower)
-            ]
-            return _Block(ends[0], ends[1], rows)
+        def design(mask: NDArray[np.bool_], ends: FloatArray) -> FloatArray:
+            return np.column_stack([-covariates[mask], ends[mask]])
 
-        self._both, self._right, self._left = block(both), block(right), block(left)
+        self._rows = [np.flatnonzero(mask) for mask in (right, left, both)]
+        self._right, self._left = Tails.of(design(right, lower)), Tails.of(design(left, upper))
+        self._both = Brackets.of(design(both, upper), design(both, lower))
         self._observed = _Squares.of(
             covariates[observed], lower[observed], self.weights[..., observed]
         )
@@ -122,15 +145,13 @@ class CensoredKernel:
         if self.weights.ndim == 2 and rows is not None:
             squares = squares.at(rows)
         squares.add_to(total, params, safe_h)
-        for block, design, sign in (
-            (self._right, self._right.lower, -1.0),
-            (self._left, self._left.upper, 1.0),
-        ):
-            if block.columns.size:
-                total.add_tail(design, weights[..., block.columns], sign)
-        if self._both.columns.size:
-            w = weights[..., self._both.columns]
-            total.add_interval(self._both.lower, self._both.upper, w)
+        right, left, both = self._rows
+        if right.size:
+            total.add_tail(self._right, weights[..., right], -1.0)
+        if left.size:
+            total.add_tail(self._left, weights[..., left], 1.0)
+        if both.size:
+            total.add_interval(self._both, weights[..., both])
         loglik = np.where(inside, total.loglik, -np.inf)
         return Derivatives(loglik, total.score, total.hessian)
 
@@ -144,30 +165,27 @@ class Sum:
         self.score = np.zeros(params.shape)
         self.hessian = np.zeros((*params.shape, params.shape[1]))
 
-    def add(self, design: FloatArray, d1: FloatArray, d2: FloatArray) -> None:
+    def add(self, rows: Tails, d1: FloatArray, d2: FloatArray) -> None:
         """Add sum d1 x and sum d2 x x' over the rows x of a design to score and Hessian."""
-        size = design.shape[1]
-        products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
-        self.score += d1 @ design
-        self.hessian += (d2 @ products).reshape(-1, size, size)
+        self.score += d1 @ rows.design
+        self.hessian += (d2 @ rows.products).reshape(self.hessian.shape)
 
-    def add_tail(self, design: FloatArray, weights: FloatArray, sign: float) -> None:
+    def add_tail(self, rows: Tails, weights: FloatArray, sign: float) -> None:
         """Add sum w ln Phi(sign z) over the rows, z = design params."""
-        u = sign * (self._params @ design.T)
-        ratio = mills_ratio(u)
-        self.loglik += np.sum(weights * special.log_ndtr(u), axis=1)
-        self.add(design, sign * weights * ratio, -weights * ratio * (u + ratio))
+        u = sign * (self._params @ rows.design.T)
+        log_p, first, second = probit_side(u)
+        self.loglik += np.sum(weights * log_p, axis=1)
+        self.add(rows, sign * weights * first, weights * second)
 
-    def add_interval(self, lower: FloatArray, upper: FloatArray, weights: FloatArray) -> None:
-        """Add sum w ln[Phi(z_upper) - Phi(z_lower)] over the rows of both designs."""
-        zu, zl = self._params @ upper.T, self._params @ lower.T
+    def add_interval(self, rows: Brackets, weights: FloatArray) -> None:
+        """Add sum w ln[Phi(z_upper) - Phi(z_lower)] over the rows."""
+        zu, zl = self._params @ rows.upper.design.T, self._params @ rows.lower.design.T
         log_p = log_normal_interval(zl, zu)
         pu, pl = normal_density(zu, log_p), normal_density(zl, log_p)
         self.loglik += np.sum(weights * np.where(weights > 0.0, log_p, 0.0), axis=1)
-        self.add(upper, weights * pu, -weights * pu * (zu + pu))
-        self.add(lower, -weights * pl, weights * pl * (zl - pl))
-        cross = np.einsum("rj,jp,jq->rpq", weights * pu * pl, upper, lower)
-        self.hessian += cross + np.swapaxes(cross, 1, 2)
+        self.add(rows.upper, weights * pu, -weights * pu * (zu + pu))
+        self.add(rows.lower, -weights * pl, weights * pl * (zl - pl))
+        self.hessian += ((weights * pu * pl) @ rows.cross).reshape(self.hessian.shape)
 
 
 def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:

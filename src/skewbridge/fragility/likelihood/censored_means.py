@@ -37,28 +37,31 @@ def censored_mean(values: FloatArray, bound: NDArray[np.int_], weights: FloatArr
     exact = bound == 0
     if np.all(exact):
         return weights @ values / total
-    own = weights[:, exact]
-    mean = own @ values[exact] / own.sum(axis=1)
-    apart = (values[None, exact] - mean[:, None]) ** 2
+    # sums of the exact values about their own mean, so that nothing cancels
+    centre = float(np.mean(values[exact]))
+    u = values - centre
+    own = weights[:, exact] @ np.stack([np.ones(np.sum(exact)), u[exact], u[exact] ** 2], axis=1)
+    count, known, square = own.T
+    mean = known / count
     # where all exact values agree, the scatter starts from the bounds
     floor = 1e-9 * (1.0 + float(np.max(np.abs(values))))
-    scatter = np.maximum(np.sqrt(np.sum(own * apart, axis=1) / own.sum(axis=1)), floor)
+    scatter = np.maximum(np.sqrt(np.maximum(square / count - mean**2, 0.0)), floor)
     side = bound[~exact].astype(np.float64)
-    beyond, known = weights[:, ~exact], own @ values[exact]
+    beyond, limits = weights[:, ~exact], u[None, ~exact]
     for _ in range(_MAX_ITERATIONS):
-        z = side * (values[None, ~exact] - mean[:, None]) / scatter[:, None]
+        z = side * (limits - mean[:, None]) / scatter[:, None]
         ratio = mills_ratio(-z)
         expected = mean[:, None] + side * scatter[:, None] * ratio
         left = scatter[:, None] ** 2 * np.maximum(1.0 + z * ratio - ratio**2, 0.0)
         new = (known + np.sum(beyond * expected, axis=1)) / total
-        squares = np.sum(own * (values[None, exact] - new[:, None]) ** 2, axis=1)
+        squares = np.maximum(square - new * (2.0 * known - new * count), 0.0)
         squares += np.sum(beyond * ((expected - new[:, None]) ** 2 + left), axis=1)
         step = np.max(np.abs(new - mean) / scatter)
         mean = new
         scatter = np.maximum(np.sqrt(squares / np.maximum(total - 1.0, 0.5)), floor)
         if step < _TOLERANCE:
             break
-    return mean
+    return mean + centre
 
 
 def motion_contributions(

@@ -52,6 +52,14 @@ def probit_terms(eta: FloatArray) -> LinkTerms:
     return LinkTerms(log_p, log_q, ratio_p, -ratio_q, slope_p, slope_q)
 
 
+def probit_side(eta: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return ln Phi(eta) with its first two derivatives, where the other side does not count."""
+    ratio = mills_ratio(eta)
+    with np.errstate(divide="ignore"):
+        log_p = np.where(ratio > 0.0, -0.5 * eta * eta - HALF_LOG_2PI - np.log(ratio), 0.0)
+    return log_p, ratio, -ratio * (eta + ratio)
+
+
 def logit_terms(eta: FloatArray) -> LinkTerms:
     """Return the terms of the logistic distribution function."""
     p = special.expit(eta)

@@ -12,7 +12,12 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood.links import FloatArray, LinkTerms, link_terms
+from skewbridge.fragility.likelihood.links import (
+    FloatArray,
+    LinkTerms,
+    link_terms,
+    probit_side,
+)
 
 _DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step squares it
 _MAX_ITERATIONS: Final = 80
@@ -86,6 +91,9 @@ class BinomialKernel:
         self.remain = n - k
         self.offset = offset
         self._terms: Callable[[FloatArray], LinkTerms] = link_terms(link)
+        # single runs exceed or do not: half of the terms would be multiplied by zero
+        single = link == "probit" and bool(np.all((k == 0.0) | (k == n)))
+        self._sign = np.where(k > 0.0, 1.0, -1.0) if single else None
         size = design.shape[1]
         self._products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
 
@@ -97,8 +105,17 @@ class BinomialKernel:
         eta = params @ self.design.T
         if self.offset is not None:
             eta = eta + self.offset
-        terms = self._terms(eta)
         size = params.shape[1]
+        if self._sign is not None:
+            sign = self._sign if k.ndim == 1 or rows is None else self._sign[rows]
+            runs = k + m
+            log_p, first, second = probit_side(sign * eta)
+            return Derivatives(
+                np.sum(runs * log_p, axis=1),
+                (runs * sign * first) @ self.design,
+                ((runs * second) @ self._products).reshape(-1, size, size),
+            )
+        terms = self._terms(eta)
         return Derivatives(
             np.sum(k * terms.log_p + m * terms.log_q, axis=1),
             (k * terms.d_log_p + m * terms.d_log_q) @ self.design,
@@ -171,10 +188,31 @@ def _newton_step(now: Derivatives) -> FloatArray:
         first = (d * score[:, 0] - b * score[:, 1]) / -det
         second = (a * score[:, 1] - b * score[:, 0]) / -det
         return np.stack([first, second], axis=1)
+    if score.shape[1] == 3:
+        return _step_of_three(hessian, score)
     step = np.zeros_like(score)
     good = np.all(np.isfinite(hessian), axis=(1, 2)) & (np.abs(np.linalg.det(hessian)) > 0.0)
     step[good] = np.linalg.solve(-hessian[good], score[good][..., None])[..., 0]
     return step
+
+
+def _step_of_three(hessian: FloatArray, score: FloatArray) -> FloatArray:
+    """Return the steps of three parameters by cofactors: solvers of many small systems are slow."""
+    a, b, c, d, e, f = (
+        hessian[:, i, j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+    )
+    x, y, z = score.T
+    with np.errstate(all="ignore"):
+        first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
+        fourth, fifth, sixth = a * f - c * c, b * c - a * e, a * d - b * b
+        det = a * first + b * second + c * third
+        total = [
+            first * x + second * y + third * z,
+            second * x + fourth * y + fifth * z,
+            third * x + fifth * y + sixth * z,
+        ]
+        step = np.stack(total, axis=1) / -det[:, None]
+    return np.where((np.isfinite(det) & (det != 0.0))[:, None], step, 0.0)
 
 
 def _step_uphill(

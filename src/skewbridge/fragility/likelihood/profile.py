@@ -59,8 +59,7 @@ def profile_ends(
     target = float(maximum.loglik[0]) - 0.5 * quantile
     bounded = _bounded_ends(kernel, target, flat_intercept)
     ends = np.array([-np.inf, np.inf, 0.0, np.inf])
-    found, good = _venzon_moolgavkar(kernel, maximum, target, quantile, np.flatnonzero(bounded))
-    ends[bounded] = found
+    ends[bounded], good = _venzon_moolgavkar(kernel, maximum, quantile, np.flatnonzero(bounded))
     for index in np.flatnonzero(bounded)[~good]:
         ends[index] = _bracketed_end(kernel, maximum, target, int(index))
     low, high, slope_low, slope_high = (float(end) for end in ends)
@@ -85,47 +84,44 @@ def _bounded_ends(kernel: Kernel, target: float, flat_intercept: float | None) -
 
 
 def _venzon_moolgavkar(
-    kernel: Kernel, maximum: Maximum, target: float, quantile: float, which: NDArray[np.intp]
+    kernel: Kernel, maximum: Maximum, quantile: float, which: NDArray[np.intp]
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Solve l = target and dl/d(nuisance) = 0 by Newton for the ends named by ``which``."""
-    is_theta = which < 2
-    side = np.where(which % 2 == 0, -1.0, 1.0)
-    a0, a1 = maximum.params[0]
-    centre = np.where(is_theta, -a0 / a1, a1)
-    psi, nuisance = _ends_of_ellipse(maximum.params[0], maximum.covariance[0], quantile)
-    psi, nuisance = psi[which], nuisance[which]
+    """Return the ends named by ``which`` by Newton from those of an ellipse, and which are found.
+
+    The points with l = target form a closed convex curve in the plane of a = (a0, a1). At the ends
+    of a1 dl/da0 = 0; at those of ln theta = -a0/a1 a ray touches the curve: a . dl/da = 0.
+    """
+    a = _points_of_ellipse(maximum.params[0], maximum.covariance[0], quantile)[which]
+    is_theta, target = which < 2, float(maximum.loglik[0]) - 0.5 * quantile
+    residual = np.full(which.size, np.inf)
     # Far from the data terms vanish or overflow: what is not finite in the end is not good.
     with np.errstate(all="ignore"):
-        residual = np.full(psi.size, np.inf)
         for _ in range(_ITERATIONS):
-            gap, slope, matrix = _end_equations(kernel, psi, nuisance, is_theta, target)
-            residual = np.abs(gap) + slope**2 / np.abs(matrix[:, 1, 1])
+            now = kernel.derivatives(a)
+            along = np.where(is_theta[:, None], a, np.array([1.0, 0.0]))
+            turned = (now.hessian @ along[:, :, None])[:, :, 0]
+            gap, slope = now.loglik - target, np.sum(along * now.score, axis=1)
+            residual = np.abs(gap) + slope**2 / np.abs(np.sum(along * turned, axis=1))
             if np.all(residual < _TOLERANCE * (1.0 + abs(target))):
                 break
-            det = matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] * matrix[:, 1, 0]
+            tilted = turned + is_theta[:, None] * now.score  # gradient of ``slope``
+            det = now.score[:, 0] * tilted[:, 1] - now.score[:, 1] * tilted[:, 0]
             det = np.where(det == 0.0, np.inf, det)
-            step_psi = -(matrix[:, 1, 1] * gap - matrix[:, 0, 1] * slope) / det
-            step_nuisance = -(matrix[:, 0, 0] * slope - matrix[:, 1, 0] * gap) / det
-            positive = np.where(is_theta, nuisance, psi)
-            step_positive = np.where(is_theta, step_nuisance, step_psi)
-            shrink = np.where(
-                step_positive < -0.7 * positive,
-                0.7 * positive / np.maximum(-step_positive, 1e-300),
-                1.0,
-            )
-            psi, nuisance = psi + shrink * step_psi, nuisance + shrink * step_nuisance
-    good = (
-        (residual < 1e-8 * (1.0 + abs(target)))
-        & (side * (psi - centre) > 0.0)
-        & (np.where(is_theta, nuisance, psi) > 0.0)
+            first = (slope * now.score[:, 1] - gap * tilted[:, 1]) / det
+            second = (gap * tilted[:, 0] - slope * now.score[:, 0]) / det
+            # a1 stays positive: no step takes more than 0.7 of it
+            part = 0.7 / np.maximum(-second / a[:, 1], 0.7)
+            a = a + part[:, None] * np.stack([first, second], axis=1)
+    side = np.where(which % 2 == 0, -1.0, 1.0)
+    ends, centre = (
+        np.where(is_theta, -point[:, 0] / point[:, 1], point[:, 1]) for point in (a, maximum.params)
     )
-    return psi, good
+    good = (residual < 1e-8 * (1.0 + abs(target))) & (side * (ends - centre) > 0.0)
+    return ends, good & (a[:, 1] > 0.0)
 
 
-def _ends_of_ellipse(
-    params: FloatArray, covariance: FloatArray, quantile: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return the four ends, with their nuisance, if the log-likelihood were quadratic.
+def _points_of_ellipse(params: FloatArray, covariance: FloatArray, quantile: float) -> FloatArray:
+    """Return where the four ends would be, shape (4, 2), if the log-likelihood were quadratic.
 
     For ln theta these are Fieller's: the tangents from the origin to the ellipse of confidence.
     """
@@ -143,31 +139,8 @@ def _ends_of_ellipse(
     size = np.sqrt(quantile * covariance[1, 1])
     slope = np.array([max(a1 - size, 0.3 * a1), a1 + size])
     intercept = a0 + covariance[0, 1] / covariance[1, 1] * (slope - a1)
-    return np.concatenate([psi, slope]), np.concatenate([nuisance, intercept])
-
-
-def _end_equations(
-    kernel: Kernel,
-    psi: FloatArray,
-    nuisance: FloatArray,
-    is_theta: NDArray[np.bool_],
-    target: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return l - target, dl/d nuisance and the Jacobian of both by (psi, nuisance)."""
-    a = np.where(
-        is_theta[:, None],
-        np.stack([-nuisance * psi, nuisance], axis=1),
-        np.stack([nuisance, psi], axis=1),
-    )
-    now = kernel.derivatives(a)
-    g0, g1 = now.score[:, 0], now.score[:, 1]
-    h00, h01, h11 = now.hessian[:, 0, 0], now.hessian[:, 0, 1], now.hessian[:, 1, 1]
-    l_psi = np.where(is_theta, -nuisance * g0, g1)
-    l_nuisance = np.where(is_theta, g1 - psi * g0, g0)
-    mixed = np.where(is_theta, -g0 - nuisance * (h01 - psi * h00), h01)
-    second = np.where(is_theta, psi**2 * h00 - 2.0 * psi * h01 + h11, h00)
-    rows = [np.stack([l_psi, l_nuisance], axis=1), np.stack([mixed, second], axis=1)]
-    return now.loglik - target, l_nuisance, np.stack(rows, axis=1)
+    points = [np.concatenate([-psi * nuisance, intercept]), np.concatenate([nuisance, slope])]
+    return np.stack(points, axis=1)
 
 
 def _bracketed_end(kernel: Kernel, maximum: Maximum, target: float, index: int) -> float:

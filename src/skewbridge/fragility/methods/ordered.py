@@ -15,7 +15,7 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.censored import Sum
+from skewbridge.fragility.likelihood.censored import Brackets, Sum, Tails
 from skewbridge.fragility.likelihood.fit import FITTED, FLATTEST_SLOPE
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.likelihood.newton import Derivatives, maximise
@@ -55,24 +55,31 @@ class OrderedKernel:
     """
 
     def __init__(self, ln_im: FloatArray, counts: FloatArray, *, common: bool = True) -> None:
-        self._x, self._counts, self._common = ln_im, counts, common
-        self._states = counts.shape[1] - 1
+        self._common = common
+        last = counts.shape[1] - 1
+        slopes = 1 if common else last
 
-    def _design(self, state: int) -> FloatArray:
-        slopes = 1 if self._common else self._states
-        design = np.zeros((self._x.size, self._states + slopes))
-        design[:, state - 1] = 1.0
-        design[:, -1 if self._common else self._states + state - 1] = self._x
-        return design
+        def design(state: int, rows: NDArray[np.intp]) -> FloatArray:
+            found = np.zeros((rows.size, last + slopes))
+            found[:, state - 1] = 1.0
+            found[:, -1 if common else last + state - 1] = ln_im[rows]
+            return found
+
+        ends = [np.flatnonzero(counts[:, state] > 0.0) for state in range(last + 1)]
+        self._weights = [counts[rows, state] for state, rows in enumerate(ends)]
+        self._none, self._all = Tails.of(design(1, ends[0])), Tails.of(design(last, ends[last]))
+        self._between = [
+            Brackets.of(upper=design(state, ends[state]), lower=design(state + 1, ends[state]))
+            for state in range(1, last)
+        ]
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
         """Evaluate the batch; minus infinity where the intercepts are out of order."""
-        total, last = Sum(params), self._states
-        total.add_tail(self._design(1), self._counts[:, 0], -1.0)
-        for state in range(1, last):
-            weights = self._counts[:, state]
-            total.add_interval(self._design(state + 1), self._design(state), weights)
-        total.add_tail(self._design(last), self._counts[:, last], 1.0)
+        total = Sum(params)
+        total.add_tail(self._none, self._weights[0], -1.0)
+        for brackets, weights in zip(self._between, self._weights[1:-1], strict=True):
+            total.add_interval(brackets, weights)
+        total.add_tail(self._all, self._weights[-1], 1.0)
         loglik = total.loglik
         if self._common:
             ordered = np.all(np.diff(params[:, :-1], axis=1) < 0.0, axis=1)

@@ -2,13 +2,10 @@
 
 References:
     Nielson and DesRoches (2007), EESD 36(6):823-839, for bridge systems from joint demand models.
-    Plackett (1954), Biometrika 41(3/4):351-360, for the bivariate normal integral.
-    Genz (1992), J. Comput. Graph. Stat. 1(2):141-149, for more components.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -17,20 +14,14 @@ from scipy import interpolate, special
 from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.bootstrap import Replicates
 from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.methods.normal_union import FEW_POINTS, union, union_of_each
 
-POINTS: Final = 5003  # of the lattice for three or more components: error about 2e-5
-#: Of the lattice of bootstrap replicates, whose errors are common and small beside their scatter.
-FEW_POINTS: Final = 127
-_CHUNK: Final = 400_000  # numbers held at once: they stay in the cache
-_NEGLIGIBLE: Final = 1e-6  # probability below the error of the lattice
 _NEVER: Final = -40.0  # standardised intensity at which a component does not fail
 _REACH: Final = (-1.4, -0.7, 0.0, 0.7, 1.4)  # probits at which a replicate is evaluated
 _WIDE: Final = 201  # intensities of the bounds of a system
 _WITHIN: Final = 17  # of its curve, where the bounds leave more than `_TAIL` open
 _TAIL: Final = 1e-3
 _BETWEEN: Final = 200  # probits at which a curve is compared with its lognormal
-_JITTER: Final = 1e-10  # makes a singular correlation (equal components) factorisable
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 
 type Lognormal = tuple[float, float, float]  # theta, beta, largest distance in probability
 
@@ -126,7 +117,7 @@ def series_system(im: FloatArray, joint: JointDemand) -> FloatArray:
     Two components by quadrature (1e-12); more by separation of variables on a lattice whose points
     are common to all intensities, so that the curve is smooth.
     """
-    return _union(_standardised(im[:, None], joint.theta, joint.beta), joint.correlation)
+    return union(_standardised(im[:, None], joint.theta, joint.beta), joint.correlation)
 
 
 def system_bounds(im: FloatArray, joint: JointDemand) -> tuple[FloatArray, FloatArray]:
@@ -140,8 +131,8 @@ def contributions(im: FloatArray, joint: JointDemand) -> FloatArray:
     z = _standardised(im[:, None], joint.theta, joint.beta)
     m = joint.theta.size
     rest = np.where(np.eye(m, dtype=np.bool_), _NEVER, z[:, None]).reshape(-1, m)
-    without = _union(rest, joint.correlation).reshape(-1, m)
-    return 1.0 - without / np.maximum(_union(z, joint.correlation), 1e-300)[:, None]
+    without = union(rest, joint.correlation).reshape(-1, m)
+    return 1.0 - without / np.maximum(union(z, joint.correlation), 1e-300)[:, None]
 
 
 def replicate_medians(
@@ -154,7 +145,7 @@ def replicate_medians(
     """
     ln_x = np.log(theta) + beta * np.array(_REACH)
     z = _standardised(np.exp(ln_x)[:, None, None], joint.theta, joint.beta)
-    p = np.stack([_union_of_each(row, joint.correlation, FEW_POINTS) for row in z], axis=1)
+    p = np.stack([union_of_each(row, joint.correlation, FEW_POINTS) for row in z], axis=1)
     probit = special.ndtri(np.clip(p, 1e-12, 1.0 - 1e-12))
     line = np.stack([_crossing(ln_x, probit, level) for level in (-1.0, 0.0, 1.0)])
     return line[1], 0.5 * (line[2] - line[0])
@@ -209,66 +200,3 @@ def lognormal_of_system(im: FloatArray, p: FloatArray) -> Lognormal:
     between = np.linspace(float(probit[0]), float(probit[-1]), _BETWEEN)
     away = special.ndtr((curve(between) - x50) / beta) - special.ndtr(between)
     return float(np.exp(x50)), float(beta), float(np.max(np.abs(away)))
-
-
-def bivariate_upper(h: FloatArray, k: FloatArray, rho: float) -> FloatArray:
-    """Return P(Z1 <= h, Z2 <= k) of a standard bivariate normal, by Plackett's integral."""
-    top = float(np.arcsin(np.clip(rho, -1.0, 1.0)))
-    angle = 0.5 * top * (_NODES + 1.0)
-    sine, square = np.sin(angle), np.maximum(np.cos(angle) ** 2, 1e-300)
-    exponent = -(h[:, None] ** 2 - 2.0 * h[:, None] * k[:, None] * sine + k[:, None] ** 2)
-    integral = np.exp(exponent / (2.0 * square)) @ _WEIGHTS * 0.5 * top
-    return special.ndtr(h) * special.ndtr(k) + integral / (2.0 * np.pi)
-
-
-def _union(z: FloatArray, correlation: FloatArray) -> FloatArray:
-    """Return P(any Z_i <= z_i) of rows of z, shape (n, m), with one correlation."""
-    m = z.shape[1]
-    if m == 1:
-        return np.asarray(special.ndtr(z[:, 0]))
-    if m == 2:
-        return 1.0 - bivariate_upper(-z[:, 0], -z[:, 1], float(correlation[0, 1]))
-    return _union_of_each(z, np.broadcast_to(correlation, (z.shape[0], m, m)), POINTS)
-
-
-def _union_of_each(z: FloatArray, correlation: FloatArray, points: int) -> FloatArray:
-    """Return P(any Z_i <= z_i) of rows of z, shape (n, m), each with its own correlation."""
-    order = np.argsort(-z, axis=1)  # the most restrictive first: less variance
-    top = np.take_along_axis(z, order, axis=1)
-    p = special.ndtr(top[:, 0])
-    # what adds less than `_NEGLIGIBLE` is left out: components, and all beside one that is certain
-    counts = np.where(p < 1.0 - _NEGLIGIBLE, np.sum(special.ndtr(top) > _NEGLIGIBLE, axis=1), 1)
-    for count in np.unique(counts[counts > 1]):
-        rows = np.flatnonzero(counts == count)
-        for part in np.array_split(rows, 1 + rows.size * points * count // _CHUNK):
-            own = order[part, :count]
-            matrix = correlation[part[:, None, None], own[:, :, None], own[:, None, :]]
-            p[part] = 1.0 - _all_below(-top[part, :count], matrix, points)
-    return p
-
-
-def _all_below(limit: FloatArray, correlation: FloatArray, points: int) -> FloatArray:
-    """Return P(Z_i <= limit_i for all i) of each row by Genz's separation of variables."""
-    n, m = limit.shape
-    root = np.linalg.cholesky(correlation + _JITTER * np.eye(m))
-    lattice = _lattice(m - 1, points)
-    e = np.repeat(special.ndtr(limit[:, :1] / root[:, :1, 0]), points, axis=1)
-    product = e.copy()
-    y = np.zeros((n, m - 1, points))
-    for i in range(1, m):
-        e *= lattice[i - 1]
-        special.ndtri(np.clip(e, 1e-300, 1.0 - 1e-16, out=e), out=y[:, i - 1])
-        inner = (root[:, i, None, :i] @ y[:, :i])[:, 0]
-        np.subtract(limit[:, i, None], inner, out=inner)
-        inner /= root[:, i, i, None]
-        special.ndtr(inner, out=e)
-        product *= e
-    return np.mean(product, axis=1)
-
-
-@lru_cache(maxsize=64)
-def _lattice(size: int, points: int) -> FloatArray:
-    """Return Richtmyer's lattice in ``size`` dimensions with the tent transform."""
-    primes = np.array([k for k in range(2, 12 * size + 32) if all(k % d for d in range(2, k))])
-    step = np.sqrt(primes[:size].astype(np.float64)) % 1.0
-    return np.abs(2.0 * (np.outer(step, np.arange(1, points + 1)) % 1.0) - 1.0)

@@ -49,7 +49,7 @@ def fit_tables(
         ignore_index=True,
     )
     medians = paired_capacity_effects(rows, limit_states, settings.im, settings, jobs=jobs)
-    joint = joint_table(rows, limit_states, settings.im, curves, settings)
+    joint = joint_table(rows, limit_states, settings.im, curves, settings, jobs=jobs)
     ranked = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
     return ranked | {
         "curves": curves,
@@ -81,7 +81,7 @@ def effect_tables(
     return {
         "effects": effects,
         "needed_motions": needed_motions(effects, rows),
-        "factors": factor_summary(rows, names, settings),
+        "factors": factor_summary(rows, names, settings, jobs=jobs),
     }
 
 

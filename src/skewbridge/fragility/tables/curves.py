@@ -124,7 +124,7 @@ def _state_fits(
         others = (name for name in line.warnings if name not in (cloud.SATURATING, cloud.CURVED))
         line = replace(line, warnings=(*others, cloud.SATURATING))
     fits = [line, fit_exceedance(runs, outcomes, settings)]
-    if (pd.Series(runs.im).groupby(runs.records).nunique() > 1).any():
+    if runs.several_levels:
         fits.append(fit_record_brackets(runs, outcomes, settings))
     for fit in fits:
         yield fit, {"facts": facts, "slope": line.line.b if line.line else None}

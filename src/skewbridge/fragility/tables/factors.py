@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -12,7 +13,13 @@ from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.methods.motion_means import MotionMeans
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.beyond_model import is_complete
-from skewbridge.fragility.tables.key_columns import axis_names, models_of, varying_axes
+from skewbridge.fragility.tables.key_columns import (
+    axis_names,
+    demand_columns,
+    models_of,
+    varying_axes,
+)
+from skewbridge.fragility.tables.spread import spread
 from skewbridge.variant.axes import AXES
 
 SUMMARY_COLUMNS: Final[dict[str, str]] = {
@@ -34,21 +41,31 @@ SUMMARY_COLUMNS: Final[dict[str, str]] = {
 
 
 def factor_summary(
-    demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings = DEFAULTS
+    demands: pd.DataFrame,
+    columns: Sequence[str],
+    settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return variance explained, Sobol indices and prediction error per demand and factor.
 
     Each bridge with each abutment model stands by itself; axes in which its variants do not
     differ are no factors. Demands that are zero in some completed run are left out: they have no
-    logarithm. ``settings`` seeds the Sobol sequence.
+    logarithm. ``settings`` seeds the Sobol sequence; ``jobs`` is the number of processes.
     """
-    rows = [
-        model | {"demand": column} | row
+    items = (
+        (model | {"demand": column}, demand_columns(own, [column, settings.im]))
         for model, own in models_of(demands)
         for column in columns
-        for row in _factors_of(own, column, settings)
-    ]
-    return pd.DataFrame(rows, columns=list(SUMMARY_COLUMNS))
+    )
+    found = spread(partial(_rows, settings=settings), items, jobs)
+    return pd.DataFrame([row for rows in found for row in rows], columns=list(SUMMARY_COLUMNS))
+
+
+def _rows(item: tuple[dict[str, Any], pd.DataFrame], settings: FitSettings) -> list[dict[str, Any]]:
+    """Return the rows of one demand of one bridge and abutment model."""
+    told, own = item
+    return [told | row for row in _factors_of(own, told["demand"], settings)]
 
 
 def _factors_of(

@@ -48,10 +48,15 @@ def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.Da
 
     They are numbered as in the whole table.
     """
-    known = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, *columns)
-    kept = [name for name in dict.fromkeys(known) if name in demands.columns]
-    for _, part in demands[kept].reset_index(drop=True).groupby("variant", sort=True):
+    table = demand_columns(demands, columns).reset_index(drop=True)
+    for _, part in table.groupby("variant", sort=True):
         yield part
+
+
+def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+    """Return key, axes and outcome of the runs with some columns, for another process."""
+    known = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, *columns)
+    return demands[[name for name in dict.fromkeys(known) if name in demands.columns]]
 
 
 def motion_codes(table: pd.DataFrame) -> NDArray[np.intp]:

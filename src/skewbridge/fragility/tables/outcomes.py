@@ -55,6 +55,13 @@ class Runs:
         """Whether some motion ran more than once."""
         return int(np.max(self.records)) + 1 < self.records.size
 
+    @property
+    def several_levels(self) -> bool:
+        """Whether some motion ran at more than one intensity."""
+        order = np.lexsort((self.im, self.records))
+        same = np.diff(self.records[order]) == 0
+        return bool(np.any(same & (np.diff(self.im[order]) > 0.0)))
+
 
 @dataclass(frozen=True, slots=True)
 class CensoredDemands:

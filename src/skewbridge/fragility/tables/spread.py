@@ -10,7 +10,11 @@ _WORTH_PROCESSES = 24
 
 
 def spread[Item, Found](
-    function: Callable[[Item], Found], items: Iterable[Item], jobs: int
+    function: Callable[[Item], Found],
+    items: Iterable[Item],
+    jobs: int,
+    *,
+    least: int = _WORTH_PROCESSES,
 ) -> list[Found]:
     """Return the function of each item, in their order.
 
@@ -18,9 +22,10 @@ def spread[Item, Found](
         function: What is called; it and the items go to other processes.
         items: Its arguments.
         jobs: Processes; with one, or with few items, everything runs in this one.
+        least: Items that are worth other processes.
     """
     rest = iter(items)
-    first = list(islice(rest, _WORTH_PROCESSES))
-    if jobs == 1 or len(first) < _WORTH_PROCESSES:
+    first = list(islice(rest, least))
+    if jobs == 1 or len(first) < least:
         return [function(item) for item in chain(first, rest)]
     return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(first, rest)))
