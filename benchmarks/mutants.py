@@ -231,6 +231,9 @@ def tried(change: Mutation, reach: Reach, budget_s: float) -> dict[str, Any]:
         os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
     if code is None:
         return {"fate": "killed", "by": "the time", **told}
+    # a file of tests that works with the module when it is loaded may fail there already
+    if code == _USAGE and run_tests(["--collect-only", "-q", f"@{listed}"], _HOUR_S)[0] == 0:
+        return {"fate": "killed", "by": "tests that cannot be loaded", **told}
     if code in {_USAGE, _NO_TESTS, -signal.SIGALRM}:
         return {"fate": "not tried", "by": output.strip()[-300:], **told}
     failed = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
@@ -239,11 +242,11 @@ def tried(change: Mutation, reach: Reach, budget_s: float) -> dict[str, Any]:
 
 
 def remaining(again: bool) -> Iterator[Mutation]:
-    """Give the changes of the sample that have no line yet, or those that survived."""
+    """Give the changes of the sample that were not tried yet, or those that survived."""
     last = {entry["mutant"]: entry["fate"] for entry in entries()}
     for change in sample():
         fate = last.get(change.name)
-        if (again and fate == "survived") or (not again and fate is None):
+        if fate == "survived" if again else fate in {None, "not tried"}:
             yield change
 
 

@@ -19,7 +19,7 @@ a sign, `min` to `max`, ...), and runs the tests that reach the changed line unt
 `fragility` and `motions`; texts, messages and annotations are not changed. A change is tried
 against {budget_s[0]:g} s of tests at most, the shortest first, and what survives them against
 {budget_s[1]:g} s once more; the workflow and the tests called slow are left out, so that what they
-alone would notice counts as not noticed.
+alone would notice counts as not noticed. A change with which tests cannot be loaded is noticed.
 
 The program is our own (`benchmarks/mutants.py`); mutmut and cosmic-ray were not tried. What it
 is for: a sample whose first part is a sample as well, and a limit on the seconds of tests, since
@@ -46,6 +46,8 @@ def page(sample: Sequence[Mutation], entries: Iterable[Mapping[str, Any]], budge
     equivalent = [each for each in survived if _verdict(judged, each)[0] == "equivalent"]
     counted = [each for each in ran if each not in equivalent]
     left = [each for each in survived if each not in equivalent]
+    noticed = sum(first[each.name] == "killed" for each in counted)
+    share = 100.0 * noticed / max(len(counted), 1)
     of_package = Counter(each.file.split("/")[0] for each in counted)
     left_of_package = Counter(each.file.split("/")[0] for each in left)
     lines = [
@@ -53,8 +55,9 @@ def page(sample: Sequence[Mutation], entries: Iterable[Mapping[str, Any]], budge
         f"Tried: {len(ran)} of {len(sample)}. Without the {len(equivalent)} that change no result, "
         f"**{len(counted) - len(left)} of {len(counted)} were noticed "
         f"({100.0 * (1.0 - len(left) / max(len(counted), 1)):.0f} %)**.\n",
-        f"At first it was {sum(first[each.name] == 'killed' for each in counted)}; the other tests "
-        "were written since.\n",
+        f"At first it was {noticed} ({share:.0f} %): the others were noticed by tests written "
+        "since, or by more\nseconds of tests. Of changes that were not drawn the first share is "
+        "the most to expect.\n",
         "| package | tried | noticed |",
         "| --- | ---: | ---: |",
         *(f"| `{p}` | {n} | {n - left_of_package[p]} |" for p, n in sorted(of_package.items())),

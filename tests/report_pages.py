@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 from matplotlib.image import imsave
 
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.tables.all_tables import effect_tables, fit_tables
 from skewbridge.fragility.tables.limit_states import limit_states_of
 from skewbridge.provenance.tables import write_frame
+from skewbridge.reading import merged
 from skewbridge.report.figure_cases import CURVES
 from skewbridge.report.html.page import write_report
 
@@ -53,7 +55,14 @@ _CAPTION = {"name": "one", "section": CURVES, "title": "A curve", "text": "Of a 
 
 
 def write_page(
-    folder: Path, demands: pd.DataFrame, *, states=STATES, bridges=("osb1",), caption=_CAPTION
+    folder: Path,
+    demands: pd.DataFrame,
+    *,
+    states=STATES,
+    bridges=("osb1",),
+    caption=_CAPTION,
+    source="",
+    config=None,
 ) -> tuple[Path, dict[str, pd.DataFrame]]:
     """Make the tables of a study and its page in a folder; return the page and the tables."""
     demands = demands.assign(**_MORE)
@@ -73,6 +82,7 @@ def write_page(
         "measures": empty,
         "gate": empty,
         "sensitivity": empty,
+        "suite": pd.DataFrame({"source": [source] * 2}),
     }
     paths = {name: folder / f"{name}.parquet" for name in frames}
     for name, frame in frames.items():
@@ -82,7 +92,11 @@ def write_page(
     paths["captions"] = folder / "captions.json"
     paths["captions"].write_text(json.dumps({"figures": [caption]}))
     imsave(folder / "one.png", np.full((600, 900, 3), 0.5))
-    config = {"grid": {"bridge": list(bridges)}, "fragility": {"exclude_suspect": False}}
+    limits = folder / "states.yaml"
+    limits.write_text(yaml.safe_dump(states, sort_keys=False), encoding="utf-8")
+    fits = {"exclude_suspect": False, "limit_states": str(limits)}
+    given = {"grid": {"bridge": list(bridges)}, "fragility": fits}
+    given = merged(given, config or {})
     page = folder / "page.html"
-    write_report(tables=paths, figures=folder, config=config, output=page)
+    write_report(tables=paths, figures=folder, config=given, output=page)
     return page, frames

@@ -8,6 +8,8 @@ stop() {
     exit 1
 }
 
+echo "setup: installs into $venv; a few minutes and 1.2 GB the first time"
+
 if command -v uv >/dev/null 2>&1; then
     uv=uv
 else
@@ -25,5 +27,5 @@ fi
 # Compiled once here: where Python may not write its cache, every worker would compile all again.
 VIRTUAL_ENV=$venv "$uv" pip sync --quiet --compile-bytecode --require-hashes requirements.lock
 VIRTUAL_ENV=$venv "$uv" pip install --quiet --no-deps --no-build-isolation --editable .
-"$venv/bin/python" -c "import openseespy.opensees" ||
-    stop "OpenSeesPy does not import: on Linux it needs x86_64 and glibc 2.28 or newer (see the message above); run make again on such a machine."
+told=$("$venv/bin/python" -c "import openseespy.opensees" 2>&1) ||
+    { echo "$told" >&2 && stop "OpenSeesPy does not import: on Linux it needs x86_64 and glibc 2.28 or newer (see the message above); run make again on such a machine."; }

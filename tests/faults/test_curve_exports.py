@@ -12,6 +12,8 @@ from scipy.stats import norm
 
 from cli_json import run
 from fragility_tables import DRIFT, IM, synthetic_demands
+from skewbridge.errors import InputError
+from skewbridge.fragility.exchange.curve_tables import Sampling
 from skewbridge.fragility.exchange.measures import openquake_measure
 from skewbridge.fragility.tables.curves import fit_study
 
@@ -118,6 +120,10 @@ def test_curves_over_a_range_and_factors_of_skew(tmp_path):
     out = tmp_path / "p.csv"
     run("export", path, "--format", "csv", "--out", out, "--im-range", 0.1, 2, "--points", 7)
     long = pd.read_csv(out)
+    assert list(long.columns) == [
+        *("variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction"),
+        *("component", "limit_state", "method", "im", "intensity", "probability"),
+    ]
     one = curves[(curves["method"] == "cloud") & (curves["status"] == "ok")].iloc[0]
     same = (long["variant"] == one["variant"]) & (long["limit_state"] == one["limit_state"])
     u = np.log(long.loc[same, "intensity"] / one["theta"]) / one["beta_total"]
@@ -193,3 +199,13 @@ def test_export_refuses_what_the_other_tool_cannot_name(tmp_path):
     assert code == 2
     assert "has no name in OpenQuake" in found["message"]
     assert openquake_measure("im_pgv_rotd50_mps") == ("PGV", 100.0)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "count"),
+    [(0.1, 2.0, 1), (0.0, 2.0, 7), (2.0, 0.1, 7), (0.1, 0.1, 7), (0.1, np.inf, 7)],
+)
+def test_a_range_of_intensities_rises_above_zero_and_has_two_points(low, high, count):
+    with pytest.raises(InputError, match="must rise above 0"):
+        Sampling(low, high, count)
+    assert Sampling(0.1, 2.0, 2).count == 2

@@ -53,7 +53,7 @@ Lat.              38.920
 Long.             140.630
 Depth. (km)       7
 Mag.              5.9
-Station Code      XXX001
+Station Code      ABC001
 Station Lat.      39.6069
 Station Long.     140.3213
 Station Height(m) 34

@@ -145,6 +145,8 @@ def test_tobit_without_censoring_is_the_line_by_likelihood(seed):
     assert tobit.theta == pytest.approx(line.theta, rel=1e-8)
     # n against n - 2 in the scatter
     assert tobit.beta == pytest.approx(line.beta * np.sqrt(23 / 25), rel=1e-8)
+    assert tobit.line.sigma == pytest.approx(line.line.sigma * np.sqrt(23 / 25), rel=1e-8)
+    assert (tobit.line.ln_a, tobit.line.b) == pytest.approx((line.line.ln_a, line.line.b), rel=1e-6)
 
 
 @given(st.integers(0, 10**6))

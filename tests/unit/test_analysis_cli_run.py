@@ -64,6 +64,15 @@ def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
         for axis in ("x", "y"):
             assert f"abutment_{side}_{axis}_m" in histories
             assert f"abutment_{side}_{axis}_kn" in histories
+    # the pads act alone as long as no contact of the abutment is closed
+    apart = histories.filter(regex="contact_left_.*_normal_kn").sum(axis=1) == 0.0
+    assert 0 < apart.sum() < len(histories)
+    for axis in ("x", "y"):
+        other = (
+            histories[f"abutment_left_{axis}_kn"] - histories[f"abutment_left_pads_{axis}_kn"]
+        ).abs()
+        assert other[apart].max() < 1e-9
+        assert other[~apart].max() > 10.0
     # histories are read at the regular steps, demands at all
     assert histories["column_shear_kn"].max() == pytest.approx(row["column_shear_kn"], rel=1e-3)
     assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])

@@ -7,7 +7,8 @@ import pytest
 from bridge_variants import variant
 from skewbridge.analysis.damping import apply_rayleigh, damping_ratio, rayleigh_factors
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.deck import lumping_shares
+from skewbridge.bridge.deck import lumping_shares, mass_centre_m
+from skewbridge.bridge.gravity import column_axial_forces_n
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.units import G_MPS2
@@ -97,3 +98,34 @@ def test_lumped_masses_keep_the_total_and_the_moment_of_inertia(elements: int) -
     assert (shares > 0.0).all()
     if elements > 1:
         assert shares @ places**2 == pytest.approx(elements**3 / 12)
+
+
+@pytest.mark.parametrize("bridge", ["osb2s", "bridge_b"])
+def test_the_mass_centre_is_that_of_the_masses(bridge: str) -> None:
+    with domain():
+        model = build(variant(0, "roller", bridge), ModelOptions())
+        masses = model.deck_masses_kg
+        moment = sum(mass * ops.nodeCoord(node)[0] for node, mass in masses.items())
+        found = mass_centre_m(model.bridge)
+        assert found == pytest.approx(moment / sum(masses.values()), abs=1e-4)
+        assert abs(found) > 0.1
+
+
+def test_a_foundation_settles_by_the_force_of_its_column_over_its_stiffness() -> None:
+    options = ModelOptions(foundation="springs")
+    with domain():
+        model = build(variant(0, "roller", "bridge_a"), options)
+        for column, force_n in zip(model.columns, column_axial_forces_n(model), strict=True):
+            settled_m = -ops.nodeDisp(column.base_node, 3)
+            assert settled_m == pytest.approx(force_n / 597e6, rel=1e-3)
+
+
+def test_the_deck_turns_as_a_box_of_its_width_and_depth() -> None:
+    with domain():
+        model = build(variant(0, "roller"), ModelOptions())
+        deck = model.bridge.deck
+        node = model.deck_nodes[2]  # in a span, away from caps and diaphragms
+        mass = ops.nodeMass(node, 1)
+        square_m2 = [deck.width_m**2 + deck.depth_m**2, deck.depth_m**2, deck.width_m**2]
+        found = [ops.nodeMass(node, dof) for dof in (4, 5, 6)]
+        assert found == pytest.approx([mass * each / 12 for each in square_m2])

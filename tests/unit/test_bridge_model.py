@@ -11,15 +11,18 @@ from pydantic import ValidationError
 from bridge_variants import variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge.abutment.backfill import variation_factors
+from skewbridge.bridge.abutment.elements import key_material, key_stiffness_n_per_m
 from skewbridge.bridge.abutment.penalty import (
     NORMAL_OVER_TANGENT,
     normal_penalty,
     tangent_penalty,
 )
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.deck import mass_centre_m, spine_points_m
 from skewbridge.bridge.deck_plan import deck_end, tributary_shares
 from skewbridge.bridge.gravity import column_axial_forces_n, support_reactions_n
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.tags import TagAllocator
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 
@@ -223,3 +226,23 @@ def test_each_bent_has_hinges_of_its_own_length(name: str, lengths_m: tuple[floa
             for point in column.hinge_sections[-1:]
         ]
     assert found == pytest.approx(lengths_m, abs=1e-4)
+
+
+@pytest.mark.parametrize("shift_m", [0.02, 0.055, 0.2])
+def test_a_spine_node_stands_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
+    bridge = load_bridge("osb1")
+    first, *others, last = bridge.spans_m
+    moved = bridge.model_copy(update={"spans_m": (first + shift_m, *others, last - shift_m)})
+    points = spine_points_m(moved, 8)
+    away = min(abs(x - mass_centre_m(moved)) for x in points)
+    assert away <= 0.05
+
+
+def test_the_stiffness_of_a_key_is_that_of_its_first_branch() -> None:
+    """439.6 kN at 6.35 mm."""
+    key = load_bridge("osb1").abutment.sacrificial_key
+    assert key_stiffness_n_per_m(key) == pytest.approx(439.6e3 / 6.35e-3)
+    with domain():
+        ops.testUniaxialMaterial(key_material(key, TagAllocator()))
+        ops.setStrain(0.001)
+        assert ops.getStress() == pytest.approx(439.6e3 / 6.35)

@@ -120,7 +120,7 @@ def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:
 
 
 def test_a_piped_run_tells_how_far_it_is(capsys: pytest.CaptureFixture[str]) -> None:
-    state = StudyState(variants=1, analyses=2, done=0, failed=0, cpu_s=0.0)
+    state = StudyState(variants=1, analyses=6, done=4, failed=0, cpu_s=0.0)
     terminal = logging.StreamHandler()
     terminal.addFilter(for_terminal)
     logger = logging.getLogger("skewbridge")
@@ -133,6 +133,7 @@ def test_a_piped_run_tells_how_far_it_is(capsys: pytest.CaptureFixture[str]) -> 
     finally:
         logger.removeHandler(terminal)
     told = capsys.readouterr().err
-    assert "analyses_1_of_1: 1 of 2 analyses done" in told
+    assert "analyses_1_of_1: 5 of 6 analyses done (4 of them before), " in told
     assert "min left" in told
+    assert "per minute" in told
     assert "for the log file" not in told

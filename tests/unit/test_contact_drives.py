@@ -140,3 +140,14 @@ def test_a_step_in_parts_ends_at_the_same_time():
         assert make_step(contacts, 1e-3, parts_on_change=4)
     assert ops.getTime() == pytest.approx(0.6)
     assert contacts.ledger()[0].closures >= 1
+
+
+def test_a_drive_that_says_nothing_leaves_the_wall_where_it_is():
+    contacts = pressed_mass(Drive(parameters=("gap_closing_m",), function=lambda s, t: {}))
+    ops.timeSeries("Constant", 1)
+    ops.pattern("Plain", 1, 1)
+    ops.load(2, 20.0, 0.0)
+    for _ in range(500):
+        assert make_step(contacts, 1e-3)
+    # the springs carry 10 mm of 1 kN/m, the wall the rest of the load
+    assert contacts.normals_n[0] == pytest.approx(20.0 - 1.0e3 * 0.010, rel=2e-3)

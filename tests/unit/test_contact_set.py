@@ -19,7 +19,7 @@ def domain():
     ops.wipe()
 
 
-def sliding_mass(ndm, ndf, normal, velocity, **options):
+def sliding_mass(ndm, ndf, normal, velocity, mass_kg=MASS_KG, gap_m=0.0, **options):
     """A mass that touches a wall under a constant force and slides: deceleration mu N / m."""
     ops.model("basic", "-ndm", ndm, "-ndf", ndf)
     origin = [0.0] * ndm
@@ -28,16 +28,16 @@ def sliding_mass(ndm, ndf, normal, velocity, **options):
     ops.fix(1, *[1] * ndf)
     rotations = ndf - ndm
     ops.fix(2, *[0] * ndm, *[1] * rotations)
-    ops.mass(2, *[MASS_KG] * ndm, *[0.0] * rotations)
+    ops.mass(2, *[mass_kg] * ndm, *[0.0] * rotations)
     contacts = ContactSet(**options)
-    contacts.add(1, 2, normal, 0.0, 0.2, kn=1e7, kt=1e7)
+    contacts.add(1, 2, normal, gap_m, 0.2, kn=1e4 * mass_kg, kt=1e4 * mass_kg)
     ops.timeSeries("Constant", 1)
     ops.pattern("Plain", 1, 1)
-    ops.load(2, *[-MASS_KG * 9.81 * n for n in normal], *[0.0] * rotations)
+    ops.load(2, *[-mass_kg * 9.81 * n for n in normal], *[0.0] * rotations)
     for dof, value in enumerate(velocity, start=1):
         ops.setNodeVel(2, dof, value, "-commit")
         # Start in equilibrium along the normal.
-        ops.setNodeDisp(2, dof, -MASS_KG * 9.81 / 1e7 * normal[dof - 1], "-commit")
+        ops.setNodeDisp(2, dof, -9.81 / 1e4 * normal[dof - 1], "-commit")
     ops.constraints("Plain")
     ops.numberer("Plain")
     ops.system("FullGeneral")
@@ -76,6 +76,15 @@ def test_sliding_mass_stops_after_the_coulomb_distance(ndm, ndf, normal, velocit
     assert ledger.slip_work_j == pytest.approx(0.5 * MASS_KG, rel=5e-3)
     assert ledger.cone_violation_ratio < 1e-9
     assert ledger.closures == 1
+
+
+def test_a_mass_of_grams_slides_as_far_as_one_of_tons():
+    """The Coulomb distance has no mass in it; the forces here are below 1 N."""
+    velocity = (0.6, 0.8, 0.0)
+    contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), velocity, mass_kg=0.01)
+    advance(contacts, 800)
+    slid = sum(v * ops.nodeDisp(2, dof) for dof, v in enumerate(velocity, start=1))
+    assert slid == pytest.approx(1.0 / (2 * 0.2 * 9.81), rel=5e-3)
 
 
 @pytest.mark.parametrize("scheme", ["vector", "elastic"])
@@ -122,6 +131,17 @@ def test_opening_and_closing_are_counted_and_reported():
     assert expected_changes >= changes - 2  # linear in time: not every one is foreseen
     assert contacts.ledger()[0].closures >= 2
     assert contacts.ledger()[0].contact_time_s < 0.4
+
+
+def test_a_gap_that_is_open_at_rest_is_open_and_closes_once():
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.0), gap_m=0.02)
+    contacts.start_from_rest()
+    assert not contacts.closed[0]
+    # 0.02 m under g take 64 ms
+    advance(contacts, 60)
+    assert contacts.ledger()[0].closures == 0
+    advance(contacts, 10)
+    assert contacts.ledger()[0].closures == 1
 
 
 @pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])

@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS, factor_summary
-from skewbridge.fragility.tables.im_quality import measure_table
+from skewbridge.fragility.tables.im_quality import measure_table, rank_measures
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.fragility.tables.ordered_curves import ordered_curves
 from skewbridge.fragility.tables.system_curves import system_curves, system_members
@@ -141,6 +142,14 @@ def test_states_with_one_dispersion_do_not_cross_and_are_compared_with_their_own
     assert found["theta"].is_monotonic_increasing
     assert 0.01 < found["common_beta_p"].iloc[0] <= 1.0
     assert set(found.columns) <= set(CURVE_COLUMNS)
+    # Wald's intervals are even about ln theta and ln beta, 1.96 standard errors wide on each side
+    for name, variance in (
+        ("theta", found["var_ln_theta"]),
+        ("beta", found["var_beta"] / found["beta"] ** 2),
+    ):
+        low, high = (np.log(found[f"{name}_{end}"] / found[name]) for end in ("low", "high"))
+        np.testing.assert_allclose(high, 1.959964 * np.sqrt(variance), rtol=1e-6)
+        np.testing.assert_allclose(low, -high)
     alone = ordered_curves(table, [drift[0], state("column_drift", "complete")], IM)
     assert list(alone["status"]) == ["single_state", "empty_state"]
 
@@ -163,3 +172,28 @@ def test_measures_are_ranked_per_bridge_and_abutment_and_judged_by_motion():
     assert {"p_magnitude", "effect_ln_distance", "p_best_proficiency"} <= set(found.columns)
     doubled = measure_table(pd.concat([table, table]), motions)
     assert doubled["p_magnitude"].to_numpy() == pytest.approx(found["p_magnitude"].to_numpy())
+
+
+def test_measures_that_one_motion_leaves_without_a_line_are_listed_with_the_reason():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(0, 50), motions=1)
+    found = measure_table(table, table[["motion_id"]])
+    assert set(found["status"]) == {"single_level"}
+    assert found["proficiency"].isna().all()
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_sufficiency_is_the_p_value_of_the_line_of_the_residual_on_the_magnitude(sign):
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=12)
+    demand = np.log(table["deck_disp_m"])
+    line = stats.linregress(np.log(table[IM]), demand)
+    residual = demand - line.intercept - line.slope * np.log(table[IM])
+    rng = np.random.default_rng(5)
+    magnitude = 7.0 + sign * (residual - residual.mean()) + 0.3 * rng.normal(size=12)
+    motions = table[["motion_id"]].assign(magnitude=magnitude, distance_km=10.0)
+    found = rank_measures(
+        table.assign(im_flat_g=0.3, im_none_g=0.0), "deck_disp_m", motions=motions
+    ).set_index("im")
+    expected = stats.linregress(magnitude, residual)
+    assert found.loc[IM, "p_magnitude"] == pytest.approx(expected.pvalue)
+    assert found.loc["im_flat_g", "status"] == "single_level"
+    assert found.loc["im_none_g", "status"] == "non_positive_im"

@@ -11,6 +11,7 @@ from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.report import sampled_runs
+from skewbridge.report.axis_layout import MARKS
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.run_figures import frequency_figure
@@ -94,7 +95,7 @@ def test_a_large_cloud_is_a_sample_and_says_so(tables, monkeypatch):
         len(line.get_xdata())
         for axes in figure.axes
         for line in axes.get_lines()
-        if line.get_marker() in ("o", "^")
+        if line.get_marker() in (*MARKS, "^")
     ]
     assert sum(points) == 20
     assert figure.get_suptitle().startswith(f"20 of {len(demands)} runs")
@@ -106,7 +107,7 @@ def test_ratios_draw_every_interval(tables, axis):
     figure = paired_ratios(effects, axis)
     rows = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
     rows = rows[rows["judged_by"] == "ratio"]
-    dots = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    dots = [line for line in figure.axes[0].get_lines() if line.get_marker() in (*MARKS, "<", ">")]
     assert len(dots) == len(rows)
     assert np.isfinite([dot.get_xdata()[0] for dot in dots]).all()
 
@@ -137,7 +138,7 @@ def test_a_ratio_beyond_the_axis_is_an_arrow_with_its_value(tables):
     far.loc[own, ["ratio", "ci_low", "ci_high"]] = [5.2, 3.0, 9.0]
     far.loc[own & (far["axis"] == "friction").to_numpy() & (far["skew_deg"] == 0), "ratio"] = 4.0
     figure = paired_ratios(far)
-    assert "4 to 5.2" in texts(figure)  # one text for all arrows of a demand: none hides another
+    assert "▶ 4 to 5.2" in texts(figure)  # one text for all arrows of a demand: none hides another
     assert figure.axes[0].get_xlim()[1] == 2.0
 
 

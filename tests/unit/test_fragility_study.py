@@ -1,5 +1,6 @@
 """Fits of whole studies: statuses, failed runs, repeated motions, limit states."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -232,3 +233,11 @@ def test_states_beyond_a_plateau_are_told_by_what_limits_the_demand():
     assert row(curves, "column_shear", "dcr_050", "cloud")["reach"] == ""
     weak = row(curves, "column_drift", "complete", "cloud")
     assert weak["mechanism"] == "weak_motions"
+
+
+@pytest.mark.parametrize(("motions", "is_tested"), [(3, False), (4, True)])
+def test_four_completed_runs_are_enough_to_test_the_line(motions, is_tested):
+    table = synthetic_demands(**ONE, motions=motions)
+    middle = replace(states("column_drift")[0], threshold=table["column_drift_ratio"].median())
+    found = row(fit_study(table, [middle], IM), "column_drift", middle.name, "cloud")
+    assert np.isfinite(found["normal_p"]) is np.bool_(is_tested)

@@ -11,7 +11,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.likelihood.censored_means import censored_mean, motion_contributions
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.effects import paired_effects
-from skewbridge.fragility.tables.verdicts import FAMILY, judged
+from skewbridge.fragility.tables.verdicts import FAMILY, judged, verdicts_of
 from skewbridge.reading import checked
 
 
@@ -183,3 +183,22 @@ def test_contributions_of_motions_give_the_error_of_a_plain_mean():
     assert mean == pytest.approx(own.mean())
     assert each[3] == 0.0
     assert np.sqrt(np.sum(each**2) * 4 / 3) == pytest.approx(stats.sem(own))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "possible", "verdict"),
+    [
+        (-0.3, -0.2, True, "lower"),
+        (0.2, 0.3, True, "higher"),
+        (-0.1, 0.1, True, "negligible"),
+        (-0.1, 0.1, False, "undecided"),
+        (0.01, 0.3, True, "detectable"),
+        (-0.3, -0.01, True, "detectable"),
+        # an interval that ends at no change does not exclude it
+        (-0.3, 0.0, True, "undecided"),
+        (0.0, 0.3, True, "undecided"),
+    ],
+)
+def test_verdicts_of_intervals_against_a_margin_of_a_tenth(low, high, possible, verdict):
+    ends = [np.array([value]) for value in (low, -0.1, 0.0, 0.1, high)]
+    assert verdicts_of(*ends, possible=np.array([possible])).tolist() == [verdict]

@@ -15,7 +15,7 @@ from skewbridge.bridge.shear_capacity import (
     kowalsky_priestley_strength,
     sdc_shear_strength,
 )
-from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.intensity import housner_intensity, motion_measures
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.scaling import block_factors, block_targets
 
@@ -90,6 +90,49 @@ def test_without_wall_nodes_the_fill_is_pushed_by_what_the_gap_leaves_and_never_
     assert found["abutment_active_m"] == 0.0
 
 
+def test_friction_of_a_wall_is_the_resultant_of_its_points():
+    """Two points: 300 kN apart cancel, 400 kN along the wall add up to 800 kN."""
+    layout = replace(trace_of().layout, units=2)
+    rows = np.zeros((3, layout.width))
+    rows[1, layout.contacts("tangentials")] = [3e5, 4e5, -3e5, 4e5]
+    rows[2, layout.contacts("tangentials")] = [0.0, -5e5, 0.0, 0.0]
+    model = SimpleNamespace(abutments=(abutment(wall_units=(0, 1)),), weight_n=1e7)
+    found = peaks._force_demands(model, Trace(layout=layout, rows=rows))
+    assert found["friction_force_kn"] == pytest.approx(800.0)
+
+
+def test_every_number_of_a_row_belongs_to_one_reading():
+    layout = Layout(
+        nodes=(1, 2),
+        columns=(3, 4),
+        sections=((3, 1), (3, 2), (4, 1)),
+        springs=((5, 2), (6, 3)),
+        bearings=(7, 8, 9),
+        units=2,
+        centre_node=1,
+    )
+    handles = [
+        SpringHandle(element=element, component=component, direction=(1.0, 0.0), nodes=(1, 2))
+        for element, count in layout.springs
+        for component in range(count)
+    ]
+    starts = {
+        **{f"node {tag}": (layout.node(tag), 6) for tag in layout.nodes},
+        **{f"column {tag}": (layout.column(tag), 12) for tag in layout.columns},
+        **{f"section {place}": (layout.section(*place), 4) for place in layout.sections},
+        **{f"spring {number}": (layout.spring(each), 1) for number, each in enumerate(handles)},
+        **{f"pad {tag}": (layout.bearing(tag), 2) for tag in layout.bearings},
+    }
+    read = [0, 1, 2]  # time and two accelerations
+    for start, count in starts.values():
+        read += range(start, start + count)
+    for part, count in (("openings", 2), ("normals", 2), ("tangentials", 4)):
+        place = layout.contacts(part)
+        assert place.stop - place.start == count
+        read += range(place.start, place.stop)
+    assert sorted(read) == list(range(layout.width))
+
+
 def concrete_n(factor_1: float, factor_2: float = 1.0) -> float:
     """Return Vc of the criteria: factors times the root of the strength, in psi."""
     effective_m2 = 0.8 * np.pi * 1.676**2 / 4
@@ -161,6 +204,17 @@ def test_one_value_per_pair_is_the_mean_of_its_components():
     assert twice["im_cav_mps"] == pytest.approx((2.0 + 6.0) / 2.0)
 
 
+def test_the_median_over_directions_of_a_straight_motion_is_that_of_the_cosine():
+    """Peaks 3 m/s2 and 3 x 0.21 s = 0.63 m/s along one axis: cos 45 degrees of them."""
+    accel = np.array([0.0, *[3.0] * 21, 0.0])
+    motion = GroundMotion(
+        motion_id="m", dt_s=0.01, accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel)
+    )
+    found = motion_measures(motion, None)
+    assert found["im_pga_rotd50_g"] == pytest.approx(3.0 * np.sqrt(0.5) / 9.80665, rel=0.01)
+    assert found["im_pgv_rotd50_mps"] == pytest.approx(0.63 * np.sqrt(0.5), rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("block", "offset"), [(0, 1 / 2), (1, 1 / 4), (2, 3 / 4), (3, 1 / 8), (4, 5 / 8)]
 )
@@ -176,3 +230,13 @@ def test_two_blocks_interleave_and_a_cut_block_fills_the_range_alone():
     both = np.concatenate([(steps + 1 / 2) / 8, (steps + 1 / 4) / 8])
     np.testing.assert_allclose(np.sort(shares[:16]), np.sort(both))
     np.testing.assert_allclose(shares[16:], (np.arange(4) + 3 / 4) / 4)
+
+
+def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_periods():
+    """A blow of 0.6 m/s: an oscillator swings to v/w exp[-xi/w_d atan(w_d/xi)] at any period."""
+    dt_s, xi = 0.0005, 0.05
+    accel = np.zeros(6001)
+    accel[1] = 0.6 / dt_s
+    damped = np.sqrt(1.0 - xi**2)
+    reached = 0.6 * np.exp(-xi / damped * np.arctan(damped / xi))
+    assert housner_intensity(accel, dt_s) == pytest.approx(reached * (2.5 - 0.1), rel=1e-3)

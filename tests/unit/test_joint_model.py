@@ -54,6 +54,9 @@ def test_medians_between_the_variants_follow_the_generator():
     fall = model.ratio(origin, place, 0.9)
     assert fall[0] == pytest.approx(np.exp(-effect(place) / row["slope"]), rel=0.02)
     assert fall[1] < fall[0] < fall[2]
+    low, high = model.ci_beta
+    assert low < model.beta < high
+    assert low * high == pytest.approx(model.beta**2)
     assert not row["log_gap"]
     assert "skew_deg:skew_deg" in row["terms"].split(";")
     assert "skew_deg:friction" in row["terms"].split(";")
@@ -109,6 +112,20 @@ def test_collapsed_runs_are_demands_above_their_last_value():
     assert censored["beta"] == pytest.approx(full["beta"], rel=0.1)
     dropped = best(whole[~fallen])
     assert dropped["theta"] > 1.1 * full["theta"]
+
+
+def test_a_run_that_left_no_demand_says_nothing():
+    whole = synthetic_demands(**GRID | {"gaps": (51,), "skews": (0, 30)})
+    lost = whole.index[[3, 40]]
+    crashed = whole.copy()
+    crashed.loc[lost, "status"] = "crash"
+    crashed.loc[lost, "column_drift_ratio"] = np.nan
+    tables = [
+        joint(table).set_index(["source", "limit_state"]) for table in (crashed, whole.drop(lost))
+    ]
+    for name in ("theta", "beta", "n_censored"):
+        found, expected = (table.loc[("demand", "moderate"), name] for table in tables)
+        assert found == pytest.approx(expected, rel=1e-9)
 
 
 def test_bridges_and_abutments_have_models_of_their_own_with_the_axes_they_have():

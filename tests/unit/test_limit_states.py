@@ -43,6 +43,7 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"collapse": "maybe"}, "collapse: must be 'exceeds' or 'peak', got 'maybe'"),
         ({"citation": ""}, "citation: must have at least 1 character, got ''"),
         ({"demand": "deck"}, "carries no unit"),
+        ({"demand": f"{'d' * 99}_m"}, "demand: must have at most 100 characters"),
     ],
 )
 def test_wrong_limit_state_names_entry_and_key(change, text):

@@ -18,7 +18,9 @@ def study(folder: Path, config_of_fits: str) -> Path:
     table = pa.table([pa.array([1.0])], schema=pa.schema([unit]))
     write_table(table.replace_schema_metadata({"config_digest": "abc"}), folder / "demands.parquet")
     told = {"config_digest": config_of_fits}
-    write_frame(pd.DataFrame({"theta": [0.5]}), folder / "fragility" / "curves.parquet", told)
+    curve = {"skew_deg": 30.0, "im": "im_pga_rotd50_g", "theta": 0.5, "theta_low": 0.4}
+    curve |= {"theta_bound_beta": 0.4, "beta": 0.3}
+    write_frame(pd.DataFrame([curve]), folder / "fragility" / "curves.parquet", told)
     return folder
 
 
@@ -27,6 +29,8 @@ def test_frames_tell_units_and_origin(tmp_path: Path) -> None:
         warnings.simplefilter("error")
         found = skewbridge.load(study(tmp_path, "abc"))
     assert found.demands.attrs["units"] == {"column_shear_kn": "kN"}
+    units = {"skew_deg": "deg", "theta": "g", "theta_low": "g"}
+    assert found.fragility["curves"].attrs["units"] == units
     assert found.fragility["curves"].attrs["provenance"]["config_digest"] == "abc"
 
 

@@ -1,5 +1,6 @@
 """The commands `skewbridge motions ...` and the pictures, from outside."""
 
+import inspect
 import json
 
 import numpy as np
@@ -9,7 +10,11 @@ from typer.testing import CliRunner
 
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli import build_app
+from skewbridge.cli.motions import synthesize
+from skewbridge.errors import InputError
 from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.synthesis.bssa14 import bssa14
+from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.report.motion_figures import record_page, suite_spectra
 
 
@@ -77,6 +82,23 @@ def test_time_step_and_unit_given_with_the_check_go_into_the_index(tmp_path):
     suite = prepare_suite(tmp_path, t1_s=0.7)
     assert suite["dt_s"][0] == 0.005
     assert np.abs(suite["accel_1_mps2"][0]).max() == pytest.approx(1.5)
+
+
+def test_unit_of_the_command_is_for_the_files_of_a_folder_that_have_none(tmp_path):
+    make_pairs(tmp_path, 1)
+    times_s = 0.01 * np.arange(shaken_g(3).size)
+    for name in ("valley_000.csv", "valley_090.csv"):
+        rows = zip(times_s, 980.665 * shaken_g(3), strict=True)
+        (tmp_path / name).write_text("\n".join(f"{t:.2f},{a:.6e}" for t, a in rows))
+    code, out, _ = _run("check", tmp_path, "--json")
+    assert code == 2
+    assert "--unit" in str(json.loads(out)["files"])
+    alone = {item["file"]: item["pga_g"] for item in json.loads(out)["files"] if item["pga_g"]}
+    code, out, _ = _run("check", tmp_path, "--write", "--unit", "cm/s2", "--json")
+    assert code == 0
+    both = {item["file"]: item["pga_g"] for item in json.loads(out)["files"]}
+    assert alone == {name: both[name] for name in alone}
+    assert list(pd.read_csv(tmp_path / "index.csv")["unit"]) == ["g", "cm/s2"]
 
 
 @pytest.mark.parametrize("command", ["plot", "synthesize"])
@@ -190,7 +212,7 @@ def test_pictures_have_labels_with_units():
     page = record_page("m", 0.01, {"h1": shaken_g(1), "h2": shaken_g(2)})
     labels = [axis.get_ylabel() for axis in page.axes]
     assert labels == [
-        "acceleration (g)", "velocity (m/s)", "displacement (m)", "Arias (m/s)",
+        "Acceleration (g)", "Velocity (m/s)", "Displacement (m)", "Arias (m/s)",
         "PSA, 5 % damping (g)",
     ]  # fmt: skip
     rng = np.random.default_rng(0)
@@ -198,4 +220,30 @@ def test_pictures_have_labels_with_units():
         rng.lognormal(size=(6, 4)), [0.1, 0.3, 1.0, 3.0], title="suite",
         model=("model", np.ones(4), np.full(4, 0.6)),
     )  # fmt: skip
-    assert [axis.get_xlabel() for axis in spectra.axes] == ["period (s)", "period (s)"]
+    assert [axis.get_xlabel() for axis in spectra.axes] == ["Period (s)", "Period (s)"]
+
+
+def assumed_scenario(vs30_mps: float = 400.0) -> Scenario:
+    return Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=vs30_mps)
+
+
+def test_the_command_assumes_what_the_scenario_assumes():
+    assumed = assumed_scenario()
+    for name in ("mechanism", "ztor_km", "rupture_to_site_km", "pulse"):
+        assert inspect.signature(synthesize).parameters[name].default == getattr(assumed, name)
+
+
+def test_spectra_stand_at_periods_that_the_model_of_the_spectra_tabulates(tmp_path):
+    """Others are refused: a suite is drawn beside the model at those of its spectra."""
+    (first, second), *_ = make_pairs(tmp_path, 1)
+    code, out, _ = _run("im", first, second, "--json")
+    assert code == 0
+    median_g, _ = bssa14(assumed_scenario(), json.loads(out)["periods_s"])
+    assert np.all(median_g > 0.0)
+
+
+@pytest.mark.parametrize("vs30_mps", [138.0, 2017.0, np.nan])
+def test_a_site_outside_the_data_of_the_model_is_refused(vs30_mps):
+    assumed_scenario(2016.0)
+    with pytest.raises(InputError, match="vs30_mps must be within"):
+        assumed_scenario(vs30_mps)

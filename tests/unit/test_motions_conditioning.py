@@ -116,3 +116,9 @@ def test_suite_can_be_conditioned(tmp_path):
 def test_impossible_treatment_is_refused(motion, what):
     with pytest.raises(InputError):
         what.apply(motion)
+
+
+@pytest.mark.parametrize("dt_s", [0.0, -0.01, np.nan, np.inf])
+def test_a_time_step_is_a_positive_number(motion, dt_s):
+    with pytest.raises(InputError, match="dt_s must be positive"):
+        resampled(motion, dt_s)

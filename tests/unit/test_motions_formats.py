@@ -92,7 +92,7 @@ def test_last_number_without_its_exponent_is_a_cut_file(tmp_path):
 
 
 def test_header_less_at2_asks_for_dt(tmp_path):
-    with pytest.raises(InputError, match="give dt"):
+    with pytest.raises(InputError, match=r"name it \.acc and give"):
         read_trace(_file(tmp_path, "a.AT2", _rows(RECORD_G, 5, "{:15.7E}")))
 
 
@@ -102,6 +102,18 @@ def test_given_unit_goes_before_the_header_and_is_said(tmp_path):
     trace = read_trace(path, Given(unit="m/s2"))
     np.testing.assert_allclose(trace.accel_mps2, RECORD_G, rtol=1e-6)
     assert any("header says g" in text for text in trace.notes)
+
+
+def test_unit_and_step_for_files_without_one_leave_the_header_its_word(tmp_path):
+    known = Given(dt_s_if_missing=0.005, unit_if_missing="gal")
+    head = "ACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 50, DT= .01 SEC\n"
+    path = _file(tmp_path, "a.AT2", _at2(head, _rows(RECORD_G, 5, "{:15.7E}")))
+    trace = read_trace(path, known)
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
+    assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("unit g as the header says",))
+    bare = read_trace(_file(tmp_path, "a.acc", _rows(980.665 * RECORD_G, 5, "{:.8e} ")), known)
+    np.testing.assert_allclose(bare.accel_mps2, SI, rtol=1e-7)
+    assert (bare.dt_s, bare.unit) == (0.005, "cm/s2")
 
 
 V2_HEAD = ["CORRECTED ACCELEROGRAM   TEST", "UNCORRECTED DATA", "TEST QUAKE", *["x"] * 3,
@@ -164,6 +176,7 @@ def test_common_spellings_of_units_are_understood(given, unit):
 @pytest.mark.parametrize(
     ("header", "unit"),
     [("time,accel_g", "g"), ("t (s), a (cm/s2)", "cm/s2"), ("time_s;accel_mps2", "m/s2"),
+     ("time_s,acc_cm_s2", "cm/s2"), ("time_s,acc_m_s2", "m/s2"), ("m_south,a_g", "g"),
      ("# time acceleration", "g"), (None, "g")],
 )  # fmt: skip
 def test_two_columns_take_their_unit_from_the_header(tmp_path, header, unit):

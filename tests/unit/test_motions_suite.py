@@ -147,3 +147,9 @@ def test_what_the_readers_noticed_is_logged(tmp_path, caplog):
     first.write_text(at2_text(shaken_g(0, 390)))
     prepare_suite(tmp_path, t1_s=0.7)
     assert "zeros added" in caplog.text
+
+
+@pytest.mark.parametrize("stripes_g", [[], [0.1, 0.0], [-0.1], [np.inf]])
+def test_stripes_are_positive_levels(stripes_g):
+    with pytest.raises(InputError, match="must be positive levels"):
+        stripe_factors([0.2, 0.4], stripes_g)

@@ -172,6 +172,14 @@ def test_a_table_is_current_until_its_rule_would_make_another(of_study, monkeypa
     assert (code, answer["current"], answer["differences"]) == (1, False, ["rule_digest"])
 
 
+def test_a_file_of_another_configuration_asks_for_it(of_study, monkeypatch):
+    monkeypatch.setattr(origin, "present", lambda _: rules(x=2, config={"fragility": {"level": 1}}))
+    result = runner.invoke(build_app(), ["provenance", str(of_study)])
+    assert result.exit_code == 1
+    assert "compared with config/config.yaml" in result.stderr
+    assert "--config FILE" in result.stderr
+
+
 @pytest.mark.parametrize(("engine", "code"), [(None, 0), ("of older sources", 1)])
 def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path, engine, code):
     path = tmp_path / "histories.parquet"

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from fragility_tables import synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.provenance.tables import provenance, write_frame
-from skewbridge.report.methods import methods_text
+from skewbridge.report.methods import methods_of
 from skewbridge.report.references import REFERENCES
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.starter import write_starter
@@ -156,12 +156,12 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
     ],
 )
 def test_methods_follow_the_choices(raw: dict, said: tuple[str, ...]) -> None:
-    text = methods_text(parse_config(raw))
+    text = methods_of(parse_config(raw)).markdown()
     assert all(words in text for words in said), text
 
 
 def test_every_work_that_is_cited_is_listed_and_no_other() -> None:
-    text, _, listed = methods_text(parse_config({})).partition("## References")
+    text, _, listed = methods_of(parse_config({})).markdown().partition("## References")
     for key, work in REFERENCES.items():
         cited = (
             key in text.replace(f"{key} 2023", "") if key == "Rahman and Mackie" else key in text

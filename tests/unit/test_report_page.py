@@ -48,6 +48,14 @@ def test_bases_axes_and_counts_are_those_of_the_study(render):
         assert f"{low:+.1f} to {high:+.1f} %" in page or f"{low:+.0f} to {high:+.0f} %" in page
 
 
+def test_a_reader_is_told_that_motions_are_scaled(render):
+    demands = synthetic_demands(skews=(0,), gaps=(25,))
+    demands["scale"] = 1.5
+    demands.loc[demands.index[0], "scale"] = 0.25
+    page, _ = render(demands)
+    assert "motions scaled by 0.25 to 1.5," in page
+
+
 def test_both_bases_are_named_with_their_bridges(render):
     demands = pd.concat(
         [
@@ -86,8 +94,62 @@ def test_a_single_variant_and_motion_compare_nothing(render):
     demands = synthetic_demands(motions=1, skews=(30,), gaps=(25,), frictions=(50,))
     page, _ = render(demands)
     assert "This study compares nothing" in page
-    assert "1 motion," in page
+    assert "1 motion unscaled," in page
     assert 'id="answer"' not in page
+
+
+def test_one_motion_gives_no_estimate_and_the_page_says_so(render):
+    page, _ = render(synthetic_demands(motions=1, skews=(30,), gaps=(25,)))
+    assert re.search(r"Friction is not decided for [^<]* by 1 motion<", page)
+    assert "too few motions are complete on both sides" in page
+    assert "– (no interval" not in page
+
+
+def test_tables_behind_the_main_one_have_words_and_their_medians(render):
+    page, frames = render(synthetic_demands(skews=(0, 30), gaps=(25,)))
+    system = frames["system"][frames["system"]["status"] == "ok"]
+    assert len(system)
+    for row in system.to_dict("records"):
+        assert f"{row['theta']:.3g} [{row['theta_low']:.3g}, {row['theta_high']:.3g}]" in page
+    for head in ("weakest component", "components independent"):
+        assert head in page
+    assert "theta correlated" not in page
+
+
+def paragraph(page, name):
+    return re.search(rf"<p><strong>{name}\.</strong> (.*?)</p>", page)[1]
+
+
+def test_methods_of_the_page_are_those_of_the_study_and_its_motions(render):
+    demands = synthetic_demands(skews=(0, 60), gaps=(25,))
+    source = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
+    grid = {"skew_deg": [0, 60], "gap_mm": [25], "friction": [0.0, 0.5]}
+    page, _ = render(demands, source=source, config={"grid": grid})
+    assert "pinned column bases" in paragraph(page, "Bridges")
+    assert "skew 0, 60 deg; the joint gap 25 mm; friction 0, 0.5: four variants" in paragraph(
+        page, "Abutments"
+    )
+    assert "simulated, Dabaghi and Der Kiureghian 2018" in paragraph(page, "Ground motions")
+    assert "Dabaghi, M., Der Kiureghian, A. (2018)" in page
+    assert "Houbolt" not in page
+    assert "<code>column_drift_ratio</code>" in page
+    assert "slight 0.01, moderate 0.025" in page
+
+
+def test_methods_name_all_bridges_abutments_and_choices(render):
+    demands = synthetic_demands(motions=3, skews=(30,), gaps=(25,), frictions=(50,))
+    config = {
+        "grid": {"abutment": ["roller", "contact_friction"]},
+        "analysis": {"scheme": "paper"},
+        "motions": {"design": "ida"},
+    }
+    page, _ = render(demands, bridges=("osb1", "osb1_fixed"), config=config)
+    assert "Two bridges were modelled" in paragraph(page, "Bridges")
+    assert "fixed column bases" in paragraph(page, "Bridges")
+    assert "modelled on rollers; as elastomeric pads" in paragraph(page, "Abutments")
+    assert "Houbolt 1950" in paragraph(page, "Analyses")
+    assert "bootstrap of whole records" in paragraph(page, "Statistics")
+    assert "Houbolt, J. C." in page
 
 
 def test_every_link_inside_the_page_leads_somewhere(render):

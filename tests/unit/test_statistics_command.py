@@ -90,6 +90,15 @@ def test_predictions_are_those_of_the_joint_model(app, written):
     assert one[1]["rows"][0]["p"] is None
 
 
+def test_the_error_of_left_out_variants_is_no_error_message(app, written, tmp_path):
+    table = pd.read_parquet(written[0] / "out" / "joint.parquet")
+    table.assign(loo_error=np.nan).to_parquet(tmp_path / "joint.parquet")
+    found = CliRunner().invoke(app, ["predict", "--results", str(tmp_path), *PLACE])
+    assert found.exit_code == 0
+    assert "nan" not in found.stdout
+    assert found.stderr.startswith("left out: error of theta")
+
+
 def test_a_folder_of_a_study_serves_as_well(app, written, tmp_path):
     folder, _ = written
     (tmp_path / "fragility").mkdir()
@@ -122,6 +131,7 @@ def test_a_folder_without_models_is_named(app, tmp_path):
     code, found = predict(app, tmp_path, *PLACE)
     assert code == 2
     assert "skewbridge statistics" in found["message"]
+    assert "--results" in found["message"]
 
 
 @pytest.mark.parametrize(
@@ -160,7 +170,30 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     assert variants["skew_ratio"].notna().sum() == 8
     tex = (folder / "out" / "table.tex").read_text(encoding="utf-8")
     assert tex.count(r"\\") == len(table) + 1
-    assert r"column\_drift, slight" in tex
+    assert "& column drift, slight &" in tex
+    assert r"\usepackage{booktabs,longtable}" in tex
+    assert variants.groupby(["skew_deg", "gap_mm", "friction"]).ngroups == len(variants)
+    assert joint[["skew_deg", "gap_mm", "friction"]].isna().all()
+
+
+def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(app, written, tmp_path):
+    """Friction 0 to 0.5 at skew 30 degrees, where it counts half as much as at 60 degrees."""
+    demands = synthetic_demands(motions=14, skews=(0, 30, 60), gaps=(0, 51))
+    demands["column_drift_ratio"] *= np.exp(0.02 * demands["skew_deg"] * demands["friction"])
+    demands[NEEDED].to_csv(tmp_path / "runs.csv", index=False)
+    given = ["statistics", str(tmp_path / "runs.csv"), "--out", str(tmp_path / "out"), "--json"]
+    states = ["--limit-states", str(written[0] / "states.yaml")]
+    assert CliRunner().invoke(app, [*given, *states]).exit_code == 0
+    table = pd.read_csv(tmp_path / "out" / "table.csv")
+    row = table[(table["row"] == "joint") & (table["limit_state"] == "slight")].iloc[0]
+    middle = ("--skew-deg", "30", "--gap-mm", "25.5", "--state", "slight")
+    medians = [
+        predict(app, tmp_path / "out", *middle, "--friction", friction)[1]["rows"][0]["theta"]
+        for friction in ("0", "0.5")
+    ]
+    assert row["friction_ratio"] == pytest.approx(medians[1] / medians[0], rel=1e-5)
+    # the generator: demands grow by exp(0.02 x 30 x 0.5), medians fall as much
+    assert row["friction_ratio"] == pytest.approx(np.exp(-0.3), rel=0.1)
 
 
 def test_fit_prints_the_table_of_a_paper(app, written, tmp_path):

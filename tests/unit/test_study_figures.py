@@ -27,6 +27,7 @@ from skewbridge.report.study_figures import (
     read_captions,
     study_figures,
 )
+from skewbridge.study.figure_settings import FigureSettings
 from skewbridge.variant import axes as axis_table
 
 FOURTH = "transverse_gap_mm"
@@ -97,6 +98,26 @@ def wide_study():
     return tables_of(demands, curves, pd.concat([effects, *both], ignore_index=True))
 
 
+def test_lines_and_marks_of_all_variants_differ_and_none_hides_another(study):
+    styles = list(VariantLayout.of(study.demands).styles.values())
+    assert len({(style["color"], style["linestyle"], style["marker"]) for style in styles}) == 4
+    own = [style for style in styles if style["linestyle"] == "-"]
+    assert own[0]["linewidth"] > 2 * own[1]["linewidth"]  # drawn first, seen on both sides
+
+
+def test_notes_and_names_of_states_stand_outside_the_panels_of_a_cloud(study):
+    demands = study.demands.copy()
+    demands.loc[demands["motion_id"] == "m00", "column_drift_ratio"] = 1e-9
+    figure = demand_clouds(demands, study.curves, "column_drift_ratio")
+    figure.canvas.draw()
+    said = {text.get_text(): text for axes in figure.axes for text in axes.texts}
+    assert {"slight", "moderate"} < set(said)
+    assert any(text.startswith("4 of") and "analyses below" in text for text in said)
+    for text in said.values():
+        box, panel = text.get_window_extent(), text.axes.get_window_extent()
+        assert box.y0 >= panel.y1 or box.x0 >= panel.x1
+
+
 def titles(figure):
     return [axes.get_title() for axes in figure.axes]
 
@@ -149,7 +170,9 @@ def test_every_pair_of_a_study_with_four_axes_is_drawn(fourth_axis, wide_study, 
     rows = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
     assert len(verdict_map(effects, axis).axes[0].patches) == len(rows)
     figure = paired_ratios(effects, axis)
-    dots = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    dots = [
+        line for line in figure.axes[0].get_lines() if line.get_marker() in ("o", "s", "<", ">")
+    ]
     assert len(dots) == (rows["judged_by"] == "ratio").sum()
 
 
@@ -200,7 +223,9 @@ def test_figures_are_drawn_in_whatever_process(study, tmp_path, monkeypatch):
     said = []
     for n_jobs in (1, 2):
         folder, captions = tmp_path / str(n_jobs), tmp_path / f"{n_jobs}.json"
-        draw_study(paths, folder=folder, captions=captions, n_jobs=n_jobs)
+        draw_study(
+            paths, folder=folder, captions=captions, settings=FigureSettings(), n_jobs=n_jobs
+        )
         said.append(captions.read_text())
         names = {caption.name for caption in read_captions(captions)}
         assert {path.name for path in folder.iterdir()} == {

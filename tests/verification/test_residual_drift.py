@@ -6,13 +6,16 @@ damping (critical in place of 5 %), so it is no rounding; found are 0.1 to 1 %.
 
 from dataclasses import replace
 
+import numpy as np
 import openseespy.opensees as ops
 import pytest
 
 from skewbridge.analysis import rest
+from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from strong_motion import strong_motion
@@ -68,3 +71,25 @@ def test_a_collapsed_run_keeps_the_drift_of_its_last_step():
     assert result.status == "collapse"
     assert result.demands[NAME] == pytest.approx(last_drift(result))
     assert not ops.getNodeTags()
+
+
+def test_drifts_are_those_of_the_top_against_the_base():
+    """A model at rest under gravity, seen from places where its nodes never were."""
+    with domain():
+        model = build(replace(CASE, abutment="roller"), ModelOptions())
+        apply_rayleigh(model)
+        columns = model.columns
+        # an index per column, so that each has a drift of its own
+        moved = {column.top_node: (0.03, 0.08 + 0.01 * i) for i, column in enumerate(columns)}
+        moved |= {column.base_node: (-0.01, 0.05) for column in columns}
+
+        def before(node):
+            x, y = ops.nodeDisp(node)[:2]
+            return x - moved[node][0], y - moved[node][1]
+
+        start = {node: before(node) for node in moved}
+        found = rest.drifts_at_rest(model, AnalysisSettings(), start.__getitem__)
+    expected = [
+        np.hypot(0.04, 0.03 + 0.01 * i) / column.clear_height_m for i, column in enumerate(columns)
+    ]
+    assert found.drifts == pytest.approx(expected, rel=1e-6)

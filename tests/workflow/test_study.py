@@ -5,78 +5,21 @@ import re
 import shutil
 import signal
 import subprocess
-import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 import psutil
 import pyarrow.parquet as pq
 import pytest
-from study_trees import ROOT, TIMES, copy_sources
+from study_trees import TIMES, copy_sources
 
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.study.costs import CPU_S_PER_MOTION_S
 from skewbridge.study.forecast import TYPICAL_MOTION_S
 from skewbridge.study.tree_lock import LOCK_NAME
-
-SNAKEMAKE = Path(sys.executable).parent / "snakemake"
-
+from small_study import SNAKEMAKE, command, journal_keys, planned_jobs, run, wait_for
 
 SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
-
-
-def command(*arguments: str, cores: int = 2) -> list[str]:
-    return [str(SNAKEMAKE), f"-j{cores}", *arguments]
-
-
-def run(
-    tree: Path, *arguments: str, over: str = "", check: bool = True, cores: int = 2
-) -> subprocess.CompletedProcess[str]:
-    """Run Snakemake on the small study, with YAML text merged over its configuration."""
-    (tree / "over.yaml").write_text(over or "{}")
-    configuration = ["--configfile", "config/smoke.yaml", "over.yaml"]
-    done = subprocess.run(
-        command(*configuration, *arguments, cores=cores),
-        cwd=tree,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if check and done.returncode != 0:
-        pytest.fail(f"{done.stdout}\n{done.stderr}")
-    return done
-
-
-def planned_jobs(tree: Path, over: str = "", *targets: str) -> set[str]:
-    """Names of the rules that a dry run would execute."""
-    text = run(tree, "-n", "--", *targets, over=over)
-    lines = (text.stdout + text.stderr).splitlines()
-    found = [line.split() for line in lines]
-    return {
-        words[1].rstrip(":")
-        for words in found
-        if len(words) == 2 and words[0] in {"rule", "localrule"}
-    }
-
-
-def journal_keys(tree: Path, results: str = "results") -> list[str]:
-    return [
-        json.loads(line)["run_key"]
-        for path in sorted((tree / results / "journal").glob("*.jsonl"))
-        for line in path.read_text().splitlines()
-        if line.strip()
-    ]
-
-
-def wait_for(condition: Callable[[], object], seconds: float) -> bool:
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        if condition():
-            return True
-        time.sleep(0.2)
-    return False
 
 
 @pytest.fixture(scope="module")
@@ -263,6 +206,11 @@ def test_a_changed_limit_state_reruns_the_fits_and_what_follows(copy: Path) -> N
     assert jobs == FITS - {"paired_effects"}
 
 
+def test_width_and_font_of_the_figures_rerun_these_and_the_page(copy: Path) -> None:
+    over = "figures: {width_mm: 85, font: serif}"
+    assert planned_jobs(copy, over) - {"all"} == {"figures", "report"}
+
+
 def test_an_edited_template_reruns_the_report(copy: Path) -> None:
     template = "src/skewbridge/report/html/templates/report.html.j2"
     assert jobs_after(copy, {template: ("", "\n")}) == {"report"}
@@ -311,81 +259,3 @@ def test_a_study_lies_in_the_folder_that_its_configuration_names(study: Path) ->
     assert "output: elsewhere/mine/report.html" in done.stdout + done.stderr
     assert "results/" not in done.stdout + done.stderr
     shutil.rmtree(study / "elsewhere")
-
-
-def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
-    """Times do not count, so the parameters of a rule must tell of the rules that it reads from.
-
-    A part of the analyses has no parameters, because it is temporary; those of the plan tell of it.
-    """
-    text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
-    blocks = re.split(r"^rule (\w+):", text, flags=re.MULTILINE)[1:]
-    for name, block in zip(blocks[::2], blocks[1::2], strict=True):
-        inputs = set(re.findall(r"rules\.(\w+)\.output", block))
-        after = set(re.findall(r"rules\.(\w+)\b(?!\.)", block))
-        if name == "analyse":
-            assert "params" not in block
-            assert inputs == {"plan", "prepare_motions", "verify_contact"}
-            continue
-        only_first = {"verify_contact"} if name != "report" else set()
-        assert inputs - only_first == after, name
-    # Snakemake forgets a job behind one that runs if all that it reads of that one is ancient
-    assert "ancient(rules." not in text
-
-
-@pytest.mark.parametrize(
-    ("override", "words"),
-    [
-        ("grdi: {gap_mm: [25]}", "grdi: unknown key"),
-        ("grid: {skew_deg: [75]}", "grid.skew_deg.0: must be within -60..60, got 75"),
-        ("grid: {bridge: [osb7]}", "osb7"),
-        ("results: Snakefile", "cannot write to the folder 'Snakefile'"),
-        ("motions: {folder: nowhere}", "motions folder nowhere does not exist"),
-    ],
-)
-def test_bad_configuration_stops_before_any_work(study: Path, override: str, words: str) -> None:
-    done = run(study, "-n", over=override, check=False)
-    assert done.returncode != 0
-    assert words in done.stdout + done.stderr
-    assert "Traceback" not in done.stdout + done.stderr
-
-
-@pytest.mark.parametrize("fault", ["missing", "nan", "dt"])
-def test_a_faulty_motion_stops_the_study_before_any_analysis(
-    study: Path, tmp_path: Path, fault: str
-) -> None:
-    folder = tmp_path / "records"
-    folder.mkdir()
-    first, second = sorted((ROOT / "motions").rglob("*.AT2"))[:2]
-    for path in (first, second):
-        shutil.copy(path, folder)
-    text = (folder / second.name).read_text()
-    if fault == "missing":
-        (folder / second.name).unlink()
-    elif fault == "nan":
-        head, _, _ = text.rstrip().rpartition(" ")
-        (folder / second.name).write_text(f"{head} NaN\n")
-    else:
-        (folder / second.name).write_text(text.replace("DT=", "DT=  1", 1))
-    done = run(
-        study,
-        "--until",
-        "prepare_motions",
-        over=f"motions: {{folder: {folder}, count: 1}}",
-        check=False,
-    )
-    assert done.returncode != 0
-    assert second.name in done.stdout + done.stderr or first.name in done.stdout + done.stderr
-    assert "Traceback" not in done.stdout + done.stderr
-
-
-def test_the_workflow_passes_the_linter_but_for_environments(study: Path) -> None:
-    """One environment for all rules is the project's choice: made by `make setup`, locked."""
-    done = run(study, "--lint", check=False)
-    findings = [
-        line.strip()
-        for line in (done.stdout + done.stderr).splitlines()
-        if line.startswith("    * ")
-    ]
-    allowed = "Specify a conda environment or container for each rule"
-    assert [finding for finding in findings if allowed not in finding] == []

@@ -12,6 +12,7 @@ rule figures:
         FOLDER.log("figures"),
     threads: max(1, workflow.cores // 2)  # beside `sensitivity`
     params:
+        look=section("figures"),
         choices=SHOWN_CHOICES,
         digest=script_digest(
             "figures",

@@ -68,9 +68,7 @@ def abutment_force_n(model: BridgeModel, abutment: AbutmentHandle, trace: Trace)
 
     Positive against a positive displacement of the deck.
     """
-    total = np.zeros((len(trace.rows), 2))
-    for bearing in abutment.bearings:
-        total += trace.bearing_force(bearing.element)
+    total = pads_force_n(abutment, trace)
     if model.contacts is not None:
         units = model.contacts.units
         for index in (*abutment.wall_units, *abutment.key_units):
@@ -84,17 +82,28 @@ def abutment_force_n(model: BridgeModel, abutment: AbutmentHandle, trace: Trace)
     return total
 
 
+def pads_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
+    """Return the part of `abutment_force_n` that comes from the pads (or supports)."""
+    total = np.zeros((len(trace.rows), 2))
+    for bearing in abutment.bearings:
+        total += trace.bearing_force(bearing.element)
+    return total
+
+
 def _abutment_columns(
     model: BridgeModel, abutment: AbutmentHandle, trace: Trace
 ) -> dict[str, Series]:
     disp = trace.disp(abutment.centre_node)
     force = abutment_force_n(model, abutment, trace) / KN
+    pads = pads_force_n(abutment, trace) / KN
     name = f"abutment_{abutment.side}"
     table = {
         f"{name}_x_m": disp[:, 0],
         f"{name}_y_m": disp[:, 1],
         f"{name}_x_kn": force[:, 0],
         f"{name}_y_kn": force[:, 1],
+        f"{name}_pads_x_kn": pads[:, 0],
+        f"{name}_pads_y_kn": pads[:, 1],
         f"{name}_wall_kn": wall_force_n(abutment, trace) / KN,
         f"{name}_backfill_kn": backfill_force_n(abutment, trace) / KN,
         f"{name}_unseating_m": unseating_m(abutment, trace),

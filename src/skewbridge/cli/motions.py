@@ -210,7 +210,7 @@ def default_suite(
 def _given(dt_s: float | None, unit: str | None) -> "Given":
     from skewbridge.motions.formats.trace import Given
 
-    return Given(dt_s=dt_s, unit=unit)
+    return Given(dt_s_if_missing=dt_s, unit_if_missing=unit)
 
 
 COMMANDS: Final = (check, im, plot, synthesize, default_suite)

@@ -28,6 +28,10 @@ def provenance(
     emit(answer | {"differences": origin.differences}, rows, as_json=as_json)
     if not origin.is_current:
         messages.print("not current: the present sources or configuration give another result")
+        if "config_digest" in origin.differences:
+            messages.print(
+                f"compared with {config}; for a study with another one add --config FILE"
+            )
         raise typer.Exit(EXIT_FAILED)
     if origin.differences:
         messages.print(f"current: what differs ({', '.join(origin.differences)}) is not used by it")

@@ -1,4 +1,4 @@
-"""Commands for whoever publishes a study: the methods in words, and all of it in one file."""
+"""Commands for whoever publishes a study: its figures, its methods in words, all in one file."""
 
 from pathlib import Path
 from typing import Annotated, Final
@@ -26,13 +26,13 @@ def methods(
     """
     from skewbridge.provenance.files import writable_file, write_text
     from skewbridge.provenance.tables import read_frame
-    from skewbridge.report.archive import methods_of
+    from skewbridge.report.methods import methods_of
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
 
     study = load_config(config, base=DEFAULT_CONFIG)
     suite = StudyFolder(Path(study.results)).suite
-    text = methods_of(study, read_frame(suite) if suite.is_file() else None)
+    text = methods_of(study, read_frame(suite) if suite.is_file() else None).markdown()
     if out is not None:
         write_text(writable_file(out), text)
         messages.print(f"written: {out}")
@@ -75,4 +75,55 @@ def archive(
     messages.print(f"{out}: {size / 1e6:.1f} MB, sha256 {written.sha256}")
 
 
-COMMANDS: Final = (methods, archive)
+@clear_errors
+def plot(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...",
+            help="Figures by the names of their files; * stands for any text. None: list them.",
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder of the files.")] = Path(),
+    width_mm: Annotated[
+        float | None, typer.Option("--width-mm", help="Instead of figures.width_mm.")
+    ] = None,
+    font: Annotated[
+        str | None, typer.Option("--font", help="Family, instead of figures.font.")
+    ] = None,
+    font_size_pt: Annotated[
+        float | None, typer.Option("--font-size-pt", help="Instead of figures.font_size_pt.")
+    ] = None,
+    config: ConfigOption = DEFAULT_CONFIG,
+    as_json: JsonOption = False,
+) -> None:
+    """Draw single figures of a finished study again, as SVG and PNG.
+
+    Width and font are those of the configuration, or as given here for these files alone.
+    """
+    from dataclasses import asdict
+
+    from skewbridge.provenance.files import writable_folder
+    from skewbridge.reading import checked
+    from skewbridge.report.single_figures import draw_figures, finished_figures
+    from skewbridge.study.config import load_config
+    from skewbridge.study.figure_settings import FigureSettings, check_font
+
+    study = load_config(config, base=DEFAULT_CONFIG)
+    given = {"width_mm": width_mm, "font": font, "font_size_pt": font_size_pt}
+    chosen = {name: value for name, value in given.items() if value is not None}
+    settings = checked(FigureSettings, asdict(study.figures) | chosen, "figures")
+    check_font(settings.font)
+    figures = finished_figures(Path(study.results))
+    if not names:
+        rows = [{"name": figure.name, "title": figure.title} for figure, _ in figures]
+        emit({"figures": rows}, rows, as_json=as_json)
+        return
+    drawn = draw_figures(figures, names, settings, writable_folder(out))
+    if as_json:
+        emit_json({"written": [str(path) for path in drawn]})
+    for path in drawn:
+        messages.print(f"written: {path}", markup=False)
+
+
+COMMANDS: Final = (methods, archive, plot)

@@ -114,11 +114,11 @@ def predict(
             "beta": f"{row['beta']:.2f}",
             "total": "" if isnan(row["beta_total"]) else f"{row['beta_total']:.2f}",
             **({} if at is None else {"P": f"{row['p']:.3f}"}),
-            "error": f"{row['loo_error']:.1%}",
+            "left out": "" if isnan(row["loo_error"]) else f"{row['loo_error']:.1%}",
         }
         for row in rows
     ]
-    messages.print("error: of theta, found by leaving variants out", markup=False)
+    messages.print("left out: error of theta where a variant is left out of the model")
     emit({"rows": rows}, shown, as_json=as_json, title=f"theta in {rows[0]['im']}")
 
 

@@ -78,7 +78,7 @@ def check_paths(
 def write_folder_index(folder: Path, given: Given | None = None) -> Path:
     """Write the `index.csv` of a folder, or bring the digests of an existing one up to date.
 
-    Time step and unit given for files that the index does not have them for go into it.
+    Time step and unit given for files that have none go into it, where it has none either.
 
     Raises:
         InputError: A motion that can't be read, an unpaired file.
@@ -108,8 +108,8 @@ def _completed(known: Given, otherwise: Given | None) -> Given:
         return known
     return replace(
         known,
-        dt_s=otherwise.dt_s if known.dt_s is None else known.dt_s,
-        unit=otherwise.unit if known.unit is None else known.unit,
+        dt_s_if_missing=otherwise.dt_s_if_missing,
+        unit_if_missing=otherwise.unit_if_missing,
     )
 
 

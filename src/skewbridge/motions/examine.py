@@ -14,6 +14,7 @@ DT_LIMITS_S: Final = (1.0e-4, 0.2)
 # ASSUME no horizontal record exceeds 4 g (the largest published ones are near 3 g): more is a
 # unit error; below 0.002 g no bridge notices.
 PGA_LIMITS_G: Final = (0.002, 4.0)
+_SAY_UNIT: Final = "Name it in index.csv (skewbridge motions check DIR --write --unit UNIT)"
 MAX_OFFSET_OF_PGA: Final = 0.02
 MAX_END_VELOCITY_OF_PGV: Final = 0.25
 
@@ -38,7 +39,7 @@ def refuse_impossible(trace: Trace) -> None:
     if pga_g > PGA_LIMITS_G[1]:
         raise InputError(
             f"{name}: PGA = {pga_g:.4g} g with the values in {trace.unit}, "
-            f"allowed {PGA_LIMITS_G[1]} g: wrong unit?"
+            f"allowed {PGA_LIMITS_G[1]} g: wrong unit? {_SAY_UNIT}"
         )
 
 
@@ -48,7 +49,9 @@ def doubts(trace: Trace) -> list[str]:
     accel_mps2 = trace.accel_mps2
     pga_mps2 = float(np.abs(accel_mps2).max())
     if pga_mps2 / G_MPS2 < PGA_LIMITS_G[0]:
-        found.append(f"PGA = {pga_mps2 / G_MPS2:.3g} g is below {PGA_LIMITS_G[0]} g: wrong unit?")
+        found.append(
+            f"PGA = {pga_mps2 / G_MPS2:.3g} g is below {PGA_LIMITS_G[0]} g: wrong unit? {_SAY_UNIT}"
+        )
     offset = abs(float(accel_mps2.mean())) / pga_mps2
     if offset > MAX_OFFSET_OF_PGA:
         found.append(f"mean is {offset:.1%} of the PGA: baseline not corrected?")

@@ -23,7 +23,7 @@ from skewbridge.provenance.licences import licence_of
 from skewbridge.provenance.stamp import read_stamp
 from skewbridge.provenance.tables import read_frame
 from skewbridge.reading import read_bytes
-from skewbridge.report.methods import methods_text
+from skewbridge.report.methods import methods_of
 from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.origin import origin_of
@@ -95,7 +95,7 @@ def write_archive(results: Path, config: Path, base: Path, out: Path) -> Archive
         **_inputs(study, config, base),
         **{name: path.read_bytes() for name, path in _products(folder).items()},
         "motions.csv": _motions(suite).encode(),
-        "METHODS.md": methods_of(study, suite).encode(),
+        "METHODS.md": methods_of(study, suite).markdown().encode(),
         "provenance.json": _json(dict(sorted(read_stamp(folder.demands).items()))),
         **_licences(),
     }
@@ -110,12 +110,6 @@ def write_archive(results: Path, config: Path, base: Path, out: Path) -> Archive
         sha256=hashlib.sha256(out.read_bytes()).hexdigest(),
         doubts=doubts,
     )
-
-
-def methods_of(study: StudyConfig, suite: pd.DataFrame | None = None) -> str:
-    """Return the methods of a study, with the sources of its motions where they are prepared."""
-    sources = [] if suite is None else list(dict.fromkeys(suite["source"].astype(str)))
-    return methods_text(study, "; ".join(filter(None, sources)))
 
 
 def _products(folder: StudyFolder) -> dict[str, Path]:

@@ -6,6 +6,7 @@ from itertools import product
 from textwrap import fill
 from typing import Any, Final, Self
 
+import numpy as np
 import pandas as pd
 import seaborn as sns
 from matplotlib.lines import Line2D
@@ -13,7 +14,10 @@ from matplotlib.lines import Line2D
 from skewbridge.demands.columns import unit_of
 from skewbridge.variant.axes import Axis, axes_of
 
+#: Marks of the points of an analysis; a triangle is one that did not end.
+MARKS: Final = ("o", "s", "D", "P", "X", "*")
 DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
+_WIDEST, _THINNEST = 2.3, 1.0  # lines in points; those drawn later are thinner: both show
 _LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constant ones included
 _PANEL_LETTERS: Final = 34  # that stand above one panel
 
@@ -64,13 +68,13 @@ def short_value(axis: Axis, value: float, others: Sequence[Axis]) -> str:
 class VariantLayout:
     """Panels and line styles of the variants in a table.
 
-    The first axis shown has a panel per value, the second a dash pattern, the third a colour. Every
-    further axis multiplies the panels: nothing is averaged over.
+    The first axis shown has a panel per value, the second dashes and marks, the third a colour and
+    a width. Every further axis multiplies the panels: nothing is averaged over.
 
     Attributes:
         panel_axes: Axes whose values have panels.
         line_axes: Axes whose values have dashes and colours.
-        styles: Line styles by the values of the line axes.
+        styles: Line styles with their marks by the values of the line axes.
     """
 
     panel_axes: tuple[Axis, ...]
@@ -85,10 +89,16 @@ class VariantLayout:
         values = [sorted(table[axis.name].unique()) for axis in lines]
         colours = sns.color_palette("colorblind", max(len(values[-1]), 2) if values else 2)
         styles: dict[Values, Mapping[str, Any]] = {}
+        widths = np.linspace(_WIDEST, _THINNEST, len(colours))
         for key in product(*(enumerate(own) for own in values)):
-            colour = colours[key[-1][0]] if key else colours[0]
-            dashes = DASHES[key[0][0] % len(DASHES)] if len(key) > 1 else DASHES[0]
-            styles[tuple(value for _, value in key)] = {"color": colour, "linestyle": dashes}
+            shade = key[-1][0] if key else 0
+            pattern = key[0][0] if len(key) > 1 else 0
+            styles[tuple(value for _, value in key)] = {
+                "color": colours[shade],
+                "linewidth": float(widths[shade]),
+                "linestyle": DASHES[pattern % len(DASHES)],
+                "marker": MARKS[pattern % len(MARKS)],
+            }
         panels = (*shown[:1], *shown[_LEAST_SHOWN:])
         return cls(panel_axes=panels, line_axes=lines, styles=styles)
 
@@ -112,12 +122,21 @@ class VariantLayout:
         """
         return self.styles[tuple(row[axis.name] for axis in self.line_axes)]
 
-    def handles(self) -> list[Line2D]:
-        """Return the entries of the legend."""
+    def handles(self, *, marks: bool = False) -> list[Line2D]:
+        """Return the entries of the legend, those of a cloud with the marks of its points."""
         return [
-            Line2D([], [], label=_joined(self.line_axes, values), **style)
+            Line2D([], [], label=_joined(self.line_axes, values), ms=4.0, **_shown(style, marks))
             for values, style in self.styles.items()
         ]
+
+
+def line_of(style: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a style for lines alone."""
+    return _shown(style, marks=False)
+
+
+def _shown(style: Mapping[str, Any], marks: bool) -> dict[str, Any]:
+    return dict(style) if marks else {k: value for k, value in style.items() if k != "marker"}
 
 
 def _groups(table: pd.DataFrame, axes: Sequence[Axis]) -> list[tuple[Any, pd.DataFrame]]:

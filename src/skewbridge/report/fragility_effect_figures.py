@@ -1,6 +1,7 @@
 """Figures of the paired effects: the verdict map and the ratios with their intervals."""
 
 from collections.abc import Hashable, Mapping, Sequence
+from itertools import cycle
 from textwrap import fill
 from typing import Any, Final
 
@@ -15,7 +16,7 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from skewbridge.fragility.tables.verdicts import HIGHER, LOWER, RATIO
-from skewbridge.report.axis_layout import short_value, shown_axes
+from skewbridge.report.axis_layout import MARKS, named_value, short_value, shown_axes
 from skewbridge.report.fragility_style import STYLE, note
 from skewbridge.report.verdict_style import (
     LEGEND,
@@ -26,6 +27,8 @@ from skewbridge.report.verdict_style import (
 )
 from skewbridge.variant.axes import Axis, axes_of
 
+_MOST: Final = 0.95  # of the intervals lie within the axis of ratios
+_LEGEND_COLUMNS: Final = 6
 _RATIO_RANGE: Final = (0.5, 2.0)
 _RATIO_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FINE_TICKS: Final = tuple(round(0.05 * i, 2) for i in range(14, 28))
@@ -82,7 +85,8 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
     """Draw the paired ratios of every demand with their intervals against the margin.
 
     Demands that are judged by their differences are left out. Colours tell apart the values of the
-    first other axis that varies; with the first axis itself, the values that it is changed to.
+    first other axis that varies, marks those of the second; with the first axis itself, colours
+    tell the values that it is changed to.
 
     Args:
         effects: Table of `skewbridge.fragility.tables.effects.paired_effects`.
@@ -93,25 +97,27 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
     if table.empty:
         return note(f"No pair of variants that differ in {axis} only is judged by a ratio")
     demands = list(dict.fromkeys(table["demand"]))
-    hue = _hue(effects, axis)
-    order = [hue, *(other.name for other in _other_axes(effects, axis) if other.name != hue)]
-    values = sorted(table[hue].unique())
-    palette = dict(zip(values, sns.color_palette("viridis", len(values) + 1), strict=False))
+    told = _told_apart(effects, axis)
+    others = [other.name for other in _other_axes(effects, axis)]
+    order = list(dict.fromkeys([*told, *others]))
+    looks = _looks(table, told)
     per_demand = len(table) / len(demands)
     with mpl.rc_context(STYLE):
         row_in = max(_ROW_IN, _MARK_IN * per_demand)
-        figure = Figure(figsize=(6.2, 1.4 + row_in * len(demands)), layout="constrained")
+        figure = Figure(figsize=(6.2, 1.7 + row_in * len(demands)), layout="constrained")
         axes = figure.subplots()
         margin = float(table["margin"].iloc[0])
         axes.axvspan(1 - margin, 1 + margin, color="#cfe3f5", zorder=0)
         axes.axvline(1.0, color="#777777", linewidth=0.8)
+        reach = _ratio_range(table)
         for y, demand in enumerate(demands):
             part = table[table["demand"] == demand].sort_values(order)
             offsets = np.linspace(-0.32, 0.32, len(part)) if len(part) > 1 else [0.0]
             for offset, item in zip(offsets, part.to_dict("records"), strict=True):
-                _ratio_mark(axes, item, y + offset, palette[item[hue]])
-            _name_ratios_beyond(axes, part["ratio"], y)
-        _scale_ratios(axes, table)
+                look = {part: shown[item[name]] for name, (part, shown) in looks.items()}
+                _ratio_mark(axes, item, y + offset, look, reach)
+            _name_ratios_beyond(axes, part["ratio"], y, reach)
+        _scale_ratios(axes, reach)
         axes.set_yticks(range(len(demands)), [demand_name(name) for name in demands])
         axes.set_ylim(len(demands) - 0.5, -0.5)
         axes.grid(axis="y", visible=False)
@@ -122,10 +128,28 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
         axes.set_title(
             f"Same motions, geometric mean and {level:g} % interval", loc="left", fontsize=9
         )
-        handles = [Line2D([], [], marker="o", color=palette[v], label=f"{v:g}") for v in values]
-        name = _label(axis if hue == "to_value" else hue)
-        axes.legend(handles=handles, title=name, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        handles = [
+            _legend_mark(part, look, axis if name == "to_value" else name, value)
+            for name, (part, shown) in looks.items()
+            for value, look in shown.items()
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=_LEGEND_COLUMNS)
     return figure
+
+
+def _legend_mark(part: str, look: Any, axis: str, value: float) -> Line2D:
+    style: dict[str, Any] = {"marker": "o", "color": "#444444", part: look}
+    return Line2D([], [], linestyle="", label=named_value(axes_of([axis])[0], value), **style)
+
+
+def _looks(table: pd.DataFrame, told: Sequence[str]) -> dict[str, tuple[str, dict[float, Any]]]:
+    """Return which part of a mark the values of a column have, and how it looks."""
+    looks: dict[str, tuple[str, dict[float, Any]]] = {}
+    for name, part in zip(told, ("color", "marker"), strict=False):
+        values = sorted(table[name].unique())
+        shown = sns.color_palette("viridis", len(values) + 1) if part == "color" else cycle(MARKS)
+        looks[name] = part, dict(zip(values, shown, strict=False))
+    return looks
 
 
 def verdict_patches(margin: str) -> list[Patch]:
@@ -161,18 +185,18 @@ def _label(axis: str) -> str:
     return axes_of([axis])[0].label_with_unit
 
 
-def _hue(effects: pd.DataFrame, axis: str) -> str:
-    """Return the column whose values have the colours."""
-    if axis == shown_axes(effects)[0].name:
-        return "to_value"
+def _told_apart(effects: pd.DataFrame, axis: str) -> list[str]:
+    """Return the columns whose values have colours and marks of their own."""
+    own = _pairs_along(effects, axis)
     others = [other.name for other in _other_axes(effects, axis)]
-    varying = [name for name in others if _pairs_along(effects, axis)[name].nunique() > 1]
-    return [*varying, *others][0]
+    varying = [name for name in others if own[name].nunique() > 1]
+    first = ["to_value"] if axis == shown_axes(effects)[0].name else []
+    return [*first, *varying][:2] or others[:1]
 
 
-def _scale_ratios(axes: Axes, table: pd.DataFrame) -> None:
+def _scale_ratios(axes: Axes, reach: tuple[float, float]) -> None:
     axes.set_xscale("log")
-    low, high = _ratio_range(table)
+    low, high = reach
     axes.set_xlim(low, high)
     ticks = _FINE_TICKS if low > _FINE_TICKS[0] and high < _FINE_TICKS[-1] else _RATIO_TICKS
     axes.xaxis.set_major_locator(FixedLocator(ticks))
@@ -200,44 +224,45 @@ def _verdict_cell(axes: Axes, x: int, y: int, item: pd.Series) -> None:
 
 
 def _ratio_range(table: pd.DataFrame) -> tuple[float, float]:
-    """Return the range of the axis: as far as the intervals reach, at most half to double."""
+    """Return the range of the axis: as far as most intervals reach, at most half to double."""
     ends = [table[name].fillna(table["ratio"]) for name in ("ci_low", "ci_high")]
     margin = float(table["margin"].iloc[0])
-    low = min(float(ends[0].min()), 1 - 2 * margin)
-    high = max(float(ends[1].max()), 1 + 2 * margin)
+    low = min(float(ends[0].quantile(1.0 - _MOST)), 1 - 2 * margin)
+    high = max(float(ends[1].quantile(_MOST)), 1 + 2 * margin)
     return max(low / 1.02, _RATIO_RANGE[0]), min(high * 1.02, _RATIO_RANGE[1])
 
 
-def _ratio_mark(axes: Axes, item: Mapping[Hashable, Any], y: float, colour: Any) -> None:
+def _ratio_mark(
+    axes: Axes,
+    item: Mapping[Hashable, Any],
+    y: float,
+    look: Mapping[str, Any],
+    reach: tuple[float, float],
+) -> None:
     """Draw a ratio with its interval; beyond the axis as an arrow."""
-    low, high = _RATIO_RANGE
+    low, high = reach
     ratio = float(item["ratio"])
-    axes.plot([item["ci_low"], item["ci_high"]], [y, y], color=colour, lw=1.4)
-    mark, size = ("o", 3.2) if low <= ratio <= high else (">" if ratio > high else "<", 5.0)
-    shown = float(np.clip(ratio, low, high))
-    axes.plot(shown, y, mark, color=colour, ms=size, clip_on=mark == "o")
+    axes.plot([item["ci_low"], item["ci_high"]], [y, y], color=look["color"], lw=1.4)
+    beyond = ">" if ratio > high else "<" if ratio < low else ""
+    style: dict[str, Any] = {"marker": "o", "ms": 3.2, **look}
+    if beyond:
+        style |= {"marker": beyond, "ms": 5.0}
+    axes.plot(float(np.clip(ratio, low, high)), y, clip_on=not beyond, **style)
 
 
-def _name_ratios_beyond(axes: Axes, ratios: pd.Series, y: float) -> None:
+def _name_ratios_beyond(
+    axes: Axes, ratios: pd.Series, y: float, reach: tuple[float, float]
+) -> None:
     """Write beside the axis which ratios of a demand lie beyond it."""
-    low, high = _RATIO_RANGE
-    for beyond, end, shift, side in (
-        (ratios[ratios > high], high, -8, "right"),
-        (ratios[ratios < low], low, 8, "left"),
-    ):
-        if beyond.empty:
-            continue
-        ends = dict.fromkeys(f"{end:.2g}" for end in (beyond.min(), beyond.max()))
-        axes.annotate(
-            " to ".join(ends),
-            (end, y),
-            xytext=(shift, 0),
-            textcoords="offset points",
-            ha=side,
-            va="center",
-            fontsize=7,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
-        )
+    low, high = reach
+    told: list[str] = []
+    for beyond, arrow in ((ratios[ratios < low], "◀"), (ratios[ratios > high], "▶")):
+        if not beyond.empty:
+            ends = dict.fromkeys(f"{end:.2g}" for end in (beyond.min(), beyond.max()))
+            told.append(f"{arrow} {' to '.join(ends)}")
+    if told:
+        across = axes.get_yaxis_transform()
+        axes.text(1.02, y, "\n".join(told), transform=across, va="center", fontsize=7)
 
 
 def _column_labels(columns: pd.DataFrame, others: Sequence[Axis]) -> list[str]:

@@ -1,6 +1,8 @@
 """Fragility curves over their runs and clouds of demand: tables in, matplotlib figures out."""
 
+from collections import Counter
 from collections.abc import Mapping
+from operator import itemgetter
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -15,13 +17,16 @@ from skewbridge.fragility.likelihood.intervals import curve, curve_band
 from skewbridge.fragility.likelihood.links import FloatArray
 from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complete, is_of_column
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS
-from skewbridge.report.axis_layout import VariantLayout, threshold_text
-from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
+from skewbridge.report.axis_layout import VariantLayout, line_of, threshold_text
+from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks, plain_number
 from skewbridge.report.sampled_runs import sample_note, sampled_runs
 from skewbridge.statuses import COLLAPSE
 
 _LEGEND_COLUMNS: Final = 4
 _ABOVE_ZERO: Final = 1e-300
+_TITLE_PAD_PT: Final = 6.0  # between a panel and its title
+_NOTE_LINE_PT: Final = 9.0  # for each line of a note between the two
+_NAME_ROOM: Final = 0.05  # part of the height of a panel that the name of a state takes
 _FAR_BELOW: Final = 300.0  # parts of the first limit state: a demand below is as good as none
 
 
@@ -59,16 +64,19 @@ def fragility_curves(
         size = 2.6 * len(columns) + 0.9, 2.1 * len(names) + 0.9
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(len(names), len(columns), squeeze=False, sharex=True, sharey=True)
+        above = 0
         for row, name in zip(panels, names, strict=True):
             for axes, (_, own) in zip(row, columns, strict=True):
-                _curve_panel(axes, own[own["limit_state"] == name], demands, grid, layout)
+                part = own[own["limit_state"] == name]
+                lines = _curve_panel(axes, part, demands, grid, layout)
+                above = max(above, lines) if name == names[0] else above
                 axes.set_xscale("log")
                 axes.set_ylim(-0.06, 1.06)
             state = table[table["limit_state"] == name].iloc[0]
             capacity = threshold_text(str(state["demand"]), float(state["threshold"]))
             row[0].set_ylabel(f"P(exceeds | IM)\n{str(name).replace('_', ' ')}: {capacity}")
         for axes, (title, _) in zip(panels[0], columns, strict=True):
-            axes.set_title(title, fontsize=9)
+            axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * above)
         for axes in panels[-1]:
             axes.set_xlabel(label_of(im_column))
         plain_log_ticks(panels[-1, 0].xaxis)
@@ -98,22 +106,24 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
     columns = layout.panels(shown)
     least = _least_shown(demands[demand], thresholds)
     if not (demands[demand] >= max(least, _ABOVE_ZERO)).any():
-        return note(f"{label_of(demand)}: in no analysis above {least:.1g}")
+        return note(f"{label_of(demand)}: in no analysis above {plain_number(least)}")
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.6 * len(columns) + 0.9, 3.3), layout="constrained")
         if said := sample_note(len(shown), len(demands)):
             figure.suptitle(said, x=0.01, ha="left", fontsize=9)
         panels = figure.subplots(1, len(columns), squeeze=False, sharex=True, sharey=True)[0]
+        told = _count_below(shown[demand], least)
         for axes, (title, own) in zip(panels, columns, strict=True):
             for part, style in layout.lines(own):
                 _cloud_points(axes, part[part[demand] >= least], demand, im_column, style)
                 line = fits[fits["variant"].isin(part["variant"])].head(1)
                 _cloud_line(axes, line, part[im_column], style)
             _draw_thresholds(axes, thresholds)
-            _count_below(axes, own[demand], least)
             axes.set_xscale("log")
             axes.set_yscale("log")
-            axes.set_title(title, fontsize=9)
+            axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * bool(told))
+            if below := _count_below(own[demand], least):
+                axes.text(0.5, 1.02, below, transform=axes.transAxes, fontsize=7, ha="center")
             axes.set_xlabel(label_of(im_column))
         panels[0].set_ylabel(label_of(demand))
         plain_log_ticks(panels[0].xaxis)
@@ -121,7 +131,8 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
         panels[0].set_xlim(im.min() / 1.15, im.max() * 1.15)
         panels[0].set_ylim(least / 1.3, max([demands[demand].max(), *thresholds.values()]) * 1.6)
         plain_log_ticks(panels[0].yaxis)
-        _add_legend(figure, layout)
+        _name_thresholds(panels[-1], thresholds)
+        _add_legend(figure, layout, marks=True)
     return figure
 
 
@@ -132,22 +143,22 @@ def _least_shown(values: pd.Series, thresholds: Mapping[str, float]) -> float:
     return max(smallest, min(thresholds.values(), default=0.0) / _FAR_BELOW)
 
 
-def _count_below(axes: Axes, values: pd.Series, least: float) -> None:
+def _count_below(values: pd.Series, least: float) -> str:
+    """Return what is said of the runs below the axis; empty where there is none."""
     below = int((~(values >= least)).sum())
-    if below:
-        text = f"{below} of {len(values)} analyses below {least:.1g}"
-        axes.text(0.97, 0.03, text, transform=axes.transAxes, fontsize=7, ha="right", va="bottom")
+    return f"{below} of {len(values)} analyses below {plain_number(least)}" if below else ""
 
 
-def _add_legend(figure: Figure, layout: VariantLayout) -> None:
-    handles = layout.handles()
+def _add_legend(figure: Figure, layout: VariantLayout, *, marks: bool = False) -> None:
+    handles = layout.handles(marks=marks)
     columns = min(len(handles), _LEGEND_COLUMNS)
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)
 
 
 def _curve_panel(
     axes: Axes, part: pd.DataFrame, demands: pd.DataFrame, grid: FloatArray, layout: VariantLayout
-) -> None:
+) -> int:
+    """Draw the curves of one state; return how many lines above the panel tell what is missing."""
     missing: list[str] = []
     for item in part.to_dict("records"):
         style = layout.style_of(item)
@@ -174,23 +185,15 @@ def _curve_panel(
         low, high = curve_band(grid, theta=theta, beta=beta, covariance=covariance, level=level)
         axes.fill_between(grid, low, high, color=style["color"], alpha=0.10, linewidth=0)
         flagged = "saturating" in item["warnings"] or "extrapolated" in item["warnings"]
-        weak = {"linewidth": 1.0, "alpha": 0.7} if flagged else {"linewidth": 1.6}
-        axes.plot(grid, curve(grid, theta, beta), **weak, **style)
-    if missing:
-        # curves that rise early leave the lower right corner free, all others the upper left one
-        early = any(item["theta"] < np.sqrt(grid[0] * grid[-1]) for item in part.to_dict("records"))
-        x, y, side, end = (0.97, 0.12, "right", "bottom") if early else (0.03, 0.9, "left", "top")
-        axes.text(
-            x,
-            y,
-            "\n".join(_counted(pd.Series(missing).str.replace("_", " "))),
-            transform=axes.transAxes,
-            fontsize=7,
-            ha=side,
-            va=end,
-            color="#333333",
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
-        )
+        line = line_of(style)
+        if flagged:
+            line |= {"linewidth": 0.6 * line["linewidth"], "alpha": 0.7}
+        axes.plot(grid, curve(grid, theta, beta), **line)
+    said = _missing_lines(missing)
+    text = "\n".join(said)
+    look: dict[str, Any] = {"fontsize": 7, "color": "#333333", "linespacing": 1.1}
+    axes.text(1.0, 1.02, text, transform=axes.transAxes, ha="right", va="bottom", **look)
+    return len(said)
 
 
 def total_dispersion(item: Mapping[Any, Any]) -> float:
@@ -220,8 +223,8 @@ def _cloud_points(
 ) -> None:
     done = is_complete(part)
     x, y = part[im_column].to_numpy(), part[demand].to_numpy()
-    colour = style["color"]
-    axes.plot(x[done], y[done], "o", ms=2.8, color=colour, alpha=0.6, markeredgewidth=0)
+    colour, mark = style["color"], style["marker"]
+    axes.plot(x[done], y[done], mark, ms=2.8, color=colour, alpha=0.6, markeredgewidth=0)
     axes.plot(x[~done], y[~done], "^", ms=4, color=colour, markerfacecolor="none")
 
 
@@ -229,20 +232,38 @@ def _cloud_line(axes: Axes, fit: pd.DataFrame, im: pd.Series, style: Mapping[str
     if fit.empty or not np.isfinite(fit["b"].iloc[0]) or im.empty:
         return
     x = np.geomspace(im.min(), im.max(), 2)
-    axes.plot(x, np.exp(fit["ln_a"].iloc[0]) * x ** fit["b"].iloc[0], linewidth=1.2, **style)
+    axes.plot(x, np.exp(fit["ln_a"].iloc[0]) * x ** fit["b"].iloc[0], **line_of(style))
 
 
 def _draw_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:
-    for name, threshold in thresholds.items():
-        axes.axhline(threshold, color="#777777", linewidth=0.7, zorder=0)
-        axes.annotate(
+    for threshold in thresholds.values():
+        axes.axhline(threshold, color="#555555", linewidth=0.8, linestyle=(0, (1, 2)), zorder=1)
+
+
+def _name_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:
+    """Name the limit states beside a panel, those that lie close with room between them."""
+    low, high = np.log(axes.get_ylim())
+    last = -np.inf
+    for name, threshold in sorted(thresholds.items(), key=itemgetter(1)):
+        place = (np.log(threshold) - low) / (high - low)
+        if place < 0.0:
+            continue
+        last = max(place, last + _NAME_ROOM)
+        axes.text(
+            1.02,
+            last,
             name.replace("_", " "),
-            (0.01, threshold),
-            xycoords=("axes fraction", "data"),
+            transform=axes.transAxes,
             fontsize=7,
-            color="#555555",
-            va="bottom",
+            color="#333333",
+            va="center",
         )
+
+
+def _missing_lines(statuses: list[str]) -> list[str]:
+    """Return for each reason how many curves are missing."""
+    counts = Counter(name.replace("_", " ") for name in statuses)
+    return [f"no curve of {count}: {name}" for name, count in counts.most_common()]
 
 
 def _counted(names: pd.Series) -> list[str]:

@@ -2,9 +2,10 @@
 
 from typing import Any, Final
 
+import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 STYLE: Final[Any] = {
     "axes.spines.top": False,
@@ -26,8 +27,17 @@ def plain_log_ticks(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     many = high > _MANY * low > 0.0
     axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_major_formatter(FuncFormatter(_tick))
     axis.set_minor_formatter(NullFormatter())
+
+
+def plain_number(value: float) -> str:
+    """Return a tick or a limit of an axis without an exponent: 0.00002."""
+    return np.format_float_positional(value, precision=2, fractional=False, trim="-")
+
+
+def _tick(value: float, _place: int) -> str:
+    return plain_number(value)
 
 
 def note(text: str) -> Figure:

@@ -1,10 +1,14 @@
 """The methods of a study in the words of a paper, with citations, made from its configuration."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from typing import Final
+
+import pandas as pd
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
@@ -28,6 +32,8 @@ _ABUTMENTS: Final = {
     "contact_friction": "as elastomeric pads, backfill and exterior shear keys that the deck meets "
     "in contact with Coulomb friction",
 }
+#: Heads of the table of limit states.
+STATE_HEADS: Final = ("component", "demand", "median", "dispersion", "source")
 _CONTACT: Final = (
     "Contact is a normal penalty spring behind a gap, with tangential elastic-plastic springs "
     "whose yield force is updated during the analysis by the normal force (Rahman and Mackie 2023; "
@@ -35,32 +41,56 @@ _CONTACT: Final = (
 )
 
 
-def methods_text(config: StudyConfig, motion_source: str = "") -> str:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Methods:
+    """The methods of a study as a paper describes them.
+
+    Attributes:
+        parts: Paragraphs by their subject.
+        states: Rows of the limit states: component, demand, medians, dispersion, source.
+        references: The works that the paragraphs cite, in full, sorted.
+    """
+
+    parts: Mapping[str, str]
+    states: Sequence[Sequence[str]]
+    references: Sequence[str]
+
+    def markdown(self) -> str:
+        """Return the whole as a page of Markdown."""
+        said = "\n".join(f"**{name}.** {text}\n" for name, text in self.parts.items())
+        rows = [" | ".join(cell.replace("|", "/") for cell in row) for row in self.states]
+        rules = " | ".join("---" for _ in STATE_HEADS)
+        table = "\n".join(f"| {row} |" for row in (" | ".join(STATE_HEADS), rules, *rows))
+        listed = "\n".join(f"- {work}" for work in self.references)
+        return f"# Methods\n\n{said}\n## Limit states\n\n{table}\n\n## References\n\n{listed}\n"
+
+
+def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Methods:
     """Return paragraphs on models, motions, analyses and statistics, and the references in them.
+
+    A reader fills in what a configuration does not know, the site and the purpose.
 
     Args:
         config: The study.
-        motion_source: Where its motions come from, in their own words; empty if not known.
-
-    Returns:
-        Markdown; a reader fills in what a configuration does not know, the site and the purpose.
+        suite: Its motions as prepared, which say where they come from; None before.
 
     Raises:
-        InputError: A bridge of the study cannot be read.
+        InputError: A bridge or the limit states of the study cannot be read.
     """
+    sources = [] if suite is None else list(dict.fromkeys(suite["source"].astype(str)))
     bridges = [load_bridge(name) for name in config.grid.bridge]
-    parts = {
+    told = {
         "Bridges": _bridges(bridges, config.analysis.model_options(config.model)),
         "Abutments": _abutments(config),
-        "Ground motions": _motions(config.motions, motion_source),
+        "Ground motions": _motions(config.motions, "; ".join(filter(None, sources))),
         "Analyses": _analyses(config),
         "Statistics": _statistics(config.fragility, config.motions),
     }
-    text = "\n".join(f"**{name}.** {' '.join(said)}\n" for name, said in parts.items())
-    text += f"\n## Limit states\n\n{_limit_states(config)}"
+    parts = {name: " ".join(sentences) for name, sentences in told.items()}
+    states = _limit_states(config)
+    text = " ".join([*parts.values(), *chain(*states)])
     cited = sorted(key for key in REFERENCES if re.search(rf"{re.escape(key)}(?! \d)", text))
-    listed = "\n".join(f"- {REFERENCES[key]}" for key in cited)
-    return f"# Methods\n\n{text}\n## References\n\n{listed}\n"
+    return Methods(parts=parts, states=states, references=[REFERENCES[key] for key in cited])
 
 
 def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str]:
@@ -151,8 +181,9 @@ def _motions(motions: MotionsConfig, source: str) -> Iterator[str]:
         f"{motions.ida_demand} = {motions.ida_threshold:g} between {low:g} and {high:g} g of "
         "Sa_avg (Eads et al. 2015)",
     }
+    suite = " of the suite" if motions.count is None else ""
     yield (
-        f"{count} two-component ground motions{known} act on every variant, "
+        f"{count} two-component ground motions{suite}{known} act on every variant, "
         f"{scaled[motions.design]}, at an incidence of {_listed(motions.incidence_deg)} degrees."
     )
     if motions.shaking_s is not None:
@@ -217,21 +248,20 @@ def _statistics(fits: FitSettings, motions: MotionsConfig) -> Iterator[str]:
     )
 
 
-def _limit_states(config: StudyConfig) -> str:
-    """Return the limit states as a table: demand, medians, dispersion, source."""
+def _limit_states(config: StudyConfig) -> list[tuple[str, ...]]:
     rows: dict[str, list[LimitState]] = {}
     for state in load_limit_states(Path(config.fragility.limit_states)):
         rows.setdefault(state.component, []).append(state)
-    lines = [
-        f"| {component.replace('_', ' ')} | `{states[0].demand}` | "
-        + ", ".join(f"{state.name} {state.threshold:g}" for state in states)
-        + f" | {_listed(sorted({state.dispersion for state in states}))} | "
-        + " ".join(states[0].citation.replace("|", "/").split())
-        + " |"
+    return [
+        (
+            component.replace("_", " "),
+            f"`{states[0].demand}`",
+            ", ".join(f"{state.name} {state.threshold:g}" for state in states),
+            _listed(sorted({state.dispersion for state in states})),
+            " ".join(states[0].citation.split()),
+        )
         for component, states in rows.items()
     ]
-    head = "| component | demand | median | dispersion | source |\n| --- | --- | --- | --- | --- |"
-    return "\n".join([head, *lines, ""])
 
 
 def _cited_source(source: str) -> str:

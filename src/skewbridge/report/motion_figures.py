@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
+import matplotlib as mpl
 import numpy as np
 import seaborn as sns
 from matplotlib.axes import Axes
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from skewbridge.motions.intensity import arias_build_up, displacement, velocity
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.spectrum import component_psa, pair_psa
+from skewbridge.report.fragility_style import plain_log_ticks
 from skewbridge.units import G_MPS2
 
 type Vector = NDArray[np.float64]
@@ -19,9 +21,9 @@ type Vector = NDArray[np.float64]
 PERIODS_S: Final = np.geomspace(0.02, 10.0, 120)
 APPLIED_PERIODS_S: Final = np.geomspace(0.05, 5.0, 60)
 HISTORIES: Final[Mapping[str, Callable[[Vector, float], Vector]]] = {
-    "acceleration (g)": lambda accel_mps2, _: accel_mps2 / G_MPS2,
-    "velocity (m/s)": velocity,
-    "displacement (m)": displacement,
+    "Acceleration (g)": lambda accel_mps2, _: accel_mps2 / G_MPS2,
+    "Velocity (m/s)": velocity,
+    "Displacement (m)": displacement,
     "Arias (m/s)": arias_build_up,
 }
 _WIDTH_IN: Final = 10.0
@@ -49,7 +51,7 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Fi
         axis.axhline(0.0, color="0.6", lw=0.5, zorder=0)
     for axis in axes[:-1]:
         axis.tick_params(labelbottom=False)
-    axes[-1].set_xlabel("time (s)")
+    axes[-1].set_xlabel("Time (s)")
     figure.align_ylabels(axes)
     _draw_record_spectra(spectra, dt_s, components)
     figure.suptitle(title, parse_math=False)
@@ -69,7 +71,7 @@ def _draw_record_spectra(axis: Axes, dt_s: float, components: Mapping[str, Vecto
         axis.loglog(
             PERIODS_S, both.rotd100_mps2 / G_MPS2, color="black", lw=1.0, ls="--", label="RotD100"
         )
-    axis.set(xlabel="period (s)", ylabel="PSA, 5 % damping (g)", xlim=(PERIODS_S[0], PERIODS_S[-1]))
+    axis.set(xlabel="Period (s)", ylabel="PSA, 5 % damping (g)", xlim=(PERIODS_S[0], PERIODS_S[-1]))
     _grid(axis, "0.9")
     axis.legend(frameon=False, loc="lower left")
 
@@ -103,23 +105,27 @@ def suite_spectra(
     """
     periods = np.asarray(periods_s, dtype=np.float64)
     log_psa = np.log(rotd50_g)
-    figure = Figure(figsize=(_WIDTH_IN, 4.5), layout="constrained")
-    panels: Any = figure.subplots(1, 2 if model else 1, squeeze=False)
-    axis: Axes = panels[0, 0]
-    axis.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
-    middle, low, high = (np.exp(np.percentile(log_psa, q, axis=0)) for q in (50, 16, 84))
-    color = sns.color_palette("colorblind")[0]
-    axis.loglog(periods, middle, color=color, lw=2.0, label=f"median of {len(rotd50_g)} motions")
-    axis.loglog(periods, low, color=color, lw=1.0, ls="--", label="16 and 84 %")
-    axis.loglog(periods, high, color=color, lw=1.0, ls="--")
-    axis.set(xlabel="period (s)", ylabel="RotD50 PSA, 5 % damping (g)")
-    axis.set_xlim(float(periods[0]), float(periods[-1]))
-    if model:
-        _draw_model(axis, panels[0, 1], periods, log_psa, model)
-    _grid(axis, "0.92")  # last: drawing sets the tick labels anew
-    axis.legend(frameon=False, loc="lower left")
-    figure.suptitle(title, parse_math=False)
-    sns.despine(figure)
+    with mpl.rc_context({"font.size": 9}):
+        width_in = _WIDTH_IN if model else 0.72 * _WIDTH_IN
+        figure = Figure(figsize=(width_in, 4.0), layout="constrained")
+        panels: Any = figure.subplots(1, 2 if model else 1, squeeze=False)
+        axis: Axes = panels[0, 0]
+        axis.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
+        middle, low, high = (np.exp(np.percentile(log_psa, q, axis=0)) for q in (50, 16, 84))
+        color = sns.color_palette("colorblind")[0]
+        axis.loglog(
+            periods, middle, color=color, lw=2.0, label=f"median of {len(rotd50_g)} motions"
+        )
+        axis.loglog(periods, low, color=color, lw=1.0, ls="--", label="16 and 84 %")
+        axis.loglog(periods, high, color=color, lw=1.0, ls="--")
+        axis.set(xlabel="Period (s)", ylabel="RotD50 PSA, 5 % damping (g)")
+        axis.set_xlim(float(periods[0]), float(periods[-1]))
+        if model:
+            _draw_model(axis, panels[0, 1], periods, log_psa, model)
+        _grid(axis, "0.92")  # last: drawing sets the tick labels anew
+        axis.legend(frameon=False, loc="lower left")
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10, parse_math=False)
+        sns.despine(figure)
     return figure
 
 
@@ -139,13 +145,13 @@ def _draw_model(
     )
     dispersion.semilogx(periods, log_psa.std(axis=0, ddof=1), color=blue, lw=2.0, label="motions")
     dispersion.semilogx(periods, sigma, color=orange, lw=1.6, label=name)
-    dispersion.set(xlabel="period (s)", ylabel="standard deviation of ln PSA", ylim=(0.0, 1.0))
+    dispersion.set(xlabel="Period (s)", ylabel="standard deviation of ln PSA", ylim=(0.0, 1.0))
     dispersion.set_xlim(float(periods[0]), float(periods[-1]))
     _grid(dispersion, "0.92")
     dispersion.legend(frameon=False, loc="lower left")
 
 
 def _grid(axis: Axes, grey: str) -> None:
+    plain_log_ticks(axis.xaxis)
     axis.grid(visible=True, which="both", color=grey, lw=0.5)
-    axis.xaxis.set_major_formatter("{x:g}")
     axis.yaxis.set_major_formatter("{x:g}")

@@ -76,7 +76,7 @@ def _panel(axes: Axes, change: Any, part: pd.DataFrame) -> None:
         mark = "o" if abs(value) <= _REACH else ">" if value > 0.0 else "<"
         axes.plot(shown, y, mark, color=colour, mec="#555555", mew=0.6, ms=5.5, clip_on=False)
         axes.text(
-            1.02,
+            1.05,
             y,
             change_text(item),
             transform=axes.get_yaxis_transform(),

@@ -1,6 +1,7 @@
 """Figures of one analysis, or of a few to compare, from their tables of histories."""
 
 from collections.abc import Mapping
+from itertools import chain
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -19,11 +20,15 @@ from skewbridge.fragility.tables.frequency_content import (
     mean_period_s,
 )
 from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
-from skewbridge.units import MM
+from skewbridge.units import KN, MM, MN
 
 _LINE: Final = 0.9
-_LOOP: Final = 0.6
 _COLOURS: Final = sns.color_palette("colorblind")
+#: Lines of runs on top of each other: the first is wide and light, so that it shows below.
+_OVERLAID: Final[tuple[dict[str, Any], ...]] = (
+    {"color": "#7db8dc", "lw": 1.8},
+    *({"color": colour, "lw": 0.7} for colour in ("#a34700", *_COLOURS[2:])),
+)
 SPECTRA: Final = {
     "deck_ux_m": "longitudinal (m s)",
     "deck_uy_m": "transverse (m s)",
@@ -60,8 +65,8 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
             ("deck_rot_rad", 1e-3, "Rotation (mrad)"),
         )
         for axis, (column, unit, text) in zip(axes, quantities, strict=True):
-            for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
-                axis.plot(table["t_s"], table[column] / unit, lw=_LINE, color=colour, label=name)
+            for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+                axis.plot(table["t_s"], table[column] / unit, label=name, **look)
             axis.axhline(0.0, color="0.4", lw=0.5)
             axis.set_ylabel(text)
         axes[-1].set_xlabel("Time (s)")
@@ -72,44 +77,46 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw what the left abutment does to the deck against the displacement, runs overlaid.
 
-    The whole force along and across the bridge; where there are contacts also the normal forces of
-    backwall and shear keys alone.
+    A row each for the whole force and for the pads alone, along and across the bridge; where there
+    are contacts another for the normal forces of backwall and shear keys alone.
     """
     names = contact_names(next(iter(runs.values())))
-    walls, keys = (
-        [name for name in names if f"_left_{part}" in name] for part in ("backwall", "key")
-    )
+    rows = [
+        [
+            (f"{text}, {way}", direction, [f"abutment_left_{column}{direction}_kn"])
+            for way, direction in (("longitudinal", "x"), ("transverse", "y"))
+        ]
+        for text, column in (("All of the abutment", ""), ("Pads alone", "pads_"))
+    ]
+    if names:
+        rows.append(
+            [
+                (f"{text} alone, normal force", direction, _normals(names, part))
+                for text, direction, part in (
+                    ("Backwall", "x", "backwall"),
+                    ("Shear keys", "y", "key"),
+                )
+            ]
+        )
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 5.8 if names else 3.1), layout="constrained")
-        axes = figure.subplots(2 if names else 1, 2, squeeze=False)
-        for axis, direction, text in zip(
-            axes[0], "xy", ("longitudinal", "transverse"), strict=True
-        ):
-            axis.set_title(f"All of the abutment, {text}", loc="left", fontsize=9)
-            for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
-                force_kn = table[f"abutment_left_{direction}_kn"]
-                _loops(axis, table, direction, force_kn, color=colour, label=name)
-        if names:
-            for axis, direction, parts, text in zip(
-                axes[1], "xy", (walls, keys), ("Backwall", "Shear keys"), strict=True
-            ):
-                axis.set_title(f"{text} alone, normal force", loc="left", fontsize=9)
-                for colour, (name, table) in zip(_COLOURS, runs.items(), strict=False):
-                    force_kn = table[[f"{part}_normal_kn" for part in parts]].sum(axis=1)
-                    _loops(axis, table, direction, force_kn, color=colour, label=name)
-        for axis in axes.flat:
+        figure = Figure(figsize=(7.2, 2.5 * len(rows) + 0.7), layout="constrained")
+        axes = figure.subplots(len(rows), 2, squeeze=False, sharex="col")
+        for axis, (text, direction, columns) in zip(axes.flat, chain(*rows), strict=True):
+            axis.set_title(text, loc="left", fontsize=9)
             axis.set_ylabel("Force (MN)")
+            for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+                disp_mm = table[f"abutment_left_{direction}_m"] / MM
+                force_mn = table[columns].sum(axis=1) * KN / MN
+                axis.plot(disp_mm, force_mn, label=name, **look)
         for axis, text in zip(axes[-1], ("longitudinal", "transverse"), strict=True):
             axis.set_xlabel(f"Deck end, {text} (mm)")
         _name_runs(figure, axes[0][0], list(runs))
     return figure
 
 
-def _loops(
-    axis: Axes, table: pd.DataFrame, direction: str, force_kn: pd.Series, **line: Any
-) -> None:
-    disp_mm = table[f"abutment_left_{direction}_m"] / MM
-    axis.plot(disp_mm, force_kn / 1e3, lw=_LOOP, alpha=0.8, **line)
+def _normals(names: list[str], part: str) -> list[str]:
+    """Return the columns of the normal forces of one part of the left abutment."""
+    return [f"{name}_normal_kn" for name in names if f"_left_{part}" in name]
 
 
 def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
@@ -125,7 +132,6 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     if len(names) < 2 or not columns:
         return note("Frequency content needs two histories in which the deck moves")
     grid = np.geomspace(DEFAULT_BAND_HZ[0] * 1.2, DEFAULT_BAND_HZ[1] / 1.2, 160)
-    colours = sns.color_palette("colorblind", len(names))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.9 * len(columns) + 0.6, 4.2), layout="constrained")
         panels = figure.subplots(
@@ -133,20 +139,20 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
         )
         first = runs[names[0]]
         for (top, bottom), column in zip(panels.T, columns, strict=True):
-            for name, colour in zip(names, colours, strict=True):
+            for name, look in zip(names, _OVERLAID, strict=False):
                 table = runs[name]
                 dt_s = float(table["t_s"].iloc[1] - table["t_s"].iloc[0])
                 values = table[column].to_numpy(dtype=np.float64)
                 f, amplitude = fourier_amplitude(values, dt_s)
                 period_s = mean_period_s(values, dt_s)
                 text = f"{name}, $T_m$ = {period_s:.2f} s"
-                top.plot(grid, konno_ohmachi(f, amplitude, grid), color=colour, label=text)
+                top.plot(grid, konno_ohmachi(f, amplitude, grid), label=text, **look)
                 if name == names[0]:
                     continue
                 size = min(values.size, len(first))
                 reference = first[column].to_numpy(dtype=np.float64)[:size]
                 ratio = fourier_ratio(values[:size], reference, dt_s, grid)
-                bottom.plot(grid, ratio, color=colour)
+                bottom.plot(grid, ratio, **look)
             top.set_title(f"Deck, {SPECTRA[column]}", loc="left", fontsize=9)
             top.set_yscale("log")
             top.legend(fontsize=7, loc="lower left")

@@ -8,9 +8,8 @@ from inspect import signature
 from itertools import groupby, product
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-import matplotlib as mpl
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
@@ -32,18 +31,15 @@ from skewbridge.report.figure_cases import (
     effect_cases,
     pair_cases,
 )
+from skewbridge.report.figure_files import Drawing, save_figure
 from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.pooled_effect_figure import pooled_effects
 from skewbridge.report.run_figures import displacement_figure, frequency_figure, hysteresis_figure
+from skewbridge.study.figure_settings import FigureSettings
 from skewbridge.study.friction_pair import read_friction_pair
 from skewbridge.variant.abutments import ABUTMENTS
-
-PNG_DPI: Final = 300
-#: Texts of an SVG file stay texts, which can be searched and edited.
-_SAVED: Final[Any] = {"svg.fonttype": "none"}
-type Drawing = Callable[[], Figure]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,8 +139,8 @@ STUDY_FIGURES: Final = (
         section=HISTORIES,
         title="Abutment without and with friction: {place}",
         text="Left abutment: all that it does to the deck (backwall, keys and pads) along and "
-        "across the bridge, and the contact forces of backwall and shear keys alone, against the "
-        "displacement of the deck end.",
+        "across the bridge, the pads alone, and the normal contact forces of backwall and shear "
+        "keys alone, against the displacement of the deck end.",
         draw=hysteresis_figure,
         cases=pair_cases,
     ),
@@ -179,6 +175,7 @@ def draw_study(
     *,
     folder: Path,
     captions: Path,
+    settings: FigureSettings,
     choices: Path | None = None,
     n_jobs: int = 1,
 ) -> None:
@@ -188,29 +185,32 @@ def draw_study(
         paths: Files by name: demands, curves, effects, suite, friction_pair.
         folder: Where the figures go.
         captions: JSON file of what the report says of them.
+        settings: Width and font.
         choices: Table of modelling choices, where there is one.
         n_jobs: Processes that draw.
     """
-    tables = StudyTables(
-        **{name: read_frame(paths[name]) for name in ("demands", "curves", "effects")},
-        suite=read_suite(paths["suite"]),
-        pair=read_friction_pair(paths["friction_pair"]),
-        choices=None if choices is None else read_frame(choices),
-    )
     folder.mkdir(parents=True, exist_ok=True)
-    figures = list(study_figures(tables))
+    figures = list(study_figures(read_tables(paths, choices)))
     Parallel(n_jobs=n_jobs, backend="loky")(
-        delayed(_save)(draw, folder, caption.name) for caption, draw in figures
+        delayed(save_figure)(draw, settings, folder, caption.name) for caption, draw in figures
     )
     said = {"figures": [asdict(caption) for caption, _ in figures]}
     write_text(captions, json.dumps(said, indent=1))
 
 
-def _save(draw: Drawing, folder: Path, name: str) -> None:
-    figure = draw()
-    with mpl.rc_context(_SAVED):
-        for ending in ("svg", "png"):
-            figure.savefig(folder / f"{name}.{ending}", dpi=PNG_DPI, bbox_inches="tight")
+def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> StudyTables:
+    """Read what the figures of a study are drawn from.
+
+    Args:
+        paths: Files by name: demands, curves, effects, suite, friction_pair.
+        choices: Table of modelling choices, where there is one.
+    """
+    return StudyTables(
+        **{name: read_frame(paths[name]) for name in ("demands", "curves", "effects")},
+        suite=read_suite(paths["suite"]),
+        pair=read_friction_pair(paths["friction_pair"]),
+        choices=None if choices is None else read_frame(choices),
+    )
 
 
 def read_captions(path: Path) -> list[Caption]:

@@ -13,6 +13,7 @@ from skewbridge.analysis.suspect import SuspectLimits
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.settings import MotionsConfig
 from skewbridge.reading import FileName, Number, Whole, checked, merged, read_mapping
+from skewbridge.study.figure_settings import FigureSettings
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
@@ -111,6 +112,7 @@ class StudyConfig(BaseModel):
         le=1.0,
         description="largest share of analyses without a usable result that passes the checks",
     )
+    figures: FigureSettings = Field(default_factory=FigureSettings)
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)
     batches: BatchesConfig = Field(default_factory=BatchesConfig)
 

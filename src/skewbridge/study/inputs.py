@@ -11,11 +11,12 @@ from skewbridge.motions.content import content_digest
 from skewbridge.reading import shortened
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig
+from skewbridge.study.figure_settings import check_font
 from skewbridge.variant.grid import expand_grid
 
 
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
-    """Read bridges, motions and limit states of a study, and look up the columns that it names.
+    """Read bridges, motions and limit states of a study, look up columns and fonts that it names.
 
     Args:
         config: The configuration.
@@ -38,6 +39,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     if config.motions.design == "ida":
         attempt(lambda: _check_ida_demand(config.motions.ida_demand))
     attempt(lambda: _check_limit_states(Path(config.fragility.limit_states)))
+    attempt(lambda: check_font(config.figures.font))
     attempt(lambda: motions_digest(config, cache))
     attempt(lambda: chosen_variants(expand_grid(config.grid), config.modelling_choices.variants))
     raise_all(faults)

@@ -138,11 +138,12 @@ class StudyProgress:
         eta = f", {left / self.rate_per_min:.0f} min left" if self._new and left else ""
         # a bar in a terminal says the same
         (progress_logger if self._bar.disable else logger).info(
-            "%s: %d of %d analyses done, %.1f per minute%s",
+            "%s: %d of %d analyses done%s%s%s",
             self._name,
             self._state.analyses - left,
             self._state.analyses,
-            self.rate_per_min,
+            f" ({self._state.done} of them before)" if self._state.done else "",
+            f", {self.rate_per_min:.1f} per minute" if self._new else "",
             eta,
         )
 

@@ -1,5 +1,6 @@
 """The tables of a study as data frames that tell their units and where they come from."""
 
+import re
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,20 +8,23 @@ from typing import Final
 
 import pandas as pd
 
+from skewbridge.demands.columns import unit_of
 from skewbridge.errors import InputError
 from skewbridge.provenance.tables import frame_of, read_table, texts_of
 
 #: What must be equal in all tables of one study.
 _OF_THE_STUDY: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
 _UNIT: Final = b"unit"
+#: Columns of a table of fits that are values of its intensity measure.
+_MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Results:
     """What a study found.
 
-    Every frame has ``attrs["units"]``, units by column where the table tells them, and
-    ``attrs["provenance"]``, texts by name.
+    Every frame has ``attrs["units"]``, units by column, ratios and words left out, and
+    ``attrs["provenance"]``, texts by name. Medians have the unit of their intensity measure.
 
     Attributes:
         folder: Of the study.
@@ -66,11 +70,13 @@ def demands_file(folder: Path) -> Path:
 def _frame(path: Path) -> pd.DataFrame:
     table = read_table(path)
     schema, frame = table.schema, frame_of(table)
-    frame.attrs["units"] = {
-        name: unit.decode()
-        for name in schema.names
-        if (unit := (schema.field(name).metadata or {}).get(_UNIT))
-    }
+    told = {name: (schema.field(name).metadata or {}).get(_UNIT, b"") for name in schema.names}
+    units = {name: unit.decode() or unit_of(name) for name, unit in told.items()}
+    measures = {unit_of(str(name)) for name in frame["im"].dropna()} if "im" in frame else set()
+    if len(measures) == 1:
+        of_measure = measures.pop()
+        units |= {name: of_measure for name in units if _MEDIAN.fullmatch(name)}
+    frame.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     frame.attrs["provenance"] = texts_of(schema)
     return frame
 

@@ -69,7 +69,8 @@ def _joint_table(results: Path) -> pd.DataFrame:
         if (results / name).is_file():
             return read_frame(results / name)
     raise InputError(
-        f"{results} has neither {' nor '.join(_PLACES)}: run the study, or skewbridge statistics",
+        f"{results} has neither {' nor '.join(_PLACES)}: run the study, or skewbridge statistics, "
+        "or name another folder (--results)",
         file=str(results),
     )
 

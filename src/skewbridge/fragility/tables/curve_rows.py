@@ -32,7 +32,7 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "theta_high": "upper end of the interval of theta; infinity is unbounded",
     "beta_low": "lower end of the interval of beta",
     "beta_high": "upper end of the interval of beta",
-    "ci_method": "fieller | profile | record_bootstrap",
+    "ci_method": "fieller | profile | record_bootstrap | wald (method ordered)",
     "level": "confidence level of the intervals",
     "loglik": "log-likelihood at the maximum",
     "warnings": "names separated by semicolons",

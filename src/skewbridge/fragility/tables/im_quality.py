@@ -67,7 +67,8 @@ def rank_measures(
         im = table[name].to_numpy(dtype=np.float64)
         bad = int(np.sum(~(im > 0.0)))
         if bad or np.ptp(im) == 0.0:
-            rows.append({"im": name, "status": NON_POSITIVE if bad else existence.SINGLE_LEVEL})
+            reason = NON_POSITIVE if bad else existence.SINGLE_LEVEL
+            rows.append({"im": name, "status": reason, "proficiency": np.nan})
             continue
         x = np.log(im)
         line = fit_line(x, y)

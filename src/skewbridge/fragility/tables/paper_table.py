@@ -24,6 +24,7 @@ PAPER_COLUMNS: Final[dict[str, str]] = {
     "bridge": "catalogue entry",
     "abutment": "abutment model",
     "row": "name of the variant, or joint (the joint model in the middle of the box)",
+    **{axis.name: f"{axis.label.lower()} of the variant; none of a joint model" for axis in AXES},
     "component": "component of the limit state",
     "limit_state": "degree of damage",
     "im": "intensity measure",
@@ -129,7 +130,7 @@ def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
             "variant": " ".join(str(row[name]) for name in (*BRIDGE_COLUMNS, "row"))
             if row["row"] == JOINT
             else str(row["row"]),
-            "state": f"{row['component']}, {row['limit_state']}",
+            "state": f"{row['component']}, {row['limit_state']}".replace("_", " "),
             "theta": _with_interval([row[f"theta{end}"] for end in _ENDS]),
             "total": _number(row["beta_total"]),
             "beta": _number(row["beta"]),
@@ -160,6 +161,7 @@ def latex_table(table: pd.DataFrame) -> str:
     units = ", ".join(sorted(set(table["im"].astype(str))))
     return "\n".join(
         [
+            r"% needs \usepackage{booktabs,longtable}",
             f"% medians in {units}; ratios of medians to the smallest value of each axis",
             "% beta_total: dispersion of the curve, with that of the capacity;",
             "% beta_records: record-to-record",

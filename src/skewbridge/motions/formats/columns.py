@@ -29,8 +29,8 @@ _PROBE_LINES: Final = 8
 _ROW = re.compile(rf"\s*(?P<time>{FLOAT})(?:(?:\s*[,;]\s*|\s+){FLOAT})+\s*[,;]?\s*")
 _SEPARATOR = re.compile(r"[\s,;]+")
 _UNITS: Final = (
-    (re.compile(r"cm\s*/\s*s|\bgals?\b|_cmps2\b|_gal\b", re.IGNORECASE), "cm/s2"),
-    (re.compile(r"m\s*/\s*s|_mps2\b", re.IGNORECASE), "m/s2"),
+    (re.compile(r"cm\s*/\s*s|cm_s_?2\b|\bgals?\b|_cmps2\b|_gal\b", re.IGNORECASE), "cm/s2"),
+    (re.compile(r"m\s*/\s*s|m_s_?2\b|_mps2\b", re.IGNORECASE), "m/s2"),
     (re.compile(r"\bg\b|_g\b", re.IGNORECASE), "g"),
 )
 

@@ -62,7 +62,10 @@ def read(lines: list[str], path: Path, given: Given) -> Trace:
     found = _sizes(lines)
     if found is None:
         if not any(re.search(r"[A-Za-z]{3}", line[:HEADER_WIDTH]) for line in lines[:HEADER_LINES]):
-            raise InputError(f"{path.name}: no header with NPTS and DT, give dt", file=str(path))
+            raise InputError(
+                f"{path.name}: no header with NPTS and DT: name it .acc and give dt_s",
+                file=str(path),
+            )
         raise InputError(f"{path.name}: no NPTS and DT in the header", file=str(path))
     row, npts, dt_header_s = found
     header = [line[:HEADER_WIDTH] for line in lines[:row]]

@@ -26,27 +26,35 @@ class DtMissingError(InputError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """What the caller or the index knows about a file; it goes before the file's own word.
+    """What the caller or the index knows about a file.
 
     Attributes:
-        dt_s: Time step in s.
-        unit: One of ``g``, ``cm/s2``, ``m/s2``; other common spellings are taken as these.
+        dt_s: Time step in s; goes before the file's own word.
+        unit: One of ``g``, ``cm/s2``, ``m/s2``; other common spellings are taken as these. Goes
+            before the file's own word.
         channel: Which channel of a file with several, counted from 1.
+        dt_s_if_missing: Time step in s of a file that does not say it.
+        unit_if_missing: Unit of a file that does not say it.
     """
 
     dt_s: float | None = None
     unit: str | None = None
     channel: int | None = None
+    dt_s_if_missing: float | None = None
+    unit_if_missing: str | None = None
 
     def __post_init__(self) -> None:
-        if self.unit is not None:
-            unit = self.unit.strip().lower()
-            object.__setattr__(self, "unit", _SPELLINGS.get(unit, unit))
-        if self.unit is not None and self.unit not in UNIT_FACTORS:
-            known = ", ".join(UNIT_FACTORS)
-            raise InputError(f"unit must be one of {known}, got {self.unit!r}")
-        if self.dt_s is not None and not (np.isfinite(self.dt_s) and self.dt_s > 0.0):
-            raise InputError(f"dt_s must be positive, got {self.dt_s}")
+        for name in ("unit", "unit_if_missing"):
+            said = getattr(self, name)
+            if said is None:
+                continue
+            unit = _SPELLINGS.get(said.strip().lower(), said.strip().lower())
+            if unit not in UNIT_FACTORS:
+                raise InputError(f"unit must be one of {', '.join(UNIT_FACTORS)}, got {unit!r}")
+            object.__setattr__(self, name, unit)
+        for dt_s in (self.dt_s, self.dt_s_if_missing):
+            if dt_s is not None and not (np.isfinite(dt_s) and dt_s > 0.0):
+                raise InputError(f"dt_s must be positive, got {dt_s}")
         if self.channel is not None and self.channel < 1:
             raise InputError(f"channel must be 1 or more, got {self.channel}")
 
@@ -88,13 +96,20 @@ class Trace:
 
 
 def unit_of(given: Given, in_file: str | None) -> tuple[str, list[str]]:
-    """Return the unit to use and what to say about it; the caller's unit goes first, then g."""
+    """Return the unit to use and what to say about it.
+
+    The first of: the one that goes before the file's word, that of the file, that for files
+    without one, g.
+    """
     if given.unit is not None:
         clash = in_file is not None and in_file != given.unit
         note = f"unit {given.unit} as given" + (f", the header says {in_file}" if clash else "")
         return given.unit, [note] if clash or in_file is None else []
     if in_file is not None:
-        return in_file, []
+        clash = given.unit_if_missing not in {None, in_file}
+        return in_file, [f"unit {in_file} as the header says"] if clash else []
+    if given.unit_if_missing is not None:
+        return given.unit_if_missing, [f"unit {given.unit_if_missing} as given"]
     return DEFAULT_UNIT, [f"no unit in the file: {DEFAULT_UNIT} taken"]
 
 
@@ -107,12 +122,14 @@ def dt_of(given: Given, in_file: float | None, path: Path) -> tuple[float, list[
     if given.dt_s is not None:
         clash = in_file is not None and abs(in_file / given.dt_s - 1.0) > 1.0e-6
         return given.dt_s, [f"dt {given.dt_s} s as given, the file says {in_file}"] if clash else []
-    if in_file is None:
-        raise DtMissingError(
-            f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)",
-            file=str(path),
-        )
-    return in_file, []
+    if in_file is not None:
+        return in_file, []
+    if given.dt_s_if_missing is not None:
+        return given.dt_s_if_missing, []
+    raise DtMissingError(
+        f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)",
+        file=str(path),
+    )
 
 
 def channel_of(given: Given, count: int, path: Path) -> int:

@@ -32,6 +32,8 @@ _REACH: Final = (0.4, 2.5)
 _TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
 _TICK_ROOM: Final = 30.0
 _ORDER: Final = (LOWER, HIGHER, DETECTABLE, UNDECIDED, NEGLIGIBLE)
+#: Undecided because there is no number at all, not because its interval is wide.
+_NO_ESTIMATE: Final = "no_estimate"
 
 
 def model_name(bridge: object, abutment: object) -> str:
@@ -94,7 +96,8 @@ def _claim(rows: pd.DataFrame, kind: str, models: dict[tuple[str, str], str]) ->
     """Return what is said of the rows of one axis that have the leading verdict."""
     if kind == UNDECIDED:
         names = _listed(dict.fromkeys(plain_name(each) for each in rows["demand"]))
-        return f"is not decided for {names} by {rows['n_motions'].max():g} motions"
+        count = rows["n_motions"].max()
+        return f"is not decided for {names} by {count:g} motion{'s' if count > 1 else ''}"
     size = rows["ratio"].map(np.log).abs()
     if size.isna().all():
         return f"changes {_listed(map(plain_name, rows['demand']))}"
@@ -139,14 +142,17 @@ def cards(pooled: pd.DataFrame, needed: pd.DataFrame) -> list[dict[str, Any]]:
 def _sentence(rows: pd.DataFrame) -> str:
     """Return the effects of one axis on one model in words, grouped by verdict."""
     said: list[str] = []
+    estimated = rows[["ratio", "difference"]].notna().any(axis=1)
+    verdicts = rows["verdict"].where(estimated | (rows["verdict"] != UNDECIDED), _NO_ESTIMATE)
     for verdict, start in (
         (LOWER, "Lowers {}."),
         (HIGHER, "Raises {}."),
         (DETECTABLE, "Direction known, size against the margin not: {}."),
         (UNDECIDED, "More motions needed for {}."),
+        (_NO_ESTIMATE, "No estimate for {}: too few motions are complete on both sides."),
         (NEGLIGIBLE, "No change by more than {margin}: {}."),
     ):
-        own = rows[rows["verdict"] == verdict]
+        own = rows[verdicts == verdict]
         if own.empty:
             continue
         detail = verdict in (LOWER, HIGHER, DETECTABLE, UNDECIDED)

@@ -19,15 +19,19 @@ from skewbridge.report.choice_figures import choice_findings, choices_left_out
 from skewbridge.report.figure_cases import CHOICES, CLOUDS, CURVES, EFFECTS, HISTORIES, MOTIONS
 from skewbridge.report.html import statements
 from skewbridge.report.html.answer import cards, model_name, title_of
+from skewbridge.report.html.detail_rows import factor_rows, measure_rows, system_rows
 from skewbridge.report.html.explorer import explorer_data, library
 from skewbridge.report.html.paper_rows import fit_counts, paper_rows, states_out_of_reach
 from skewbridge.report.html.pictures import pictures_of
 from skewbridge.report.html.verdict_cells import verdict_maps
+from skewbridge.report.methods import STATE_HEADS, methods_of
 from skewbridge.report.study_figures import read_captions
 from skewbridge.report.verdict_style import LEGEND, STYLES, margin_text
 from skewbridge.statuses import STATUSES
+from skewbridge.study.config import parse_config
 
-_SECTIONS: Final = (CURVES, CLOUDS, EFFECTS, CHOICES, HISTORIES, MOTIONS)
+#: In the order of the page.
+_SECTIONS: Final = (CURVES, CLOUDS, EFFECTS, CHOICES, MOTIONS, HISTORIES)
 
 
 def write_report(
@@ -42,7 +46,7 @@ def write_report(
 
     Args:
         tables: Paths by name: demands, curves, medians, system, measures, joint, effects,
-            needed_motions, factors, gate, sensitivity, checks, captions.
+            needed_motions, factors, gate, sensitivity, suite, checks, captions.
         figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
@@ -79,15 +83,17 @@ def write_report(
         friction_excess=statements.friction_excess(demands),
         suspects=statements.suspect_line(demands, excluded=config["fragility"]["exclude_suspect"]),
         checks=checks,
+        methods=methods_of(parse_config(config), frames["suite"]),
+        state_heads=STATE_HEADS,
         sensitivity_line=statements.sensitivity_line(frames["sensitivity"]),
         cpu_h=float(demands["cpu_s"].sum()) / 3600.0,
         choices=[] if choices is None else _choices(read_frame(choices)),
         config=yaml.safe_dump(dict(config), sort_keys=False),
+        system=system_rows(frames["system"]),
+        measures=measure_rows(frames["measures"]),
+        factors=factor_rows(frames["factors"]),
         provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-        **{
-            name: frames[name].to_dict("records")
-            for name in ("factors", "system", "measures", "gate", "sensitivity")
-        },
+        **{name: frames[name].to_dict("records") for name in ("gate", "sensitivity")},
     )
     write_text(output, page)
 

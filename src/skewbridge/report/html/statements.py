@@ -17,7 +17,7 @@ from skewbridge.variant.axes import axes_of
 
 def plain_label(column: str) -> str:
     """Return the label of a column without the marks of its formula."""
-    return re.sub(r"\$|\\mathrm|[{}_]", "", label_of(column))
+    return re.sub(r"\$|\\mathrm|[{}_]", "", label_of(column).replace(r"\,", " "))
 
 
 def subtitle(demands: pd.DataFrame, im: str) -> str:
@@ -30,10 +30,12 @@ def subtitle(demands: pd.DataFrame, im: str) -> str:
         if (values := sorted(demands[axis.name].unique()))
     ]
     motions = demands["motion_id"].nunique()
+    low, high = demands["scale"].min(), demands["scale"].max()
+    scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
     reach = f"{demands[im].min():.2g} to {demands[im].max():.2g}"
     return (
         f"{bridges} with {models} abutments · {' × '.join(axes)} · "
-        f"{motions} motion{'s' if motions > 1 else ''}, {plain_label(im)} {reach}"
+        f"{motions} motion{'s' if motions > 1 else ''} {scaled}, {plain_label(im)} {reach}"
     )
 
 

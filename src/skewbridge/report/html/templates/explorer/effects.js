@@ -48,7 +48,7 @@
     const columns = unique(effects.map(title)), shown = columns.slice(0, MOST);
     const table = element("table", "", { class: "map" }), head = table.createTHead().insertRow(), body = table.createTBody();
     head.append(element("td", ""), ...shown.map((name) => element("th", name, { scope: "col" })));
-    const cells = new Map(effects.map((effect) => [effect.demand + "/" + title(effect), effect]));
+    const drawn = new Set(shown), cells = new Map(effects.filter((effect) => drawn.has(title(effect))).map((effect) => [effect.demand + "/" + title(effect), effect]));
     unique(effects.map((effect) => effect.demand)).forEach((demand) => {
       const line = body.insertRow();
       line.append(element("th", data.demands[demand].label, { scope: "row" }));

@@ -36,10 +36,12 @@
     return `${signed(by * asChange(effect, effect.low), unit).replace(" " + unit, "")} to ${signed(by * asChange(effect, effect.high), unit)}`;
   }
   function marginText(effects, factor, units) {
-    const told = effects.map((effect) => { const { unit, by } = shownUnit(effect, units); return `±${+(by * factor * effect.margin).toPrecision(3)} ${unit}`; });
+    const apart = new Map(effects.map((effect) => [effect.judged_by + effect.unit + effect.margin, effect]));
+    const told = [...apart.values()].map((effect) => { const { unit, by } = shownUnit(effect, units); return `±${+(by * factor * effect.margin).toPrecision(3)} ${unit}`; });
     return unique(told).join(", ");
   }
   const otherAxes = (effect) => data.axes.filter((axis, place) => axis.name !== effect.axis && effect.values && effect.values[place] !== null);
-  const placeText = (effect) => otherAxes(effect).map((axis) => textOf(axis, effect.values[axisAt[axis.name]], axis.named)).join(", ");
+  // where a pair stands; thousands are asked for at every move of a slider
+  const placeText = (effect) => (effect.place ??= otherAxes(effect).map((axis) => textOf(axis, effect.values[axisAt[axis.name]], axis.named)).join(", "));
   // the effects that are chosen: pooled over all variants, or those of the pairs at the chosen values
   const chosenEffects = (chosen) => data.effects.filter((effect) => data.models[effect.model] === chosen.model && (chosen.scope === "pooled" ? !effect.values : effect.values && matches(effect.values, chosen, effect.axis)));

@@ -1,0 +1,156 @@
+"""Figures in files for a paper: width, font, one alone."""
+
+import json
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from typer.testing import CliRunner
+
+from fragility_tables import IM, synthetic_demands
+from skewbridge.cli import build_app
+from skewbridge.fragility.tables.curves import fit_study
+from skewbridge.fragility.tables.effects import paired_effects
+from skewbridge.fragility.tables.limit_states import limit_states_of
+from skewbridge.provenance.tables import write_frame
+from skewbridge.report.figure_files import save_figure
+from skewbridge.study.figure_settings import FigureSettings
+from skewbridge.study.starter import write_starter
+
+RUNNER = CliRunner()
+STATE = {
+    "component": "column_drift", "demand": "column_drift_ratio", "unit": "ratio",
+    "dispersion": 0.3, "citation": "made up", "states": {"slight": 0.01},
+}  # fmt: skip
+PT_PER_MM = 72 / 25.4
+
+
+def drawn():
+    figure = Figure(figsize=(6.0, 3.0), layout="constrained")
+    axes = figure.subplots()
+    axes.set_xlabel("Intensity (g)", fontsize=9)
+    return figure
+
+
+def saved(folder, **settings):
+    folder.mkdir(exist_ok=True)
+    vector, pixels = save_figure(drawn, FigureSettings(**settings), folder, "one")
+    return vector.read_text("utf-8"), imread(pixels)
+
+
+def size_pt(svg):
+    return [
+        float(size) for size in re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', svg).groups()
+    ]
+
+
+def label_pt(svg):
+    """Return the size that the label of the axis has on paper."""
+    box = [float(x) for x in re.search(r'viewBox="([^"]+)"', svg)[1].split()]
+    shown = re.search(r"<text[^>]*font-size: ([\d.]+)px[^>]*>Intensity", svg)[1]
+    return float(shown) * size_pt(svg)[0] / box[2]
+
+
+@pytest.mark.parametrize(("width_mm", "font_size_pt"), [(150.0, 9.0), (150.0, 7.0), (250.0, 12.0)])
+def test_a_file_has_the_width_and_its_labels_the_size(tmp_path, width_mm, font_size_pt):
+    svg, pixels = saved(tmp_path, width_mm=width_mm, font_size_pt=font_size_pt)
+    assert size_pt(svg)[0] == pytest.approx(width_mm * PT_PER_MM, rel=1e-4)
+    assert pixels.shape[1] == pytest.approx(width_mm / 25.4 * 300, abs=2)
+    assert label_pt(svg) == pytest.approx(font_size_pt, rel=1e-3)
+
+
+def test_a_figure_that_does_not_fit_is_reduced_as_a_whole(tmp_path):
+    svg, pixels = saved(tmp_path, width_mm=60.0)
+    assert size_pt(svg)[0] == pytest.approx(60.0 * PT_PER_MM, rel=1e-4)
+    assert pixels.shape[1] == pytest.approx(60.0 / 25.4 * 300, abs=2)
+    assert label_pt(svg) == pytest.approx(9.0 * 60.0 / 25.4 / (0.8 * 6.0), rel=1e-3)
+
+
+def test_texts_have_the_chosen_font(tmp_path):
+    svg, _ = saved(tmp_path, font="STIXGeneral")
+    assert "STIXGeneral" in re.search(r"<text[^>]*>Intensity", svg)[0]
+    assert "STIXGeneral" not in saved(tmp_path)[0]
+
+
+def test_equal_figures_are_equal_files(tmp_path):
+    first, second = saved(tmp_path / "a", width_mm=85.0), saved(tmp_path / "b", width_mm=85.0)
+    assert first[0] == second[0]
+    np.testing.assert_array_equal(first[1], second[1])
+
+
+@pytest.fixture(name="study")
+def _study(tmp_path, monkeypatch):
+    """Make the tables of a finished study with figures of 100 mm."""
+    write_starter(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.yaml").write_text("results: own\nfigures: {width_mm: 100}\n")
+    demands = synthetic_demands(skews=(0, 30), gaps=(25,))
+    tables = {
+        "demands": demands,
+        "fragility/curves": fit_study(demands, limit_states_of([STATE]), IM),
+        "fragility/effects": paired_effects(demands),
+        "friction_pair": pd.DataFrame(),
+        "motions/suite": pd.DataFrame(),
+    }
+    for name, table in tables.items():
+        path = tmp_path / "own" / f"{name}.parquet"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_frame(table, path, {})
+    monkeypatch.setattr("skewbridge.report.study_figures.read_suite", lambda _: ())
+    return tmp_path
+
+
+def plot(*arguments):
+    return RUNNER.invoke(build_app(), ["plot", *arguments, "--config", "own.yaml"])
+
+
+def test_one_figure_is_drawn_alone_with_the_look_of_the_configuration(study):
+    done = plot("osb1_cf_curves_*", "--out", "paper", "--json")
+    assert done.exit_code == 0, done.stderr
+    names = ["paper/osb1_cf_curves_column_drift_cloud." + end for end in ("svg", "png")]
+    assert json.loads(done.stdout)["written"] == names
+    assert sorted(path.name for path in (study / "paper").iterdir()) == sorted(
+        name.removeprefix("paper/") for name in names
+    )
+    assert size_pt((study / names[0]).read_text("utf-8"))[0] == pytest.approx(
+        100 * PT_PER_MM, rel=1e-4
+    )
+
+
+def test_width_and_font_of_one_file_beat_the_configuration(study):
+    done = plot("osb1_cf_verdict_friction", "--width-mm", "80", "--font", "serif")
+    assert done.exit_code == 0, done.stderr
+    svg = (study / "osb1_cf_verdict_friction.svg").read_text("utf-8")
+    assert size_pt(svg)[0] == pytest.approx(80 * PT_PER_MM, rel=1e-4)
+    assert "serif" in re.search(r"<text[^>]*>", svg)[0]
+
+
+def test_without_a_name_all_are_listed(study):
+    rows = json.loads(plot("--json").stdout)["figures"]
+    assert {"osb1_cf_cloud_column_drift_ratio", "suite_spectra"} < {row["name"] for row in rows}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["osb1_cf_verdict_skew"], "among them are osb1_cf_verdict_skew_deg"),
+        (["suite_spectra", "--font", "STIXGenerl"], "(installed: STIXGeneral"),
+        (["suite_spectra", "--width-mm", "4"], "width_mm: must be greater than or equal to 40"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(study, arguments, message):
+    done = plot(*arguments)
+    assert done.exit_code == 2
+    assert message in done.stderr.replace("\n", " ")
+
+
+def test_an_unfinished_study_is_said(study):
+    (study / "own/fragility/curves.parquet").unlink()
+    done = plot("suite_spectra")
+    assert done.exit_code == 2
+    assert "curves.parquet is missing: run the study to its end first" in done.stderr.replace(
+        "\n", " "
+    )

@@ -1,0 +1,106 @@
+"""What stops a study before any analysis, and what the rules themselves must hold to."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from study_trees import ROOT, copy_sources
+
+from small_study import run
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the sources in which nothing has run."""
+    folder = tmp_path_factory.mktemp("refused") / "tree"
+    copy_sources(folder)
+    return folder
+
+
+def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
+    """Times do not count, so the parameters of a rule must tell of the rules that it reads from.
+
+    A part of the analyses has no parameters, because it is temporary; those of the plan tell of it.
+    """
+    text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
+    blocks = re.split(r"^rule (\w+):", text, flags=re.MULTILINE)[1:]
+    for name, block in zip(blocks[::2], blocks[1::2], strict=True):
+        inputs = set(re.findall(r"rules\.(\w+)\.output", block))
+        after = set(re.findall(r"rules\.(\w+)\b(?!\.)", block))
+        if name == "analyse":
+            assert "params" not in block
+            assert inputs == {"plan", "prepare_motions", "verify_contact"}
+            continue
+        only_first = {"verify_contact"} if name != "report" else set()
+        assert inputs - only_first == after, name
+    # Snakemake forgets a job behind one that runs if all that it reads of that one is ancient
+    assert "ancient(rules." not in text
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("grdi: {gap_mm: [25]}", "grdi: unknown key"),
+        ("grid: {skew_deg: [75]}", "grid.skew_deg.0: must be within -60..60, got 75"),
+        ("grid: {bridge: [osb7]}", "osb7"),
+        ("figures: {width_mm: 5}", "figures.width_mm: must be greater than or equal to 40, got 5"),
+        ("figures: {font: Nowhere Sans}", "figures.font must be sans-serif, serif, monospace or"),
+        ("results: Snakefile", "cannot write to the folder 'Snakefile'"),
+        ("motions: {folder: nowhere}", "motions folder nowhere does not exist"),
+    ],
+)
+def test_bad_configuration_stops_before_any_work(tree: Path, override: str, words: str) -> None:
+    done = run(tree, "-n", over=override, check=False)
+    assert done.returncode != 0
+    assert words in done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_a_configuration_that_is_not_there_is_named() -> None:
+    command = ["bash", "workflow/study.sh", "no_folder", "1", "config/nowhere.yaml"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "study: there is no configuration config/nowhere.yaml\n"
+
+
+@pytest.mark.parametrize("fault", ["missing", "nan", "dt"])
+def test_a_faulty_motion_stops_the_study_before_any_analysis(
+    tree: Path, tmp_path: Path, fault: str
+) -> None:
+    folder = tmp_path / "records"
+    folder.mkdir()
+    first, second = sorted((ROOT / "motions").rglob("*.AT2"))[:2]
+    for path in (first, second):
+        shutil.copy(path, folder)
+    text = (folder / second.name).read_text()
+    if fault == "missing":
+        (folder / second.name).unlink()
+    elif fault == "nan":
+        head, _, _ = text.rstrip().rpartition(" ")
+        (folder / second.name).write_text(f"{head} NaN\n")
+    else:
+        (folder / second.name).write_text(text.replace("DT=", "DT=  1", 1))
+    done = run(
+        tree,
+        "--until",
+        "prepare_motions",
+        over=f"motions: {{folder: {folder}, count: 1}}",
+        check=False,
+    )
+    assert done.returncode != 0
+    assert second.name in done.stdout + done.stderr or first.name in done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+def test_the_workflow_passes_the_linter_but_for_environments(tree: Path) -> None:
+    """One environment for all rules is the project's choice: made by `make setup`, locked."""
+    done = run(tree, "--lint", check=False)
+    findings = [
+        line.strip()
+        for line in (done.stdout + done.stderr).splitlines()
+        if line.startswith("    * ")
+    ]
+    allowed = "Specify a conda environment or container for each rule"
+    assert [finding for finding in findings if allowed not in finding] == []
