@@ -41,7 +41,8 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, {"verify_contact"}),
     "motions/settings.py": ({"prepare_motions", *ANALYSING}, {ANALYSES, *FITS}),
     "fragility/settings.py": (FITS, {ANALYSES, *ANALYSING, "prepare_motions"}),
-    "study/config.py": (set(), ALL),
+    # the methods in the page are written from the whole configuration
+    "study/config.py": ({"report"}, ALL - {"report"}),
     "motions/record.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, FITS),
     "motions/formats/peer_at2.py": ({"prepare_motions"}, {ANALYSES, *FITS}),
     # motions without files are made when a suite is prepared, and in the paper's studies
