@@ -40,7 +40,12 @@ def efficiency(*, jobs: int = 20, job_minutes: float = 2.0) -> dict[str, Any]:
         for part in ("Snakefile", "workflow", "src", "config", "motions"):
             (folder / part).symlink_to(ROOT / part)
         study = {
-            "grid": {"skew_deg": SKEWS_DEG, "gap_mm": GAPS_MM, "friction": [0.5]},
+            "grid": {
+                "bridge": ["osb1"],
+                "skew_deg": SKEWS_DEG,
+                "gap_mm": GAPS_MM,
+                "friction": [0.5],
+            },
             "motions": {"count": motions},
             "batches": {"cpu_hours": variants * motions * CPU_S / 3600 / jobs},
         }
