@@ -44,6 +44,8 @@ def test_print_cuts_nothing_off_and_leaves_the_explorer_out(opened):
     heights = page.eval_on_selector_all("tr", "all => all.map(row => row.clientHeight)")
     assert max(heights) < 120  # no column so narrow that a row fills the page
     assert not page.is_visible("#explore")
+    # printing loads the pictures that the screen has not reached; its emulation does not
+    page.eval_on_selector("#figure-1 img", "img => { img.loading = 'eager'; return img.decode(); }")
     assert page.is_visible("#figure-1 img")
     assert page.pdf(format="A4").startswith(b"%PDF")
 
