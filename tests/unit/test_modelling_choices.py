@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import fields, replace
 from math import exp, log
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -290,14 +291,7 @@ def test_the_tornado_has_a_bar_per_value_the_largest_on_top(tmp_path: Path, ran:
         assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
 
 
-class Tables:
-    """What decides whether the tornado is drawn."""
-
-    def __init__(self, choices: pd.DataFrame | None) -> None:
-        self.choices = choices
-
-
 def test_there_is_no_tornado_without_its_table(tmp_path: Path, ran: list[str]) -> None:
-    assert choice_cases(Tables(None)) == []
-    (words,) = choice_cases(Tables(made(setup_in(tmp_path))))
+    assert choice_cases(SimpleNamespace(choices=None)) == []
+    (words,) = choice_cases(SimpleNamespace(choices=made(setup_in(tmp_path))))
     assert "over up to 1 pairs of runs" in words["choice_text"]
