@@ -10,7 +10,14 @@ for _ in $(seq 20); do
     sleep 0.5
 done
 for name in slurmd.node1 slurmd.node2 slurmctld munged; do
-    [ -s "$folder/$name.pid" ] && kill "$(cat "$folder/$name.pid")" 2>/dev/null
+    [ -s "$folder/$name.pid" ] || continue
+    pid=$(cat "$folder/$name.pid")
+    kill "$pid" 2>/dev/null
+    # it writes its state until it is gone, and the folder is to be removed after us
+    for _ in $(seq 20); do
+        kill -0 "$pid" 2>/dev/null || break
+        sleep 0.5
+    done
 done
 # Only the link that start.sh made.
 [ "$(readlink /etc/slurm/slurm.conf)" = "$SLURM_CONF" ] && rm /etc/slurm/slurm.conf
