@@ -114,7 +114,7 @@ def paired_ratios(effects: pd.DataFrame, axis: str = "friction") -> Figure:
             part = table[table["demand"] == demand].sort_values(order)
             offsets = np.linspace(-0.32, 0.32, len(part)) if len(part) > 1 else [0.0]
             for offset, item in zip(offsets, part.to_dict("records"), strict=True):
-                look = {part: shown[item[name]] for name, (part, shown) in looks.items()}
+                look = {kind: shown[item[name]] for name, (kind, shown) in looks.items()}
                 _ratio_mark(axes, item, y + offset, look, reach)
             _name_ratios_beyond(axes, part["ratio"], y, reach)
         _scale_ratios(axes, reach)

@@ -17,7 +17,12 @@ from skewbridge.fragility.joint.mixed import outer_by, sum_by
 from skewbridge.fragility.likelihood.existence import NOT_CONVERGED
 from skewbridge.fragility.likelihood.fit import FITTED
 from skewbridge.fragility.likelihood.links import FloatArray, link_terms, probit_side
-from skewbridge.fragility.likelihood.newton import BinomialKernel, Derivatives, maximise
+from skewbridge.fragility.likelihood.newton import (
+    BinomialKernel,
+    Derivatives,
+    maximise,
+    row_products,
+)
 
 SEPARATION: Final = "separation"
 # A motion that moves the estimate by more than this many standard errors is left out by a new fit.
@@ -112,8 +117,7 @@ class _WithoutMotions:
     ) -> None:
         sign = np.where(exceed > 0.0, 1.0, -1.0)
         self._signed = design * sign[:, None]
-        size = design.shape[1]
-        self._products = (design[:, :, None] * design[:, None, :]).reshape(-1, size * size)
+        self._products = row_products(design, design)
         self._motion, self._left_out = motion, left_out
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:

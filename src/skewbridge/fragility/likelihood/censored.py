@@ -12,12 +12,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, probit_side
-from skewbridge.fragility.likelihood.newton import Derivatives
-
-
-def _products(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Return x y' of the rows of two designs of shape (J, p), shape (J, p p)."""
-    return (first[:, :, None] * second[:, None, :]).reshape(-1, first.shape[1] ** 2)
+from skewbridge.fragility.likelihood.newton import Derivatives, row_products
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +25,7 @@ class Tails:
     @classmethod
     def of(cls, design: FloatArray) -> Self:
         """Return the rows of a design of shape (J, p)."""
-        return cls(design, _products(design, design))
+        return cls(design, row_products(design, design))
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +39,7 @@ class Brackets:
     @classmethod
     def of(cls, upper: FloatArray, lower: FloatArray) -> Self:
         """Return the rows of two designs of shape (J, p)."""
-        cross = _products(upper, lower) + _products(lower, upper)
+        cross = row_products(upper, lower) + row_products(lower, upper)
         return cls(Tails.of(upper), Tails.of(lower), cross)
 
 
@@ -75,8 +70,7 @@ class _Squares:
         onto = np.eye(size)
         onto[:-1, -1] = -line
         rows = np.column_stack([-covariates, y - covariates @ line])
-        products = (rows[:, :, None] * rows[:, None, :]).reshape(-1, size * size)
-        sums = (weights @ products).reshape(*weights.shape[:-1], size, size)
+        sums = (weights @ row_products(rows, rows)).reshape(*weights.shape[:-1], size, size)
         return cls(onto, sums, onto.T @ sums @ onto, np.sum(weights, axis=-1))
 
     def at(self, rows: NDArray[np.intp]) -> Self:

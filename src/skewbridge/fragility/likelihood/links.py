@@ -43,12 +43,8 @@ def probit_terms(eta: FloatArray) -> LinkTerms:
     References:
         Baker (2015), Earthquake Spectra 31(1), Eq. 11, for the likelihood these terms serve.
     """
-    ratio_p, ratio_q = mills_ratio(eta), mills_ratio(-eta)
-    half_square = 0.5 * eta * eta + HALF_LOG_2PI
-    with np.errstate(divide="ignore"):
-        log_p = np.where(ratio_p > 0.0, -half_square - np.log(ratio_p), 0.0)
-        log_q = np.where(ratio_q > 0.0, -half_square - np.log(ratio_q), 0.0)
-    slope_p, slope_q = -ratio_p * (eta + ratio_p), -ratio_q * (ratio_q - eta)
+    log_p, ratio_p, slope_p = probit_side(eta)
+    log_q, ratio_q, slope_q = probit_side(-eta)
     return LinkTerms(log_p, log_q, ratio_p, -ratio_q, slope_p, slope_q)
 
 

@@ -64,6 +64,11 @@ class Maximum:
     converged: NDArray[np.bool_]
 
 
+def row_products(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return x y' of the rows of two designs of shape (J, p), shape (J, p p)."""
+    return (first[:, :, None] * second[:, None, :]).reshape(-1, first.shape[1] ** 2)
+
+
 class BinomialKernel:
     """Binomial counts over a linear predictor: sum k ln F(eta) + (n - k) ln(1 - F(eta)).
 
@@ -94,8 +99,7 @@ class BinomialKernel:
         # single runs exceed or do not: half of the terms would be multiplied by zero
         single = link == "probit" and bool(np.all((k == 0.0) | (k == n)))
         self._sign = np.where(k > 0.0, 1.0, -1.0) if single else None
-        size = design.shape[1]
-        self._products = np.einsum("jp,jq->jpq", design, design).reshape(-1, size * size)
+        self._products = row_products(design, design)
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
         """Evaluate the batch; see `Kernel`."""

@@ -1,6 +1,6 @@
 """The table that a paper prints: medians, dispersions and what the axes do to the medians."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import nan
 from typing import Any, Final
 
@@ -131,13 +131,11 @@ def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
             if row["row"] == JOINT
             else str(row["row"]),
             "state": f"{row['component']}, {row['limit_state']}".replace("_", " "),
-            "theta": _with_interval([row[f"theta{end}"] for end in _ENDS]),
+            "theta": with_interval([row[f"theta{end}"] for end in _ENDS]),
             "total": _number(row["beta_total"]),
             "beta": _number(row["beta"]),
             "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
-            **{
-                name: _with_interval([row[f"{name}_ratio{end}"] for end in _ENDS]) for name in names
-            },
+            **{name: with_interval([row[f"{name}_ratio{end}"] for end in _ENDS]) for name in names},
         }
         for row in records_of(table)
     ]
@@ -182,7 +180,8 @@ def _number(value: float) -> str:
     return _NONE if pd.isna(value) else f"{value:.3g}"
 
 
-def _with_interval(values: list[float]) -> str:
+def with_interval(values: Sequence[float]) -> str:
+    """Return an estimate with its interval as a table prints it, from value, low and high end."""
     middle, low, high = map(_number, values)
     return middle if _NONE in (middle, low) else f"{middle} [{low}, {high}]"
 

@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 
 from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.tables.paper_table import with_interval
 from skewbridge.report.axis_layout import named_value, shown_axes
 from skewbridge.report.html.answer import model_name
 from skewbridge.report.html.statements import plain_label
@@ -81,7 +82,7 @@ def _model(row: Row) -> str:
 def _median(row: Row) -> str:
     if row["status"] != FITTED:
         return _words(row["status"])
-    return f"{row['theta']:.3g} [{row['theta_low']:.3g}, {row['theta_high']:.3g}]"
+    return with_interval([row[name] for name in ("theta", "theta_low", "theta_high")])
 
 
 def _words(name: object) -> str:
