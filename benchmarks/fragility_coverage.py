@@ -16,10 +16,10 @@ import numpy as np
 import pandas as pd
 from scipy import special
 
-from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.intervals import normal_quantile
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.bootstrap import record_weights, refit_exceedance
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.old_likelihood.intervals import normal_quantile
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
 from skewbridge.fragility.methods.stripes import fit_stripes

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from skewbridge.fragility.likelihood.bootstrap import (
+from skewbridge.fragility.old_likelihood.bootstrap import (
     parametric_counts,
     record_weights,
     refit_exceedance,
@@ -110,7 +110,7 @@ def compare() -> dict[str, float]:
 
 def fit_p(params: np.ndarray) -> np.ndarray:
     """Return the fitted probabilities of the stripes."""
-    from skewbridge.fragility.likelihood.links import probability
+    from skewbridge.fragility.old_likelihood.links import probability
 
     return probability(params[0] + params[1] * np.log(IM))
 

@@ -22,7 +22,7 @@ from synthetic_rows import IM, arrow_table, synthetic_rows
 from skewbridge.analysis.suspect import LIMITS
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.tables import write_study
-from skewbridge.fragility.joint.table import joint_table
+from skewbridge.fragility.old_joint.table import joint_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from skewbridge.fragility.tables.limit_states import limit_states_of
-from skewbridge.fragility.tables.verdicts import verdicts_of
+from skewbridge.fragility.limit_states import limit_states_of
+from skewbridge.fragility.verdicts import verdicts_of
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.variant import Variant
 

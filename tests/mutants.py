@@ -22,8 +22,7 @@ from motions_files import at2_text
 from mutation import mutant_of
 from skewbridge.bridge.catalogue import load_bridge_file
 from skewbridge.errors import InputError
-from skewbridge.fragility.exchange.data_files import read_data
-from skewbridge.fragility.exchange.fit_file import FitOptions, fit_file
+from skewbridge.fragility.fit_data import FitOptions, fit_file
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.read import read_trace
@@ -94,11 +93,6 @@ PATH = "t_s,ux_m,uy_m,uz_m\n0.0,0.0,0.0,-0.01\n0.1,0.02,0.01,-0.01\n0.2,0.0,0.02
 CSV = "im,edp,threshold\n0.1,0.01,0.03\n0.2,0.02,0.03\n0.4,0.05,0.03\n"
 CLOUD = {"im": [0.1, 0.2, 0.4, 0.8], "edp": [0.01, 0.02, 0.03, 0.09], "threshold": 0.03}
 STRIPES = {"im": [0.2, 0.4, 0.6, 0.8], "n": [20] * 4, "k": [0, 4, 12, 18]}
-CONDITIONS = (
-    "skew_deg == 0 and friction == 0.5", "not (skew_deg in [0] or gap_mm > 51)",
-    "0 <= skew_deg < 40 and motion_id != 'm1'", "im.to_csv('written')", "skew_deg.__class__",
-    "(lambda: 1)()", "[x for x in im]", "skew_deg @ 3", "im ** 2 > 1", "True", "f'{im}' == 'a'",
-)  # fmt: skip
 
 
 def text_of(name: str) -> bytes:
@@ -129,13 +123,6 @@ def fit(method: str, **options: object) -> Callable[[Path], object]:
     return lambda path: fit_file(path, FitOptions(method=method, **options)).as_json()
 
 
-def read_condition(path: Path) -> None:
-    table = path.with_name("runs.csv")
-    if not table.exists():
-        table.write_text("im,skew_deg,gap_mm,friction,motion_id\n0.1,0,51,0.5,m1\n0.2,30,25,0,m2\n")
-    read_data(table, path.read_bytes().decode("latin-1"))
-
-
 def parquet_bytes(folder: Path) -> bytes:
     path = folder / "good.parquet"
     table = pd.DataFrame({**CLOUD, "motion_id": ["a", "b", "c", "d"], "status": ["ok"] * 4})
@@ -162,13 +149,12 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
     "fit_stripes": (".json", [json.dumps(STRIPES).encode()], fit("stripes")),
     "fit_csv": (".csv", [CSV.encode()], fit("cloud")),
     "fit_parquet": (".parquet", [], fit("cloud", **RUNS)),
-    "condition": (".txt", [text.encode() for text in CONDITIONS], read_condition),
     "contact": (".yaml", [as_yaml(CONTACT)], lambda path: read_case(path, ContactCase)),
     "deck": (".yaml", [as_yaml(DECK)], lambda path: read_case(path, DeckCase)),
     "path": (".csv", [PATH.encode()], read_path),
 }  # fmt: skip
 # Messages about data name the column and the row; the file is the one on the command line.
-NAMELESS = {"fit_cloud", "fit_stripes", "fit_csv", "fit_parquet", "condition", "index"}
+NAMELESS = {"fit_cloud", "fit_stripes", "fit_csv", "fit_parquet", "index"}
 
 
 def run_family(name: str, count: int, seed: int, folder: Path) -> dict[str, object]:
@@ -177,7 +163,7 @@ def run_family(name: str, count: int, seed: int, folder: Path) -> dict[str, obje
     seeds = seeds or [parquet_bytes(folder)]
     chance = random.Random(f"{seed} {name}")
     taken, refused, dearest_s, faults = 0, 0, 0.0, []
-    for content in seeds if name != "condition" else seeds[:3]:
+    for content in seeds:
         good = folder / f"good{suffix}"
         good.write_bytes(content)
         read(good)

@@ -8,17 +8,17 @@ from typing import Any
 def load(folder: str | Path = "results") -> Any:
     """Read the tables of a study: ``load("results").fragility["curves"]``.
 
-    Every frame tells its units in ``attrs["units"]`` and its origin in ``attrs["provenance"]``.
+    Every frame has its units in ``attrs["units"]`` and its origin in ``attrs["provenance"]``.
     Warns when tables come from different configurations, motions, commits or versions.
 
     Args:
-        folder: Of the study.
+        folder: Folder of the study.
 
     Returns:
-        `skewbridge.fragility.exchange.loaded.Results`.
+        `skewbridge.fragility.results.Results`.
 
     Raises:
         InputError: There is no study in the folder, or a table is damaged.
     """
     # By name: what this module imports counts as the sources of every analysis.
-    return import_module(".fragility.exchange.loaded", __name__).load_results(Path(folder))
+    return import_module(".fragility.results", __name__).load_results(Path(folder))

@@ -6,8 +6,8 @@ import pytest
 from scipy import stats
 
 from fragility_tables import IM
-from skewbridge.fragility.likelihood.fit import FITTED
-from skewbridge.fragility.likelihood.intervals import curve_band
+from skewbridge.fragility.old_likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.intervals import curve_band
 from skewbridge.fragility.tables.beyond_model import is_complete
 from skewbridge.fragility.tables.paired_runs import run_pairs
 from skewbridge.fragility.tables.verdicts import may_be_negligible, verdicts_of

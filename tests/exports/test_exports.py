@@ -1,6 +1,6 @@
-"""Exported curves as the programs read them that they are made for: pelicun and OpenQuake.
+"""Exported curves as read by pelicun and OpenQuake.
 
-Each has an environment of its own, which `make test-exports` installs.
+Each has its own environment, which `make test-exports` installs.
 """
 
 import json
@@ -15,10 +15,11 @@ import pytest
 from scipy.special import ndtr
 
 from fragility_tables import IM, synthetic_demands
-from skewbridge.fragility.exchange.export import export_curves
-from skewbridge.fragility.exchange.identifiers import identifier
-from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.exports import export_curves, identifier
+from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.settings import FitSettings
 from skewbridge.provenance.tables import write_frame
 
 pytestmark = pytest.mark.exports
@@ -35,11 +36,14 @@ LONG = "x" * 60
 def _curves(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Curves of a few variants, some states without an estimate."""
     demands = synthetic_demands(skews=(0, 30), gaps=(51,))
-    # a name with signs and of a length that not every program takes
+    # a name with characters and of a length that not every program accepts
     demands["variant"] = demands["variant"].replace(
         "osb1_cf_skew30_gap051_mu050", f"osb1_cf_skew30_gap051_mu050_hinge-length-m0p75_{LONG}"
     )
-    table = fit_study(demands, load_limit_states(STATES), IM)
+    states = [state for state in load_limit_states(STATES) if state.demand in demands]
+    settings = FitSettings(im=IM)
+    runs = prepared(demands, [state.demand for state in states], settings).table
+    table = fit_study(runs, states, settings)
     path = tmp_path_factory.mktemp("study") / "curves.parquet"
     write_frame(table, path, {})
     return path

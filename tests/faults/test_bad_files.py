@@ -10,7 +10,7 @@ import pytest
 from mutation import BOMB
 from skewbridge.bridge.catalogue import load_bridge_file
 from skewbridge.errors import InputError
-from skewbridge.fragility.exchange.data_files import read_data
+from skewbridge.fragility.fit_data import read_data
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.read import read_trace
 from skewbridge.provenance.stamp import stamp

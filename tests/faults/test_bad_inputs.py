@@ -13,9 +13,8 @@ from skewbridge.bridge.catalogue import load_bridge, load_bridge_file
 from skewbridge.cli import build_app
 from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
-from skewbridge.fragility.exchange.conditions import rows_where
-from skewbridge.fragility.exchange.data_files import write_csv
-from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.exports import write_csv
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions, read_index
 from skewbridge.motions.write import write_index
 from skewbridge.study.config import parse_config
@@ -29,54 +28,6 @@ def run(*arguments: object) -> tuple[int, str]:
     result = CliRunner().invoke(build_app(), [str(each) for each in arguments])
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
     return result.exit_code, result.stderr
-
-
-RUNS = pd.DataFrame(
-    {
-        "im": [0.1, 0.2, 0.3],
-        "skew_deg": [0, 30, 60],
-        "name": ["a", "b", "c"],
-        "ok": [True, False, True],
-    }
-)
-
-
-@pytest.mark.parametrize(
-    ("condition", "rows"),
-    [
-        ("skew_deg == 30", [1]),
-        ("0 < skew_deg <= 60 and name != 'c'", [1]),
-        ("skew_deg in [0, 60] or im > 0.15", [0, 1, 2]),
-        ("not (name in ('a',))", [1, 2]),
-        ("name not in ['b'] and ok", [0, 2]),
-        ("im >= -1 and skew_deg != 0.0", [1, 2]),
-    ],
-)
-def test_a_condition_selects_rows(condition: str, rows: list[int]) -> None:
-    assert rows_where(RUNS, condition).index.tolist() == rows
-
-
-@pytest.mark.parametrize(
-    "condition",
-    [
-        "im.to_csv('written.csv')", "im.values > 0", "@im > 0", "__import__('os')",
-        "abs(im) > 0", "im + 1 > 0", "im ** 9 ** 9 > 1", "im[0] > 0",
-        "im > (lambda: 1)", "f'{im}' == 'a'", "im = 3", "name > 3",
-        "skew_deg == 'x'", "1 < 2", "nothing == 1", "skew_deg == 15",
-        "", "(" * 300, "\0", "not " * 249 + "ok",
-        "im > " + "9" * 400, "im > " + "1" * 2000, "im in name", "True",
-    ],
-)  # fmt: skip
-def test_a_condition_does_nothing_else(
-    condition: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    if condition.startswith("not not"):
-        assert len(rows_where(RUNS, condition)) == 1
-        return
-    with pytest.raises(InputError, match="--where"):
-        rows_where(RUNS, condition)
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -233,7 +184,7 @@ def test_the_shipped_limit_states_load(name: str) -> None:
     ("arguments", "words"),
     [
         (("fit", "x.json", "--method", "foo"), "'foo' is not one of 'stripes', 'ida', 'cloud'"),
-        (("export", "x", "--format", "foo", "--out", "y"), "is not one of 'nrml'"),
+        (("export", "x", "--format", "foo", "--out", "y"), "format must be one of nrml"),
         (("modal", "--skew-deg", "x"), "--skew-deg"),
     ],
 )

@@ -17,7 +17,7 @@ import mutants
 GROUPS = (
     ("at2", "v2", "knet", "columns", "index"),
     ("config", "limit_states", "bridge", "contact", "deck", "path"),
-    ("fit_cloud", "fit_stripes", "fit_csv", "fit_parquet", "condition"),
+    ("fit_cloud", "fit_stripes", "fit_csv", "fit_parquet"),
 )
 SEED = 20261122
 

@@ -6,12 +6,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fragility_tables import verdict_of
-from skewbridge.fragility.joint.probit import separated
-from skewbridge.fragility.likelihood.bootstrap import refit_exceedance, refit_lines
-from skewbridge.fragility.likelihood.censored import CensoredKernel
-from skewbridge.fragility.likelihood.existence import batch_exists, binomial_status
-from skewbridge.fragility.likelihood.intervals import curve, curve_band
-from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.old_joint.probit import separated
+from skewbridge.fragility.old_likelihood.bootstrap import refit_exceedance, refit_lines
+from skewbridge.fragility.old_likelihood.censored import CensoredKernel
+from skewbridge.fragility.old_likelihood.existence import batch_exists, binomial_status
+from skewbridge.fragility.old_likelihood.intervals import curve, curve_band
+from skewbridge.fragility.old_likelihood.newton import BinomialKernel, maximise
 from skewbridge.fragility.methods.cloud import fit_cloud
 from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import OrderedKernel

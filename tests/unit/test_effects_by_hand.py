@@ -7,11 +7,9 @@ import pytest
 from fragility_tables import IM, synthetic_demands
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.median_effects import paired_capacity_effects
 from skewbridge.fragility.tables.outcomes import outcomes_of
-from skewbridge.fragility.tables.verdicts import DETECTABLE, NEGLIGIBLE
 
 MANY = FitSettings(bootstrap=20_000)
 DEMAND = "deck_disp_m"
@@ -24,29 +22,6 @@ def pairs(ln_ratios) -> pd.DataFrame:
     plain = table.loc[~rubbing, DEMAND].to_numpy()
     table.loc[rubbing, DEMAND] = plain * np.exp(ln_ratios)
     return table
-
-
-def effect(table: pd.DataFrame, settings: FitSettings = MANY) -> pd.Series:
-    found = paired_effects(table, [DEMAND], settings)
-    return found[(found["axis"] == "friction") & (found["scope"] == "variant")].iloc[0]
-
-
-def test_the_interval_of_a_ratio_is_that_of_student():
-    values = np.array([0.10, 0.02, 0.07, 0.16, 0.05])
-    found = effect(pairs(values))
-    reach = 2.131847 * values.std(ddof=1) / np.sqrt(5)  # t of 4 degrees of freedom at 0.95
-    assert np.log(found["ci_low"]) == pytest.approx(values.mean() - reach, rel=1e-5)
-    assert np.log(found["ci_high"]) == pytest.approx(values.mean() + reach, rel=1e-5)
-
-
-@pytest.mark.parametrize(("apart", "verdict"), [(1, NEGLIGIBLE), (2, DETECTABLE)])
-def test_negligible_needs_a_demand_on_both_sides_of_all_but_one_in_twenty(apart, verdict):
-    table = pairs(np.full(20, 0.001))
-    rubbing = table.index[table["friction"] > 0.0]
-    table.loc[rubbing[:apart], DEMAND] = 0.0
-    found = effect(table)
-    assert found["n_discordant"] == apart
-    assert found["verdict"] == verdict
 
 
 def state(threshold: float) -> LimitState:

@@ -9,9 +9,9 @@ import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
-from skewbridge.fragility.exchange.export import export_curves
-from skewbridge.fragility.exchange.foreign import read_foreign
-from skewbridge.fragility.joint.table import joint_table
+from skewbridge.fragility.exports import export_curves
+from skewbridge.fragility.results import read_foreign
+from skewbridge.fragility.old_joint.table import joint_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects

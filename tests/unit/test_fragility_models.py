@@ -5,13 +5,13 @@ import pytest
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange import risk
-from skewbridge.fragility.likelihood import existence, profile
-from skewbridge.fragility.likelihood.bootstrap import record_weights, refit_exceedance, refit_lines
-from skewbridge.fragility.likelihood.fit import FragilityFit
-from skewbridge.fragility.likelihood.intervals import percentile_interval
-from skewbridge.fragility.likelihood.links import probability
-from skewbridge.fragility.likelihood.newton import BinomialKernel, Restricted, maximise
-from skewbridge.fragility.likelihood.profile import (
+from skewbridge.fragility.old_likelihood import existence, profile
+from skewbridge.fragility.old_likelihood.bootstrap import record_weights, refit_exceedance, refit_lines
+from skewbridge.fragility.old_likelihood.fit import FragilityFit
+from skewbridge.fragility.old_likelihood.intervals import percentile_interval
+from skewbridge.fragility.old_likelihood.links import probability
+from skewbridge.fragility.old_likelihood.newton import BinomialKernel, Restricted, maximise
+from skewbridge.fragility.old_likelihood.profile import (
     _bracketed_end,
     chi_square_quantile,
     profile_ends,

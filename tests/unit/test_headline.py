@@ -7,7 +7,7 @@ import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
-from skewbridge.fragility.joint.table import joint_table
+from skewbridge.fragility.old_joint.table import joint_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects

@@ -5,14 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import optimize, stats
+from scipy import stats
 
 from skewbridge.contact.law import ContactLaw
-from skewbridge.fragility.joint.by_motion import MotionSums
-from skewbridge.fragility.likelihood.bootstrap import refit_exceedance, refit_lines, student_reach
-from skewbridge.fragility.likelihood.censored_means import censored_mean
-from skewbridge.fragility.likelihood.existence import clopper_pearson, firth
-from skewbridge.fragility.likelihood.parts import LineFit
+from skewbridge.fragility.old_joint.by_motion import MotionSums
+from skewbridge.fragility.old_likelihood.bootstrap import refit_exceedance, refit_lines, student_reach
+from skewbridge.fragility.old_likelihood.existence import clopper_pearson, firth
+from skewbridge.fragility.old_likelihood.parts import LineFit
 from skewbridge.fragility.methods.cloud import line_warnings
 from skewbridge.fragility.methods.goodness import lilliefors
 from skewbridge.fragility.methods.ida import fit_capacities
@@ -124,25 +123,6 @@ def test_a_replicate_without_a_slope_has_no_median():
     x, weights = np.array([-1.0, 0.0, 2.0, 3.0]), np.ones((1, 4))
     found = refit_lines(x, np.zeros(4), weights, np.log(2.0))
     assert (found.separated, found.theta[0], found.beta[0]) == (1.0, np.inf, np.inf)
-
-
-def test_a_bounded_mean_solves_the_equations_of_truncated_normals():
-    """Mean and scatter of values and a lower bound, each bound at its conditional expectation."""
-    exact, bound = np.array([0.2, 0.5, 0.9]), 0.7
-    values = np.append(exact, bound)
-    mean = float(censored_mean(values, np.array([0, 0, 0, 1]), np.ones((1, 4)))[0])
-
-    def moments(scatter: float) -> tuple[float, float]:
-        above = stats.truncnorm((bound - mean) / scatter, np.inf, loc=mean, scale=scatter)
-        return float(above.mean()), float(above.var())
-
-    def missing(scatter: float) -> float:
-        middle, variance = moments(scatter)
-        squares = np.sum((exact - mean) ** 2) + (middle - mean) ** 2 + variance
-        return float(scatter**2 - squares / (values.size - 1))
-
-    scatter = optimize.brentq(missing, 0.05, 5.0)
-    assert mean == pytest.approx((np.sum(exact) + moments(scatter)[0]) / values.size, rel=1e-6)
 
 
 def test_a_single_component_is_its_own_system():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skewbridge.fragility.joint.probit import fit_probit, refitted_without_motions
+from skewbridge.fragility.old_joint.probit import fit_probit, refitted_without_motions
 
 MOTIONS, VARIANTS = 24, 6
 

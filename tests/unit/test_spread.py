@@ -9,7 +9,7 @@ import pytest
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.demands.columns import demands_for
-from skewbridge.fragility.joint.table import joint_table
+from skewbridge.fragility.old_joint.table import joint_table
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.factors import factor_summary

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.cli import build_app
-from skewbridge.fragility.joint.columns import JOINT_COLUMNS
-from skewbridge.fragility.tables.paper_table import PAPER_COLUMNS
+from skewbridge.fragility.joint import JOINT_COLUMNS
+from skewbridge.fragility.paper_table import PAPER_COLUMNS
 
 LIMIT_STATES = """\
 - component: column_drift
@@ -58,16 +58,17 @@ def predict(app, folder, *options):
 PLACE = ("--skew-deg", "45", "--gap-mm", "40", "--friction", "0.3")
 
 
-def test_every_table_is_written_and_what_lacks_is_named(written):
+def test_every_table_is_written_and_missing_demands_are_listed(written):
     folder, report = written
     names = {path.name for path in (folder / "out").iterdir()}
-    parquet = ("curves", "effects", "factors", "joint", "median_effects", "system")
+    parquet = ("curves", "effects", "intensity_effects", "joint", "median_effects", "system")
     assert {*(f"{name}.parquet" for name in parquet), "table.csv", "table.tex"} <= names
     assert report["left_out"] == ["shear_key/slight (shear_key_disp_m)"]
     curves = pd.read_parquet(folder / "out" / "curves.parquet")
     assert report["status"] == curves["status"].value_counts().to_dict()
     effects = pd.read_parquet(folder / "out" / "effects.parquet")
-    assert report["verdict"] == effects["verdict"].value_counts().to_dict()
+    assert report["verdict"] == effects["verdict_family"].value_counts().to_dict()
+    assert (report["rejected_rows"], report["notes"]) == (0, [])
     assert report["tables"]["curves"] == len(curves)
     joint = pd.read_parquet(folder / "out" / "joint.parquet")
     assert list(joint.columns) == list(JOINT_COLUMNS)
@@ -134,6 +135,20 @@ def test_a_folder_without_models_is_named(app, tmp_path):
     assert "--results" in found["message"]
 
 
+def test_rows_without_an_intensity_are_rejected_one_by_one(app, written, tmp_path):
+    folder, first = written
+    table = pd.read_csv(folder / "runs.csv")
+    table.loc[5, IM] = np.nan
+    table.to_csv(tmp_path / "runs.csv", index=False)
+    given = ["statistics", str(tmp_path / "runs.csv"), "--out", str(tmp_path / "out"), "--json"]
+    found = CliRunner().invoke(app, [*given, "--limit-states", str(folder / "states.yaml")])
+    assert found.exit_code == 0, found.output
+    report = json.loads(found.stdout)
+    assert report["rejected_rows"] == 1
+    assert "row 5" in report["notes"][0]
+    assert report["tables"]["curves"] == first["tables"]["curves"]
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -158,7 +173,7 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     table = pd.read_csv(folder / "out" / "table.csv")
     assert list(table.columns) == list(PAPER_COLUMNS)
     slight = table[table["limit_state"] == "slight"]
-    assert len(slight) == 13
+    assert len(slight) == 13  # 12 variants and the joint model
     joint = slight[slight["row"] == "joint"].iloc[0]
     for name in ("skew", "gap", "friction"):
         low, middle, high = (joint[f"{name}_ratio{end}"] for end in ("_low", "", "_high"))
@@ -170,7 +185,7 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     assert variants["skew_ratio"].notna().sum() == 8
     tex = (folder / "out" / "table.tex").read_text(encoding="utf-8")
     assert tex.count(r"\\") == len(table) + 1
-    assert "& column drift, slight &" in tex
+    assert "& skew 60 deg, gap 51 mm, friction 0.5 & column drift, slight &" in tex
     assert r"\usepackage{booktabs,longtable}" in tex
     assert variants.groupby(["skew_deg", "gap_mm", "friction"]).ngroups == len(variants)
     assert joint[["skew_deg", "gap_mm", "friction"]].isna().all()
@@ -213,4 +228,4 @@ def test_tables_of_the_command_are_those_of_the_rules():
     root = Path(__file__).parents[2]
     for script in ("fit_fragility", "paired_effects"):
         text = (root / "workflow" / "scripts" / f"{script}.py").read_text(encoding="utf-8")
-        assert "skewbridge.fragility.tables.all_tables import" in text
+        assert "skewbridge.fragility.study_tables import" in text

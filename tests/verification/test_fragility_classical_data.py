@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from skewbridge.fragility.methods.cloud import fit_cloud
-from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
-from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.fits import fit_cloud
+from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_stripes
 
 # source: Bliss (1935), Annals of Applied Biology 22:134-167, log10 dose of carbon disulphide
 BLISS_LOG10 = [1.6907, 1.7242, 1.7552, 1.7842, 1.8113, 1.8369, 1.8610, 1.8839]

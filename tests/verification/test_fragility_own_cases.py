@@ -10,8 +10,7 @@ import statsmodels.api as sm
 from scipy import optimize, stats
 from statsmodels.tools.numdiff import approx_hess
 
-from skewbridge.fragility.methods.ida import fit_brackets, fit_capacities
-from skewbridge.fragility.methods.stripes import fit_stripes
+from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_stripes
 
 
 def _many_bins():

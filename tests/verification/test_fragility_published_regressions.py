@@ -9,12 +9,12 @@ import pytest
 from reference_data import fragility_case as case
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange import risk
-from skewbridge.fragility.joint.probit import fit_probit
-from skewbridge.fragility.joint.shares import sobol
-from skewbridge.fragility.joint.surface import Surface
-from skewbridge.fragility.joint.terms import box_of
-from skewbridge.fragility.likelihood.links import probability
-from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.old_joint.probit import fit_probit
+from skewbridge.fragility.old_joint.shares import sobol
+from skewbridge.fragility.old_joint.surface import Surface
+from skewbridge.fragility.old_joint.terms import box_of
+from skewbridge.fragility.old_likelihood.links import probability
+from skewbridge.fragility.old_likelihood.newton import BinomialKernel, maximise
 from skewbridge.fragility.methods import cloud, cloud_models, system
 from skewbridge.fragility.methods.ordered import fit_ordered
 

@@ -15,9 +15,9 @@ from statsmodels.stats.anova import AnovaRM
 from statsmodels.stats.diagnostic import het_breuschpagan
 
 from fragility_tables import synthetic_demands
-from skewbridge.fragility.joint.by_motion import jackknife_covariance
-from skewbridge.fragility.joint.mixed import MixedData, fit_mixed
-from skewbridge.fragility.joint.probit import fit_probit
+from skewbridge.fragility.old_joint.by_motion import jackknife_covariance
+from skewbridge.fragility.old_joint.mixed import MixedData, fit_mixed
+from skewbridge.fragility.old_joint.probit import fit_probit
 from skewbridge.fragility.methods.cloud import fit_cloud, fit_line
 from skewbridge.fragility.methods.ida import fit_brackets
 from skewbridge.fragility.methods.ordered import fit_ordered

@@ -1,15 +1,21 @@
-"""The mixed model with censored demands against its likelihood by brute force."""
+"""Mixed model with censored demands: closed forms, and the likelihood by brute force."""
 
 import numpy as np
 import pytest
 from scipy import special
 
-from skewbridge.fragility.joint.mixed import MixedData, fit_mixed
+from skewbridge.fragility.mixed import (
+    MixedData,
+    fit_mixed,
+    jackknife_covariance,
+    without_each_motion,
+)
 
 MOTIONS, VARIANTS = 14, 5
 
 
-def data(limit, seed=3):
+def data(high, low=-np.inf, seed=3):
+    """Return runs of a known model, censored above ``high`` and below ``low``."""
     rng = np.random.default_rng(seed)
     motion = np.repeat(np.arange(MOTIONS), VARIANTS)
     ln_im = np.linspace(-2.0, 0.5, MOTIONS)[motion]
@@ -17,48 +23,83 @@ def data(limit, seed=3):
     y = 1.05 * ln_im + 0.3 * axis + 0.3 * rng.normal(size=MOTIONS)[motion]
     y += 0.08 * rng.normal(size=y.size)
     design = np.column_stack([np.ones(y.size), ln_im, axis])
-    seen = y < limit
-    return MixedData(design=design, lower=np.minimum(y, limit), seen=seen, motion=motion)
+    lower = np.where(y < low, -np.inf, np.minimum(y, high))
+    upper = np.where(y > high, np.inf, np.maximum(y, low))
+    return MixedData(design=design, lower=lower, upper=upper, motion=motion)
 
 
-def log_likelihood(runs, params, tau, sigma):
-    """Sum over motions of the integral over the random effect on a grid without end."""
-    u, step = np.linspace(-10.0 * tau, 10.0 * tau, 20001, retstep=True)
+def log_likelihood(runs, parameters):
+    """Sum over motions of the integral over the random effect, on a fine grid."""
+    delta, (tau, sigma) = parameters[:-2], np.exp(parameters[-2:])
+    u, step = np.linspace(-10.0 * tau, 10.0 * tau, 8001, retstep=True)
     total = 0.0
     for motion in range(MOTIONS):
         own = runs.motion == motion
-        z = (runs.lower[own] - runs.design[own] @ params)[:, None] - u
-        seen = runs.seen[own][:, None]
-        density = -0.5 * (z / sigma) ** 2 - np.log(sigma) - 0.5 * np.log(2 * np.pi)
-        terms = np.where(seen, density, special.log_ndtr(-z / sigma))
-        whole = np.sum(terms, axis=0) - 0.5 * (u / tau) ** 2 - np.log(tau) - 0.5 * np.log(2 * np.pi)
-        total += special.logsumexp(whole) + np.log(step)
+        fitted = (runs.design[own] @ delta)[:, None] + u
+        lower, upper = runs.lower[own][:, None], runs.upper[own][:, None]
+        z = (np.where(np.isinf(lower), upper, lower) - fitted) / sigma
+        density = -0.5 * z**2 - np.log(sigma) - 0.5 * np.log(2 * np.pi)
+        tail = special.log_ndtr(np.where(np.isinf(upper), -z, z))
+        terms = np.sum(np.where(lower == upper, density, tail), axis=0)
+        terms += -0.5 * (u / tau) ** 2 - np.log(tau) - 0.5 * np.log(2 * np.pi)
+        total += special.logsumexp(terms) + np.log(step)
     return total
 
 
-@pytest.mark.parametrize("limit", [9.0, 0.1, -0.4])
-def test_the_estimate_is_the_maximum_of_the_likelihood(limit):
-    """9: nothing censored; -0.4: 40 % are, and of some motions every run."""
-    runs = data(limit)
+@pytest.mark.parametrize(
+    ("high", "low"),
+    [(9.0, -9.0), (0.1, -np.inf), (-0.4, -np.inf), (0.1, -1.5), (9.0, -1.2)],
+)
+def test_estimate_is_the_maximum_of_the_brute_force_likelihood(high, low):
+    """In the third case, all runs of some motions are right-censored."""
+    runs = data(high, low)
     fit = fit_mixed(runs)
-    at = np.array([*fit.sums.params, np.log(fit.tau), np.log(fit.sigma)])
-
-    def value(x):
-        return log_likelihood(runs, x[:3], np.exp(x[3]), np.exp(x[4]))
-
-    steps = 1e-4 * np.eye(5)
-    curvature = np.array([value(at + h) - 2 * value(at) + value(at - h) for h in steps]) / 1e-8
-    gradient = np.array([value(at + h) - value(at - h) for h in steps]) / 2e-4
-    assert np.all(curvature < 0.0)
-    # within a hundredth of a standard error of the maximum along every parameter
-    assert np.all(np.abs(gradient) < 0.01 * np.sqrt(-curvature))
-    information = np.sum(fit.sums.information, axis=0)
-    assert np.diag(information) == pytest.approx(-curvature[:3], rel=0.02)
-    assert np.sum(fit.sums.score, axis=0) == pytest.approx(0.0, abs=0.05)
+    at, steps = fit.parameters, 1e-4 * np.eye(5)
+    middle = log_likelihood(runs, at)
+    assert fit.loglik == pytest.approx(middle, abs=1e-8)
+    pairs = [(log_likelihood(runs, at + h), log_likelihood(runs, at - h)) for h in steps]
+    gradient = np.array([up - down for up, down in pairs]) / 2e-4
+    curvature = np.array([up - 2 * middle + down for up, down in pairs]) / 1e-8
+    information = np.sum(fit.information, axis=0)
+    assert np.diag(information) == pytest.approx(-curvature, rel=1e-3)
+    # within 0.1 % of a standard error of the maximum
+    assert np.all(np.abs(gradient) < 1e-3 * np.sqrt(-curvature))
+    assert np.sum(fit.score, axis=0) == pytest.approx(0.0, abs=1e-5)
 
 
-def test_censored_demands_are_expected_above_their_value():
-    runs = data(-0.4)
+def test_balanced_known_demands_give_two_stage_least_squares():
+    """Axis effects within motions; level and slope from the means of the motions."""
+    runs = data(9.0)
     fit = fit_mixed(runs)
-    assert np.all(fit.expected[~runs.seen] > runs.lower[~runs.seen])
-    assert fit.expected[runs.seen] == pytest.approx(runs.lower[runs.seen])
+    y, x = runs.lower.reshape(MOTIONS, VARIANTS), runs.design.reshape(MOTIONS, VARIANTS, 3)
+    axis = x[0, :, 2]
+    within = y - np.mean(y, axis=1, keepdims=True)
+    centred = axis - np.mean(axis)
+    effect = np.sum(within * centred) / (MOTIONS * np.sum(centred**2))
+    mean = np.mean(y, axis=1) - effect * np.mean(axis)
+    slope, level = np.polyfit(x[:, 0, 1], mean, 1)
+    assert fit.delta == pytest.approx([level, slope, effect], rel=1e-8)
+    # closed-form maximum likelihood of the balanced one-way layout
+    sigma2 = np.sum((within - effect * centred) ** 2) / (MOTIONS * (VARIANTS - 1))
+    between2 = np.mean((mean - level - slope * x[:, 0, 1]) ** 2)
+    assert fit.sigma**2 == pytest.approx(sigma2, rel=1e-7)
+    assert fit.tau**2 == pytest.approx(between2 - sigma2 / VARIANTS, rel=1e-7)
+
+
+def test_jackknife_equals_independent_fits_without_each_motion():
+    runs = data(0.1, -1.5)
+    quick = without_each_motion(runs, fit_mixed(runs))
+    exact = np.stack([fit_mixed(runs.without(motion)).parameters for motion in range(MOTIONS)])
+    errors = [np.sqrt(np.diag(jackknife_covariance(values))) for values in (quick, exact)]
+    assert errors[0] == pytest.approx(errors[1], rel=1e-3)
+    assert quick == pytest.approx(exact, abs=0.02 * np.min(errors[1]))
+
+
+def test_expected_values_lie_beyond_the_bounds_of_censored_demands():
+    runs = data(-0.4, -1.2)
+    fit = fit_mixed(runs)
+    right, left = np.isinf(runs.upper), np.isinf(runs.lower)
+    assert np.all(fit.expected[right] > runs.lower[right])
+    assert np.all(fit.expected[left] < runs.upper[left])
+    known = ~(right | left)
+    assert fit.expected[known] == pytest.approx(runs.lower[known])

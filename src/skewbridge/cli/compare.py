@@ -35,7 +35,7 @@ def compare(
 
     Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree.
     """
-    from skewbridge.fragility.exchange.data_files import write_csv
+    from skewbridge.fragility.exports import write_csv
     from skewbridge.study.two_studies import Judgement, compare_studies
 
     if out is not None and out.suffix != ".csv":
@@ -47,7 +47,7 @@ def compare(
         import pandas as pd
 
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
-    summed = pair.summed_medians()
+    medians = pair.medians[pair.medians["scope"] == "pooled"].to_dict("records")
     if as_json:
         emit_json(
             {
@@ -55,13 +55,13 @@ def compare(
                 "other_motions": list(found.other_motions),
                 "demands": pair.demands.to_dict("records"),
                 "medians": pair.medians.to_dict("records"),
-                "medians_by_state": summed,
+                "medians_by_state": medians,
             }
         )
         return
     pooled = pair.demands[pair.demands["scope"] == "pooled"].to_dict("records")
     emit_table([_shown(row) for row in pooled], f"Demands, {second} over {first}")
-    emit_table([_shown_median(row) for row in summed], f"Medians theta ({im}), over all variants")
+    emit_table([_shown(row) for row in medians], f"Median capacities ({im}), {second} over {first}")
     for told in _notes(pair.counts, found.other_motions):
         messages.print(told)
 
@@ -80,7 +80,7 @@ def _shown(row: dict[Any, Any]) -> dict[str, str]:
         "demand": row["demand"],
         "change": told,
         f"{row['level']:.0%} interval": interval,
-        "verdict": row["verdict"],
+        "verdict": row["verdict_family"],
         "motions": str(row["n_motions"]),
         "pairs": str(row["n_pairs"]),
     }
@@ -88,16 +88,6 @@ def _shown(row: dict[Any, Any]) -> dict[str, str]:
 
 def _signed(value: float) -> str:
     return f"{value:+.3g}" if value else "0"
-
-
-def _shown_median(row: dict[str, Any]) -> dict[str, str]:
-    return {
-        "bridge": f"{row['bridge']} {row['abutment']}".replace("_", "-"),
-        "limit state": row["demand"],
-        "ratio": f"{row['ratio']:.3f}",
-        "of variants": f"{row['lowest']:.3f}..{row['highest']:.3f}",
-        "changed": f"{row['n_changed']} of {row['n_variants']}",
-    }
 
 
 def _notes(counts: dict[str, int], other_motions: tuple[str, ...]) -> list[str]:

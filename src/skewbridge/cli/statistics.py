@@ -27,7 +27,7 @@ def statistics(
     ] = Path("config/limit_states.yaml"),
     im: Annotated[
         str | None,
-        typer.Option("--im", metavar="COLUMN", help="Of intensities, if there are several."),
+        typer.Option("--im", metavar="COLUMN", help="Intensity measure, if there are several."),
     ] = None,
     margin: Annotated[
         float | None, typer.Option("--margin", help="Relative change that is negligible: 0.05.")
@@ -37,13 +37,15 @@ def statistics(
     """Make every table of results/fragility from any table of demands.
 
     Needs the columns of the axes, motion_id, status, an intensity measure and demands; names,
-    scale and incidence may lack. Limit states whose demand the table lacks are left out and named.
+    scale and incidence are optional. Limit states whose demand the table lacks are left out.
     """
-    from skewbridge.fragility.tables.any_demands import statistics_of
+    from skewbridge.fragility.results import statistics_of
 
     report = statistics_of(demands, out, limit_states=limit_states, im=im, margin=margin)
     for name in report["left_out"]:
         messages.print(f"left out, the table lacks its demand: {name}", style="yellow")
+    for note in report["notes"]:
+        messages.print(note, style="yellow")
     emit(report, _counts(report), as_json=as_json, title=str(out))
 
 
@@ -93,7 +95,7 @@ def predict(
 
     From the joint model over skew, gap and friction; outside the box of the study there is none.
     """
-    from skewbridge.fragility.joint.predict import Place, predict_states
+    from skewbridge.fragility.old_joint.predict import Place, predict_states
 
     values = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
     given = {name: value for name, value in values.items() if value is not None}

@@ -1,4 +1,4 @@
-"""How fragility is fitted: section ``fragility`` of the configuration."""
+"""Settings of the fits: section ``fragility`` of the configuration."""
 
 from typing import Annotated, Final, Self
 
@@ -13,7 +13,7 @@ _COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class FitSettings:
-    """The fits and paired effects."""
+    """Settings of fits and paired effects."""
 
     im: str = Field(
         default="im_saavg_rotd50_g", description="intensity measure: an im_ column of demands"
@@ -36,7 +36,15 @@ class FitSettings:
         default=0.05,
         gt=0.0,
         lt=1.0,
-        description="relative change of a demand or of a median that counts as negligible",
+        description="relative change of a demand that counts as negligible",
+    )
+    # ASSUME a median capacity changes by the demand ratio to the power -1/slope; with the slopes
+    # near 1 of most demands the same 5 % is as small a change
+    median_margin: Number = Field(
+        default=0.05,
+        gt=0.0,
+        lt=1.0,
+        description="relative change of a median capacity that counts as negligible",
     )
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(
         default={},
@@ -44,13 +52,16 @@ class FitSettings:
         "demand is judged by its difference (deck rotation, abutment deformations)",
     )
     bootstrap: Whole = Field(
-        default=999, ge=99, le=100_000, description="replicates of the record bootstrap"
+        default=999,
+        ge=99,
+        le=100_000,
+        description="replicates of the bootstrap by motion that ranks intensity measures",
     )
     seed: Whole = Field(
         default=20261120,
         ge=0,
         le=2**63 - 1,
-        description="seed of the bootstrap and of the Sobol sequence",
+        description="seed of that bootstrap and of the quasi-random numbers of system curves",
     )
     accept_bounds: bool = Field(
         default=False,
@@ -59,8 +70,8 @@ class FitSettings:
     exclude_suspect: bool = Field(
         default=False,
         strict=True,
-        description="take suspect rows as analyses that failed: unknown in the fits, without a "
-        "ratio in the paired effects",
+        description="treat suspect rows as failed analyses: unknown in the fits, without a ratio "
+        "in the paired effects",
     )
     assumed_beta: Number = Field(
         default=0.4,

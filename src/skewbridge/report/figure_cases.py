@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import pandas as pd
 
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.fragility.tables.paper_table import METHODS
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.report.choice_figures import tornado_text

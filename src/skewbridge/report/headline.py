@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import label_of
 from skewbridge.errors import InputError
-from skewbridge.fragility.joint.model import JointModel
-from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.old_joint.model import JointModel
+from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.report.fragility_style import STYLE

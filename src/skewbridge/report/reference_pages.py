@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.bridge.catalogue.schema import bridge_schema
 from skewbridge.demands.columns import COLUMNS
-from skewbridge.fragility.joint.columns import JOINT_COLUMNS
+from skewbridge.fragility.old_joint.columns import JOINT_COLUMNS
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
 from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS

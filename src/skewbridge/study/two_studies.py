@@ -6,11 +6,9 @@ from pathlib import Path
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.exchange.loaded import demands_file
+from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.results import Comparison, compare_demands, demands_file, read_demands
 from skewbridge.fragility.settings import DEFAULTS
-from skewbridge.fragility.tables.any_demands import read_demands
-from skewbridge.fragility.tables.limit_states import load_limit_states
-from skewbridge.fragility.tables.two_studies import Comparison, compare_demands
 from skewbridge.provenance.tables import read_frame
 from skewbridge.study.folder import StudyFolder
 
@@ -58,7 +56,8 @@ def compare_studies(first: Path, second: Path, judgement: Judgement) -> StudyPai
             raise InputError(f"{path}: no column {judgement.im!r}", column=judgement.im)
     other = _other_motions(first, second)
     kept = [table[~table["motion_id"].isin(other)] for table in tables]
-    settings = replace(DEFAULTS, im=judgement.im, margin=judgement.margin)
+    margins = {"margin": judgement.margin, "median_margin": judgement.margin}
+    settings = replace(DEFAULTS, im=judgement.im, **margins)
     found = compare_demands(kept[0], kept[1], states, settings)
     return StudyPair(comparison=found, other_motions=other)
 

@@ -7,7 +7,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.data_files import read_table
-from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.fragility.tables.key_columns import need_columns
 
 #: Dispersion of a curve as it is drawn and exported: that of the capacity included.

@@ -19,7 +19,7 @@ from skewbridge.fragility.exchange.data_files import write_csv
 from skewbridge.fragility.exchange.nrml import write_nrml
 from skewbridge.fragility.exchange.pelicun import write_pelicun
 from skewbridge.fragility.exchange.workbook import write_workbook
-from skewbridge.fragility.joint.columns import JOINT_COLUMNS
+from skewbridge.fragility.old_joint.columns import JOINT_COLUMNS
 from skewbridge.fragility.tables.paper_table import latex_table, paper_table
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame

@@ -13,9 +13,9 @@ from skewbridge.fragility.exchange.fit_tests import (
     with_normal_test,
     with_stripe_tests,
 )
-from skewbridge.fragility.likelihood.fit import FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.validate import as_column, as_list
+from skewbridge.fragility.old_likelihood.fit import FragilityFit
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.validate import as_column, as_list
 from skewbridge.fragility.methods import cloud, cloud_models, ida, stripes, tobit
 from skewbridge.reading import shortened
 

@@ -10,7 +10,7 @@ from skewbridge.fragility.exchange.fit_columns import fit_columns
 from skewbridge.fragility.exchange.fit_options import FitOptions
 from skewbridge.fragility.exchange.foreign import read_mapped
 from skewbridge.fragility.exchange.run_table import fit_run_table
-from skewbridge.fragility.likelihood.fit import FragilityFit
+from skewbridge.fragility.old_likelihood.fit import FragilityFit
 from skewbridge.reading.files import shown_path
 
 

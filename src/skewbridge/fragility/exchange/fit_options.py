@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.links import link_terms
+from skewbridge.fragility.old_likelihood.links import link_terms
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.limit_states import MAX_DISPERSION
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.parts import SimulatedTests
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.parts import SimulatedTests
 from skewbridge.fragility.methods.goodness import (
     ProbitStripes,
     deviance_p_value,

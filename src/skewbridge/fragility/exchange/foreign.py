@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.data_files import read_table
-from skewbridge.fragility.likelihood.validate import as_column, require_all
+from skewbridge.fragility.old_likelihood.validate import as_column, require_all
 from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
 from skewbridge.fragility.tables.key_columns import (
     IDENTITY_COLUMNS,

@@ -16,7 +16,7 @@ from skewbridge.fragility.exchange.chosen import CURVE_BETA, ChosenCurves
 from skewbridge.fragility.exchange.data_files import write_csv
 from skewbridge.fragility.exchange.identifiers import identifier
 from skewbridge.fragility.exchange.measures import pelicun_demand
-from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.provenance.files import write_text
 
 #: pelicun cuts names at every ``-``, and then finds none of the rows of the file.

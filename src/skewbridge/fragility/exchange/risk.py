@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
-from skewbridge.fragility.likelihood.validate import positive, require, same_length
+from skewbridge.fragility.old_likelihood.validate import positive, require, same_length
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

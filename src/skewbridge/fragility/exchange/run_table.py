@@ -12,11 +12,11 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.exchange.fit_columns import fit_cloud_columns
 from skewbridge.fragility.exchange.fit_options import FitOptions
 from skewbridge.fragility.exchange.fit_tests import with_normal_test, with_stripe_tests
-from skewbridge.fragility.likelihood.bootstrap import record_weights
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.parts import RunCounts
-from skewbridge.fragility.likelihood.validate import as_column, same_length
+from skewbridge.fragility.old_likelihood.bootstrap import record_weights
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.parts import RunCounts
+from skewbridge.fragility.old_likelihood.validate import as_column, same_length
 from skewbridge.fragility.methods import cloud, tobit
 from skewbridge.fragility.tables.beyond_model import is_beyond_model
 from skewbridge.fragility.tables.key_columns import motion_codes, need_columns

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit, common_warnings, exp_end
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.parts import LineFit
-from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit, common_warnings, exp_end
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.parts import LineFit
+from skewbridge.fragility.old_likelihood.validate import as_column, positive, require, same_length
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 TEST_LEVEL = 0.05  # of the tests of curvature and of constant scatter

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize, special
 
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit, common_warnings, exp_end
-from skewbridge.fragility.likelihood.intervals import normal_quantile
-from skewbridge.fragility.likelihood.links import HALF_LOG_2PI, FloatArray, probability
-from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.likelihood.parts import CollapseFit, CurvePoints, LineFit, ScatterTrend
-from skewbridge.fragility.likelihood.validate import as_column, require, same_length
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit, common_warnings, exp_end
+from skewbridge.fragility.old_likelihood.intervals import normal_quantile
+from skewbridge.fragility.old_likelihood.links import HALF_LOG_2PI, FloatArray, probability
+from skewbridge.fragility.old_likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.old_likelihood.parts import CollapseFit, CurvePoints, LineFit, ScatterTrend
+from skewbridge.fragility.old_likelihood.validate import as_column, require, same_length
 from skewbridge.fragility.methods.cloud import cloud_columns, fit_line, line_warnings
 from skewbridge.fragility.settings import DEFAULTS
 

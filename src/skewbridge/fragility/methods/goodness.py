@@ -15,10 +15,10 @@ from typing import Final
 import numpy as np
 from scipy import optimize, special
 
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import parametric_counts
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.bootstrap import parametric_counts
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.newton import BinomialKernel, maximise
 from skewbridge.fragility.settings import DEFAULTS
 
 _LARGEST_SIMULATED: Final = 100

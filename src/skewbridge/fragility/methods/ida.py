@@ -2,7 +2,7 @@
 
 Complete samples, samples censored on the right (the analysis stopped before the limit state) and
 samples known only to lie in a bracket (any searched or gridded incremental analysis) share the
-likelihood of `skewbridge.fragility.likelihood.censored`.
+likelihood of `skewbridge.fragility.old_likelihood.censored`.
 """
 
 from dataclasses import replace
@@ -12,26 +12,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.censored import CensoredKernel
-from skewbridge.fragility.likelihood.fit import (
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.censored import CensoredKernel
+from skewbridge.fragility.old_likelihood.fit import (
     FITTED,
     FLATTEST_SLOPE,
     FragilityFit,
     common_warnings,
     estimated,
 )
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.newton import maximise
-from skewbridge.fragility.likelihood.parts import (
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.newton import maximise
+from skewbridge.fragility.old_likelihood.parts import (
     ExactIntervals,
     MedianBound,
     Predictor,
     RunCounts,
     Separation,
 )
-from skewbridge.fragility.likelihood.profile import chi_square_quantile, profile_ends
-from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
+from skewbridge.fragility.old_likelihood.profile import chi_square_quantile, profile_ends
+from skewbridge.fragility.old_likelihood.validate import as_column, positive, require, same_length
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 ALL_CENSORED: Final = "all_censored"

@@ -15,7 +15,7 @@ from math import nan, sqrt
 import numpy as np
 from scipy import special
 
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.links import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from scipy import special
 
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.links import FloatArray
 
 #: Of the lattice for three or more components: error 3e-6 (root mean square) in systems of studies.
 POINTS: Final = 1021

@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.censored import Brackets, Sum, Tails
-from skewbridge.fragility.likelihood.fit import FITTED, FLATTEST_SLOPE
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.newton import Derivatives, maximise
-from skewbridge.fragility.likelihood.validate import positive, require
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.censored import Brackets, Sum, Tails
+from skewbridge.fragility.old_likelihood.fit import FITTED, FLATTEST_SLOPE
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.newton import Derivatives, maximise
+from skewbridge.fragility.old_likelihood.validate import positive, require
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

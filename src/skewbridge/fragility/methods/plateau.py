@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.links import FloatArray
 
 #: Gain of the criterion below which the straight line stays: 600 simulated straight clouds of 16 or
 #: 32 runs passed it in about 5 % of cases.

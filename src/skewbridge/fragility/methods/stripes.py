@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.fit import (
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.fit import (
     FEW_MIXED_STRIPES,
     FITTED,
     FLATTEST_SLOPE,
@@ -15,23 +15,23 @@ from skewbridge.fragility.likelihood.fit import (
     common_warnings,
     estimated,
 )
-from skewbridge.fragility.likelihood.links import (
+from skewbridge.fragility.old_likelihood.links import (
     FloatArray,
     LinkTerms,
     half_width,
     link_terms,
     predictor,
 )
-from skewbridge.fragility.likelihood.newton import BinomialKernel, maximise
-from skewbridge.fragility.likelihood.parts import (
+from skewbridge.fragility.old_likelihood.newton import BinomialKernel, maximise
+from skewbridge.fragility.old_likelihood.parts import (
     Goodness,
     MedianBound,
     Predictor,
     Proportions,
     Separation,
 )
-from skewbridge.fragility.likelihood.profile import chi_square_quantile, profile_ends
-from skewbridge.fragility.likelihood.validate import as_column, positive, require, same_length
+from skewbridge.fragility.old_likelihood.profile import chi_square_quantile, profile_ends
+from skewbridge.fragility.old_likelihood.validate import as_column, positive, require, same_length
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 

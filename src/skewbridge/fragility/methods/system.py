@@ -12,8 +12,8 @@ import numpy as np
 from scipy import interpolate, special
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.bootstrap import Replicates
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.bootstrap import Replicates
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.methods.normal_union import FEW_POINTS, union, union_of_each
 
 _NEVER: Final = -40.0  # standardised intensity at which a component does not fail

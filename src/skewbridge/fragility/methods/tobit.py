@@ -11,21 +11,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import Replicates
-from skewbridge.fragility.likelihood.censored import CensoredKernel
-from skewbridge.fragility.likelihood.fit import (
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.bootstrap import Replicates
+from skewbridge.fragility.old_likelihood.censored import CensoredKernel
+from skewbridge.fragility.old_likelihood.fit import (
     FITTED,
     FLATTEST_SLOPE,
     FragilityFit,
     common_warnings,
     estimated,
 )
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.newton import Derivatives, Kernel, Restricted, maximise
-from skewbridge.fragility.likelihood.parts import LineFit, RunCounts
-from skewbridge.fragility.likelihood.profile import profile_ends, student_quantile
-from skewbridge.fragility.likelihood.validate import as_column, positive, same_length
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.newton import Derivatives, Kernel, Restricted, maximise
+from skewbridge.fragility.old_likelihood.parts import LineFit, RunCounts
+from skewbridge.fragility.old_likelihood.profile import profile_ends, student_quantile
+from skewbridge.fragility.old_likelihood.validate import as_column, positive, same_length
 from skewbridge.fragility.methods.cloud import cloud_columns
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 

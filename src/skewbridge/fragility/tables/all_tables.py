@@ -7,7 +7,7 @@ from typing import Final
 import pandas as pd
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.fragility.joint.table import joint_table
+from skewbridge.fragility.old_joint.table import joint_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.demands.demand_columns import Difference
-from skewbridge.fragility.likelihood.censored_means import motion_contributions
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.censored_means import motion_contributions
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.methods.motion_means import MotionMeans, TTest
 from skewbridge.fragility.tables.paired_runs import PairFacts
 

@@ -6,8 +6,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from skewbridge.fragility.likelihood.fit import FragilityFit
-from skewbridge.fragility.likelihood.parts import LineFit
+from skewbridge.fragility.old_likelihood.fit import FragilityFit
+from skewbridge.fragility.old_likelihood.parts import LineFit
 from skewbridge.fragility.tables.limit_states import LimitState
 from skewbridge.fragility.tables.outcomes import TREATMENTS
 from skewbridge.variant.axes import AXES

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.existence import NOT_APPLICABLE
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.old_likelihood.existence import NOT_APPLICABLE
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit
 from skewbridge.fragility.methods import cloud
 from skewbridge.fragility.methods.ordered import crossing
 from skewbridge.fragility.settings import DEFAULTS, FitSettings

@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.demands.columns import column_of, demands_for
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.methods.motion_means import TTest
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.cell_changes import CellMeans, Changes

@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.fragility.joint.shares import axis_shares
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_joint.shares import axis_shares
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.methods.motion_means import MotionMeans
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.beyond_model import is_complete

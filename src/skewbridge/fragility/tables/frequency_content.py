@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.links import FloatArray
 
 DEFAULT_BAND_HZ: Final = (0.1, 10.0)
 _BANDWIDTH: Final = 40.0  # source: Konno and Ohmachi (1998), their b for engineering use

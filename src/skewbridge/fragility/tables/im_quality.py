@@ -14,12 +14,12 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import record_weights, weighted_lines
-from skewbridge.fragility.likelihood.fit import FITTED
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.parts import LineFit
-from skewbridge.fragility.likelihood.validate import require_all
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.bootstrap import record_weights, weighted_lines
+from skewbridge.fragility.old_likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.parts import LineFit
+from skewbridge.fragility.old_likelihood.validate import require_all
 from skewbridge.fragility.methods.cloud import fit_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.beyond_model import is_complete

@@ -21,7 +21,7 @@ from skewbridge.reading.files import shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 if TYPE_CHECKING:
-    from skewbridge.fragility.likelihood.links import FloatArray
+    from skewbridge.fragility.old_likelihood.links import FloatArray
 
 COLLAPSE_EXCEEDS: Final = "exceeds"
 MAX_DISPERSION: Final = 2.0

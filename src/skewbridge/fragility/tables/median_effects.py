@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood.bootstrap import shared_weights, student_reach
-from skewbridge.fragility.likelihood.fit import exp_end
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.bootstrap import shared_weights, student_reach
+from skewbridge.fragility.old_likelihood.fit import exp_end
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.effects import effect_table
 from skewbridge.fragility.tables.limit_states import LimitState

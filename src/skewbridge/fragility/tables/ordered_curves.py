@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.intervals import normal_quantile
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.old_likelihood.intervals import normal_quantile
 from skewbridge.fragility.methods.ordered import OrderedFit, fit_ordered
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.curve_rows import curve_row

@@ -15,11 +15,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import Replicates
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray
-from skewbridge.fragility.likelihood.parts import RunCounts
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.bootstrap import Replicates
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.parts import RunCounts
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_of_column
 from skewbridge.fragility.tables.key_columns import KEY_COLUMNS, motion_codes, need_columns

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.fragility.tables.key_columns import (
     BRIDGE_COLUMNS,

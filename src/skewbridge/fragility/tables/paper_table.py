@@ -6,8 +6,8 @@ from typing import Any, Final
 
 import pandas as pd
 
-from skewbridge.fragility.joint.model import JointModel
-from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.old_joint.model import JointModel
+from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.tables.key_columns import BRIDGE_COLUMNS, axis_names
 from skewbridge.reading.tables import records_of

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.methods.plateau import Plateau, fit_plateau
 from skewbridge.fragility.tables.beyond_model import is_complete
 from skewbridge.fragility.tables.limit_states import LimitState

@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import Replicates, shared_weights, student_reach
-from skewbridge.fragility.likelihood.fit import FITTED, exp_end
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.bootstrap import Replicates, shared_weights, student_reach
+from skewbridge.fragility.old_likelihood.fit import FITTED, exp_end
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.methods.system import (
     JointDemand,
     contributions,

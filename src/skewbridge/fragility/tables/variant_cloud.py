@@ -5,10 +5,10 @@ from math import inf
 
 import numpy as np
 
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import Replicates, refit_lines, shared_weights
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.bootstrap import Replicates, refit_lines, shared_weights
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.old_likelihood.links import FloatArray
 from skewbridge.fragility.methods import cloud, tobit
 from skewbridge.fragility.methods.goodness import lilliefors
 from skewbridge.fragility.settings import FitSettings

@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.fragility.likelihood import existence
-from skewbridge.fragility.likelihood.bootstrap import refit_exceedance, shared_weights
-from skewbridge.fragility.likelihood.fit import FITTED, FragilityFit
-from skewbridge.fragility.likelihood.links import FloatArray, predictor
-from skewbridge.fragility.likelihood.parts import RunCounts
+from skewbridge.fragility.old_likelihood import existence
+from skewbridge.fragility.old_likelihood.bootstrap import refit_exceedance, shared_weights
+from skewbridge.fragility.old_likelihood.fit import FITTED, FragilityFit
+from skewbridge.fragility.old_likelihood.links import FloatArray, predictor
+from skewbridge.fragility.old_likelihood.parts import RunCounts
 from skewbridge.fragility.methods import ida
 from skewbridge.fragility.methods.stripes import fit_stripes
 from skewbridge.fragility.settings import FitSettings

@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.fragility.tables.paper_table import with_interval
 from skewbridge.report.axis_layout import named_value, shown_axes
 from skewbridge.report.html.answer import model_name

@@ -11,7 +11,7 @@ import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.stamp import read_stamp
 from skewbridge.provenance.tables import read_frame

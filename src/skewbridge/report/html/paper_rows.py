@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import pandas as pd
 
-from skewbridge.fragility.likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.fragility.tables.paper_table import JOINT, paper_table, printed_rows
 from skewbridge.report.axis_layout import named_value, shown_axes, threshold_text
 from skewbridge.report.html.answer import model_name

@@ -1,0 +1,637 @@
+"""Fragility curves of the variants of a study: a table with a row per limit state and method.
+
+All states of one demand share one line (method ``cloud``) or one dispersion (``exceedance``,
+``ida_interval``), so that their curves do not cross.
+
+References:
+    Hausman (1978), Econometrica 46(6):1251-1271: two estimates of one quantity compared; here the
+    variance of their difference is that of the jackknife by motion.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf, nan
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import special
+
+from skewbridge.demands.columns import label_of
+from skewbridge.errors import InputError
+from skewbridge.fragility import existence
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.demand_table import (
+    is_beyond_model,
+    motion_codes,
+    spread,
+    variant_values,
+    variants_of,
+)
+from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.fits import (
+    ALL_CENSORED,
+    FragilityFit,
+    brackets_of_runs,
+    common_warnings,
+    estimated,
+    exp_end,
+    fit_brackets,
+    fit_cloud_states,
+    fit_stripes,
+    jackknifed,
+    motion_weights,
+)
+from skewbridge.fragility.likelihood import (
+    MedianTerm,
+    NormalKernel,
+    chi_square_drop,
+    maximise,
+    profile_ends,
+)
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines, fit_lines
+from skewbridge.fragility.outcomes import (
+    TREATMENTS,
+    DemandOutcomes,
+    demand_outcomes,
+    states_by_demand,
+)
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.statuses import COLLAPSE
+from skewbridge.variant.axes import AXES
+
+#: Methods in the order of preference.
+METHODS: Final = ("cloud", "exceedance", "ida_interval")
+MAX_UNKNOWN_SHARE: Final = 0.05
+# ASSUME a median is worth printing if unknown outcomes can move it by 15 % at most
+MAX_BOUNDS_RATIO: Final = 1.15
+BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
+# ASSUME medians of two methods that differ by more than 15 %, or by more than two standard errors
+# of the difference, are worth a reader's attention
+MAX_METHODS_DIFFERENCE: Final = 0.15
+MAX_METHODS_Z: Final = 2.0
+#: Runs on each side of the state without which the exceedance fit is not preferred to the cloud.
+MIN_RUNS_A_SIDE: Final = 5
+
+CURVE_COLUMNS: Final[dict[str, str]] = {
+    "variant": "name of the variant",
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
+    **{axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -") for axis in AXES},
+    "component": "component of the limit state",
+    "limit_state": "degree of damage",
+    "method": "cloud (line of ln demand) | exceedance (probit of exceeded or not) | ida_interval "
+    "(brackets of the first exceedance of each motion)",
+    "model": "estimator: cloud_ols | cloud_tobit | stripes | ida_interval",
+    "preferred": "whether this row is the median to use: cloud, unless the medians differ by more "
+    "than 2 standard errors and 5 runs or more lie on each side of the state",
+    "status": "ok, or the reason why there is no estimate",
+    "theta": "median: intensity at which the median capacity is reached",
+    "beta": "record-to-record dispersion",
+    "beta_total": "dispersion with that of the capacity, sqrt(beta^2 + (dispersion/b)^2)",
+    "beta_total_low": "lower end of its interval (jackknife by motion)",
+    "beta_total_high": "upper end of its interval",
+    "var_ln_theta": "variance of ln theta",
+    "cov_ln_theta_beta": "covariance of ln theta and beta",
+    "var_beta": "variance of beta",
+    "theta_low": "lower end of the interval of theta; 0 is unbounded",
+    "theta_high": "upper end of the interval of theta; infinity is unbounded",
+    "beta_low": "lower end of the interval of beta",
+    "beta_high": "upper end of the interval of beta",
+    "ci_method": "fieller | profile | jackknife (by motion, where motions repeat)",
+    "level": "confidence level of the intervals",
+    "loglik": "log-likelihood at the maximum, of all states of the demand",
+    "warnings": "names separated by semicolons",
+    "methods_ratio": "median of the exceedance fit over that of the cloud",
+    "methods_z": "ln of that ratio over its standard error (jackknife by motion)",
+    "methods_differ": "whether the medians differ by more than 15 % or 2 standard errors",
+    "n_runs": "runs of the variant",
+    "n_records": "motions behind them",
+    "n_exceed": "runs known to exceed",
+    "n_unknown": "runs, failed or ended early, whose outcome is unknown",
+    "n_censored": "runs whose demand is only known to lie above or below a value",
+    "n_missing": "completed runs without the demand",
+    "n_collapse": "collapsed runs",
+    "n_beyond_model": "runs in which a column failed",
+    "theta_exclude": "median with unknown outcomes left out",
+    "beta_exclude": "dispersion with unknown outcomes left out",
+    "theta_all_exceed": "median if all unknown outcomes exceed",
+    "beta_all_exceed": "dispersion if all unknown outcomes exceed",
+    "theta_none_exceed": "median if no unknown outcome exceeds",
+    "beta_none_exceed": "dispersion if no unknown outcome exceeds",
+    "theta_bracket_low": "separated data: last level without an exceedance; theta lies above it",
+    "theta_bracket_high": "separated data: first level with an exceedance; theta lies below it",
+    "theta_bound_low": "one-sided lower bound of theta where nothing exceeds or the data separate",
+    "theta_bound_high": "one-sided upper bound where everything exceeds or the data separate",
+    "theta_bound_beta": "dispersion assumed for these bounds",
+    "theta_firth": "penalised (Firth) median of separated data, not the maximum likelihood",
+    "beta_firth": "penalised (Firth) dispersion of separated data",
+    "ln_a": "intercept of ln demand on ln intensity",
+    "b": "slope of ln demand on ln intensity",
+    "sigma": "scatter of ln demand about that line",
+    "curvature_p": "p-value of the curvature test",
+    "scatter_p": "p-value of the test of constant scatter",
+    "normal_p": "p-value of the Shapiro-Wilk test that the scatter is normal",
+    "link_p": "p-value of the test of a curvature in the predictor of an exceedance fit",
+    "reach": "largest demand and the state, where no run reached the state",
+    "im": "intensity measure",
+    "demand": "demand column",
+    "threshold": "median capacity, in the unit of the demand column",
+    "capacity_dispersion": "dispersion of the capacity",
+    "collapse_rule": "exceeds | peak: whether a collapsed run exceeds by definition",
+    "citation": "source of the capacity",
+}
+
+_KEY: Final = ("variant", "bridge", "abutment", *(axis.name for axis in AXES))
+
+
+def fit_study(
+    demands: pd.DataFrame,
+    limit_states: Sequence[LimitState],
+    settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
+) -> pd.DataFrame:
+    """Fit every variant and limit state of a demands table.
+
+    Methods: ``cloud`` (log-log line; Tobit with censored demands), ``exceedance`` (probit on
+    exceeded or not) and, where motions ran at several levels, ``ida_interval``. Intervals are
+    Fieller's or those of the profile; where motions repeat, of the jackknife by motion.
+
+    Args:
+        demands: Runs, as `demand_table.prepared` returns them.
+        limit_states: The limit states.
+        settings: Intensity measure, levels, treatment of unknown outcomes.
+        jobs: Number of processes.
+
+    Returns:
+        One row per (variant, component, limit state, method) with the columns `CURVE_COLUMNS`.
+        Unless ``status`` is ``ok``, theta and beta are NaN: nothing is extrapolated to a state that
+        no run, or every run, exceeds.
+
+    Raises:
+        InputError: There are no limit states.
+    """
+    if not limit_states:
+        raise InputError("no limit states to fit")
+    columns = list(dict.fromkeys(state.demand for state in limit_states))
+    rows = spread(
+        partial(_variant_rows, states=limit_states, settings=settings),
+        variants_of(demands, [settings.im, *columns]),
+        jobs,
+    )
+    table = pd.DataFrame([row for part in rows for row in part])
+    return table[[name for name in CURVE_COLUMNS if name in table]]
+
+
+def _variant_rows(
+    part: pd.DataFrame, *, states: Sequence[LimitState], settings: FitSettings
+) -> list[dict[str, Any]]:
+    """Return the rows of one variant."""
+    description = variant_values(part)
+    return [
+        description | row
+        for group in states_by_demand(states).values()
+        for row in DemandFits(part, group, settings).rows()
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class CommonSlopeFits:
+    """Fits of the states of one demand with a common dispersion.
+
+    Attributes:
+        fits: Fit of each state.
+        ln_theta: ln medians, shape (J, 1 + M): all runs, then without each motion; NaN where none.
+        beta: Dispersion, shape (1 + M,).
+    """
+
+    fits: list[FragilityFit]
+    ln_theta: FloatArray
+    beta: FloatArray
+
+
+class DemandFits:
+    """The fits of one variant for all states of one demand.
+
+    Args:
+        part: Runs of the variant.
+        states: States of the demand by rising threshold.
+        settings: Intensity measure, levels, treatment of unknown outcomes.
+    """
+
+    def __init__(
+        self, part: pd.DataFrame, states: Sequence[LimitState], settings: FitSettings
+    ) -> None:
+        self._part, self._states, self._settings = part, states, settings
+        self._im = part[settings.im].to_numpy(dtype=np.float64)
+        self._motion = motion_codes(part)
+        self._weights = motion_weights(self._motion)
+        self._outcomes = demand_outcomes(part, states)
+        self._repeated = self._weights.shape[0] - 1 < self._im.size
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the rows of the table of curves, without the description of the variant."""
+        outcomes, states = self._outcomes, self._states
+        missing = outcomes.complete & np.isnan(outcomes.lower)
+        counts: dict[str, Any] = {
+            "n_runs": int(self._im.size),
+            "n_records": int(self._weights.shape[0] - 1),
+            "n_censored": int(np.sum(outcomes.used & (outcomes.lower != outcomes.upper))),
+            "n_missing": int(np.sum(missing)),
+            "n_collapse": int(np.sum(self._part["status"] == COLLAPSE)),
+            "n_beyond_model": int(np.sum(is_beyond_model(self._part))),
+        }
+        if np.any(missing) and np.all(missing[outcomes.complete]):
+            blank = FragilityFit(method="", status=existence.NOT_APPLICABLE)
+            pairs = [(method, state) for state in states for method in METHODS[:2]]
+            return [self._row(method, state, blank, counts) for method, state in pairs]
+        lines, exceedance = self._lines(outcomes, self._weights), self._exceedance(outcomes)
+        unknown = any(np.any(outcomes.unknown(state)) for state in states)
+        medians = [
+            [(_exp(lines.ln_theta(s.threshold)[0]), float(lines.beta()[0])) for s in states],
+            [(_exp(row[0]), float(exceedance.beta[0])) for row in exceedance.ln_theta],
+        ]
+        bounded = {name: self._bound(name) if unknown else medians for name in TREATMENTS}
+        clouds, brackets = self._clouds(), self._brackets()
+        rows: list[dict[str, Any]] = []
+        for j, state in enumerate(states):
+            known = counts | {
+                "n_exceed": int(np.sum(outcomes.exceed(state))),
+                "n_unknown": int(np.sum(outcomes.unknown(state))),
+            }
+            fits = {"cloud": clouds[j], "exceedance": exceedance.fits[j]}
+            for number, method in enumerate(fits):
+                bounds = {name: bounded[name][number][j] for name in TREATMENTS}
+                fits[method] = self._judged(fits[method], bounds, known["n_unknown"])
+            comparison = self._compared(
+                fits, exceedance.ln_theta[j] - lines.ln_theta(state.threshold), known
+            )
+            shares = {
+                "cloud": (lines.sigma / lines.b, lines.b),
+                "exceedance": (exceedance.beta, lines.b),
+            }
+            if brackets is not None:
+                fits[METHODS[2]] = brackets.fits[j]
+                shares[METHODS[2]] = (brackets.beta, lines.b)
+            for number, (method, fit) in enumerate(fits.items()):
+                row = self._row(method, state, fit, known) | comparison.get(method, {})
+                if method in METHODS[:2]:
+                    for name in TREATMENTS:
+                        theta, beta = bounded[name][number][j]
+                        row |= {f"theta_{name}": theta, f"beta_{name}": beta}
+                rows.append(row | self._total_dispersion(fit, state, *shares[method]))
+        return rows
+
+    # -- line of ln demand ---------------------------------------------------------------------
+
+    def _lines(self, outcomes: DemandOutcomes, weights: FloatArray) -> Lines:
+        """Return the lines of replicates with given weights of the runs, shape (R, n)."""
+        used = outcomes.used
+        if np.sum(used) < 3:
+            blank = np.full(weights.shape[0], nan)
+            return Lines(blank, blank, blank)
+        with np.errstate(divide="ignore"):
+            lower, upper = np.log(outcomes.lower[used]), np.log(outcomes.upper[used])
+        return fit_lines(np.log(self._im[used]), lower, upper, weights[:, used])
+
+    def _clouds(self) -> list[FragilityFit]:
+        """Return the cloud fits of the states; refused where no run, or every run, exceeds."""
+        outcomes, used = self._outcomes, self._outcomes.used
+        if not np.any(used):
+            return [FragilityFit(method="cloud", status=existence.NO_RUNS)] * len(self._states)
+        fits = fit_cloud_states(
+            self._im[used],
+            outcomes.lower[used],
+            outcomes.upper[used],
+            [(state.threshold, 0.0) for state in self._states],
+            self._settings,
+            self._motion[used] if self._repeated else None,
+        )
+        for j, state in enumerate(self._states):
+            exceed = outcomes.exceed(state)
+            # ASSUME a study states no median that no run reached, or that every run passed
+            if not np.any(exceed):
+                fits[j] = fits[j].without_estimate(existence.NO_EXCEEDANCE)
+            elif np.all(exceed | outcomes.unknown(state)):
+                fits[j] = fits[j].without_estimate(existence.ALL_EXCEED)
+        return fits
+
+    # -- exceeded or not -----------------------------------------------------------------------
+
+    def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> CommonSlopeFits:
+        """Fit the probability of exceedance of all states with a common dispersion.
+
+        A run whose demand lies above state j and not above state k has the probability
+        Phi(eta_j) - Phi(eta_k), eta_j = a0_j + a1 ln x (ordered probit).
+        """
+        exceed = np.column_stack([outcomes.exceed(state) for state in self._states])
+        known = ~np.column_stack([outcomes.unknown(state) for state in self._states])
+        fits = [
+            self._stripes(known[:, j], exceed[:, j], intervals=intervals)
+            for j in range(len(self._states))
+        ]
+        usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
+        if not usable:
+            return self._common_slope(fits, usable, None, intervals=intervals)
+        passed = exceed[:, usable].sum(axis=1)  # usable states that are exceeded
+        not_passed = known[:, usable] & ~exceed[:, usable]
+        ended = ~np.any(not_passed, axis=1)
+        rows = (passed > 0) | ~ended
+        x = np.log(self._im[rows])
+        eye = -np.eye(len(usable))
+        low = eye[np.argmax(not_passed, axis=1)[rows]]
+        high = eye[np.maximum(passed - 1, 0)[rows]]
+
+        def kernel(weights: FloatArray | None) -> NormalKernel:
+            return NormalKernel(
+                low,
+                np.where(ended[rows], -inf, x),
+                np.where(passed[rows] > 0, x, inf),
+                None if weights is None else weights[:, rows],
+                upper_covariates=high,
+                observed=np.zeros(x.size, dtype=np.bool_),
+            )
+
+        return self._common_slope(fits, usable, kernel, intervals=intervals)
+
+    def _stripes(
+        self, known: NDArray[np.bool_], exceed: NDArray[np.bool_], *, intervals: bool
+    ) -> FragilityFit:
+        """Return the fit of one state by itself, or only its status and a start value."""
+        im, hits = self._im[known], exceed[known].astype(np.float64)
+        if im.size == 0:
+            return FragilityFit(method="stripes", status=existence.NO_RUNS)
+        if intervals:
+            return fit_stripes(
+                im,
+                np.ones(im.size),
+                hits,
+                settings=self._settings,
+                n_records=int(np.unique(self._motion[known]).size),
+                interval=False,
+            )
+        status = existence.binomial_status(np.log(im), np.ones(im.size), hits)
+        middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
+        return FragilityFit(method="stripes", status=status, theta=middle, beta=0.5)
+
+    def _brackets(self) -> CommonSlopeFits | None:
+        """Fit the brackets of the first exceedance per motion; None if all ran at one level."""
+        order = np.lexsort((self._im, self._motion))
+        same = np.diff(self._motion[order]) == 0
+        if not np.any(same & (np.diff(self._im[order]) > 0.0)):
+            return None
+        fits: list[FragilityFit] = []
+        ends: list[tuple[FloatArray, FloatArray, NDArray[np.intp]]] = []
+        for state in self._states:
+            known = ~self._outcomes.unknown(state)
+            exceed = self._outcomes.exceed(state)[known].astype(np.float64)
+            low, high, odd = brackets_of_runs(self._im[known], exceed, self._motion[known])
+            fit = fit_brackets(low, high, self._settings)
+            if fit.status == ALL_CENSORED:
+                fit = replace(fit, status=existence.NO_EXCEEDANCE)
+            if odd:
+                fit = replace(fit, warnings=(*fit.warnings, "non_monotone_records"))
+            fits.append(fit)
+            ends.append((low, high, np.unique(self._motion[known])))
+        usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
+        if not usable:
+            return self._common_slope(fits, usable, None)
+        with np.errstate(divide="ignore"):
+            lower, upper = (np.log(np.concatenate([ends[j][k] for j in usable])) for k in (0, 1))
+        place = np.repeat(np.arange(len(usable)), [ends[j][0].size for j in usable])
+        motion = np.concatenate([ends[j][2] for j in usable])
+
+        def kernel(weights: FloatArray | None) -> NormalKernel:
+            # one row per motion: a replicate without a motion has no row of it
+            count = 0 if weights is None else weights.shape[0]
+            each = motion != np.arange(count)[:, None]
+            by_motion = None if weights is None else each.astype(np.float64)
+            return NormalKernel(-np.eye(len(usable))[place], lower, upper, by_motion)
+
+        independent = len(usable) == 1  # one bracket per motion
+        return self._common_slope(fits, usable, kernel, profile=independent)
+
+    def _common_slope(
+        self,
+        fits: list[FragilityFit],
+        usable: list[int],
+        kernel: Callable[[FloatArray | None], NormalKernel] | None,
+        *,
+        intervals: bool = True,
+        profile: bool | None = None,
+    ) -> CommonSlopeFits:
+        """Fit the usable states together: parameters (a0 of each state, a1).
+
+        ``kernel`` returns the likelihood for given weights of the runs. Intervals are those of the
+        profile where rows are independent, else of the jackknife by motion.
+        """
+        count = self._weights.shape[0]
+        ln_theta, beta = np.full((len(fits), count), nan), np.full(count, nan)
+        result = list(fits)
+        if kernel is None:
+            return CommonSlopeFits(result, ln_theta, beta)
+        slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
+        start = np.array([[*(-slope * np.log(fits[j].theta) for j in usable), slope]])
+        whole = kernel(None)
+        best = maximise(whole, start)
+        params, converged = best.params, best.converged
+        if intervals and converged[0]:
+            again = maximise(
+                kernel(self._weights[1:]), np.tile(params, (count - 1, 1)), covariance=False
+            )
+            params = np.vstack([params, again.params])
+            converged = np.append(converged, again.converged)
+        good = converged & (params[:, -1] > FLATTEST_SLOPE)
+        a1 = np.where(good, params[:, -1], nan)
+        beta[: a1.size] = 1.0 / a1
+        ln_theta[usable, : a1.size] = (-params[:, :-1] / a1[:, None]).T
+        if not good[0]:
+            status = existence.NON_INCREASING if converged[0] else existence.NOT_CONVERGED
+            for j in usable:
+                result[j] = fits[j].without_estimate(status)
+            return CommonSlopeFits(result, ln_theta, beta)
+        independent = not self._repeated if profile is None else profile
+        ends = None
+        if intervals and independent:
+            eye = np.eye(len(usable) + 1)
+            terms = [MedianTerm(i, eye[i]) for i in range(len(usable))]
+            drop = chi_square_drop(self._settings.confidence)
+            ends = profile_ends(whole, best, drop, terms, len(usable))
+        for i, j in enumerate(usable):
+            covariance = best.covariance[0][np.ix_([i, -1], [i, -1])]
+            own_ends = None if ends is None else (ends.ln_theta[i], ends.beta)
+            fit = estimated(fits[j], best.params[0, [i, -1]], covariance, own_ends)
+            if intervals and not independent:
+                fit = jackknifed(fit, ln_theta[j, 1:], beta[1:], count - 1)
+            names = common_warnings(fit.theta, fit.ci_theta, self._im, count - 1)
+            result[j] = replace(
+                fit,
+                loglik=float(best.loglik[0]),
+                warnings=tuple(dict.fromkeys((*fit.warnings, *names))),
+            )
+        return CommonSlopeFits(result, ln_theta, beta)
+
+    # -- unknown outcomes and the choice between the methods -----------------------------------
+
+    def _bound(self, treatment: str) -> list[list[tuple[float, float]]]:
+        """Return (theta, beta) of each method and state for one treatment of unknown outcomes."""
+        outcomes, states = self._outcomes, self._states
+        line: list[tuple[float, float]] = []
+        for state in states:
+            lines = self._lines(outcomes.treated(state, treatment), self._weights[:1])
+            line.append((_exp(lines.ln_theta(state.threshold)[0]), float(lines.beta()[0])))
+        treated = outcomes
+        for state in states:
+            treated = treated.treated(state, treatment)
+        counts = self._exceedance(treated, intervals=False)
+        return [line, [(_exp(row[0]), float(counts.beta[0])) for row in counts.ln_theta]]
+
+    def _judged(
+        self, fit: FragilityFit, bounds: Mapping[str, tuple[float, float]], unknown: int
+    ) -> FragilityFit:
+        """Warn of unknown outcomes; refuse a median that they decide."""
+        if unknown == 0:
+            return fit
+        share = unknown / self._im.size
+        above = ("unknown_above_5_percent",) if share > MAX_UNKNOWN_SHARE else ()
+        fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes", *above))
+        pair = (bounds["all_exceed"][0], bounds["none_exceed"][0])
+        ratio = max(pair) / min(pair) if all(np.isfinite(pair)) and min(pair) > 0.0 else inf
+        if fit.status != FITTED or ratio <= MAX_BOUNDS_RATIO or self._settings.accept_bounds:
+            return fit
+        return fit.without_estimate(BOUNDS_TOO_WIDE)
+
+    def _compared(
+        self, fits: Mapping[str, FragilityFit], difference: FloatArray, known: Mapping[str, Any]
+    ) -> dict[str, dict[str, Any]]:
+        """Return the comparison of both methods and the preferred one.
+
+        Args:
+            fits: Fits of a state by method.
+            difference: ln of the exceedance over the cloud median, all runs and without each
+                motion, shape (1 + M,).
+            known: Counts of the state.
+        """
+        cloud, exceedance = (fits[method].status == FITTED for method in METHODS[:2])
+        ratio, z = nan, nan
+        if cloud and exceedance:
+            ratio = _exp(difference[0])
+            left_out = difference[1:][np.isfinite(difference[1:])]
+            size = left_out.size
+            error = np.std(left_out) * np.sqrt(max(size - 1, 0)) if size > 2 else nan
+            z = float(difference[0] / error) if error > 0.0 else nan
+        far = abs(z) > MAX_METHODS_Z
+        sides = min(known["n_exceed"], known["n_runs"] - known["n_exceed"] - known["n_unknown"])
+        by_count = exceedance and (not cloud or (far and sides >= MIN_RUNS_A_SIDE))
+        shared = {
+            "methods_ratio": ratio,
+            "methods_z": z,
+            "methods_differ": bool(far or abs(ratio - 1.0) > MAX_METHODS_DIFFERENCE),
+        }
+        return {
+            METHODS[0]: shared | {"preferred": cloud and not by_count},
+            METHODS[1]: shared | {"preferred": by_count},
+        }
+
+    # -- rows ----------------------------------------------------------------------------------
+
+    def _total_dispersion(
+        self, fit: FragilityFit, state: LimitState, beta: FloatArray, b: FloatArray
+    ) -> dict[str, float]:
+        """Return the dispersion with that of the capacity and its interval by motion.
+
+        Args:
+            fit: Fit of the state.
+            state: The state, with the dispersion of its capacity.
+            beta: Record-to-record dispersion, all runs and without each motion, shape (1 + M,).
+            b: Slope of the line, which carries the dispersion of the capacity over, (1 + M,).
+        """
+        # ASSUME capacity independent of demand
+        with np.errstate(divide="ignore", invalid="ignore"):
+            total = (
+                np.log(np.hypot(beta, state.dispersion / b)) if state.dispersion else np.log(beta)
+            )
+        if fit.status != FITTED or not np.isfinite(total[0]):
+            return {"beta_total": nan, "beta_total_low": nan, "beta_total_high": nan}
+        left_out = total[1:][np.isfinite(total[1:])]
+        size, middle = left_out.size, _exp(total[0])
+        if size < 4:
+            return {"beta_total": middle, "beta_total_low": nan, "beta_total_high": nan}
+        t = float(special.stdtrit(size - 2, 0.5 + 0.5 * fit.level))
+        reach = exp_end(t * float(np.std(left_out)) * float(np.sqrt(size - 1)))
+        ends = {"beta_total_low": middle / reach, "beta_total_high": middle * reach}
+        return {"beta_total": middle} | ends
+
+    def _row(
+        self, method: str, state: LimitState, fit: FragilityFit, known: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Return the columns of one fit that do not depend on the other fits."""
+        details = fit.details
+        row: dict[str, Any] = dict.fromkeys(CURVE_COLUMNS, nan)
+        row |= {name: details[name] for name in ("ln_a", "b", "sigma", "link_p") if name in details}
+        if fit.line is not None:
+            row |= {
+                name: getattr(fit.line, name) for name in ("curvature_p", "scatter_p", "normal_p")
+            }
+            row |= {n: getattr(fit.line, n) for n in ("ln_a", "b", "sigma") if n not in details}
+        names = ("theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "loglik")
+        row |= {name: getattr(fit, name) for name in names}
+        row |= _bounds_without_estimate(fit)
+        row |= {
+            "component": state.component,
+            "limit_state": state.name,
+            "method": method,
+            "model": fit.method,
+            "preferred": False,
+            "status": fit.status,
+            "theta_low": fit.ci_theta[0],
+            "theta_high": fit.ci_theta[1],
+            "beta_low": fit.ci_beta[0],
+            "beta_high": fit.ci_beta[1],
+            "ci_method": fit.ci_method,
+            "level": fit.level,
+            "warnings": ";".join(dict.fromkeys((*fit.warnings, *state.warnings))),
+            "methods_differ": False,
+            "reach": "",
+            "im": self._settings.im,
+            "demand": state.demand,
+            "threshold": state.threshold,
+            "capacity_dispersion": state.dispersion,
+            "collapse_rule": state.collapse,
+            "citation": state.citation,
+            **known,
+        }
+        if known.get("n_exceed") == 0:
+            largest = np.nanmax(self._outcomes.lower, initial=0.0)
+            label = label_of(state.demand)
+            row["reach"] = f"{label}: largest {largest:.2g}, state at {state.threshold:.2g}"
+        return {
+            name: value for name, value in row.items() if name in CURVE_COLUMNS and name not in _KEY
+        }
+
+
+def _bounds_without_estimate(fit: FragilityFit) -> dict[str, float]:
+    """Return bracket and one-sided bounds of the median of a fit without an estimate."""
+    details = fit.details
+    found: dict[str, float] = {}
+    beta = details.get("assumed_beta", nan)
+    for side, name in (("lower", "low"), ("upper", "high")):
+        for key, bounds in details.items():
+            if key.startswith(f"theta_{side}") and key.endswith("_given_beta"):
+                found |= {f"theta_bound_{name}": bounds[f"{beta:g}"], "theta_bound_beta": beta}
+    if "theta_interval" in details:
+        found["theta_bracket_low"], found["theta_bracket_high"] = details["theta_interval"]
+    for name, ends in details.get("theta_bounds_given_beta", {}).items():
+        found |= {"theta_bound_low": ends[0], "theta_bound_high": ends[1]}
+        found["theta_bound_beta"] = float(name)
+    if "firth" in details:
+        found |= {f"{name}_firth": value for name, value in details["firth"].items()}
+    return found
+
+
+def _exp(value: float) -> float:
+    return exp_end(float(value)) if np.isfinite(value) else nan

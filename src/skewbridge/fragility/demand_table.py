@@ -1,0 +1,260 @@
+"""Rows of a demands table: key columns, bridges and variants, checks before any fit."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, islice
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+from numpy.typing import NDArray
+
+from skewbridge.analysis.suspect import SUSPECT
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.errors import InputError
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.limit_states import ANY_FAILURE_DEMAND, FAILURE_DEMANDS
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.statuses import OK, STATUSES, Status
+from skewbridge.variant.axes import axes_of
+
+BRIDGE_COLUMNS: Final = ("bridge", "abutment")
+IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
+LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
+KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
+#: Column with the mode of a column failure; empty where no column failed.
+BEYOND_MODEL: Final = "beyond_model"
+KINDS: Final = ("shear", "flexure")
+_UNKNOWN: Status = "numerical_failure"
+# ASSUME starting a process takes about a second and an item some tenths
+_WORTH_PROCESSES: Final = 24
+
+
+def failure_kinds(table: pd.DataFrame) -> NDArray[np.str_]:
+    """Return the mode of the column failure of each row, empty without one, shape (n,)."""
+    if BEYOND_MODEL not in table.columns:
+        return np.full(len(table), "", dtype=np.str_)
+    return table[BEYOND_MODEL].fillna("").to_numpy(dtype=str)
+
+
+def is_beyond_model(table: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return for each row whether a column failed during the run, shape (n,)."""
+    return np.asarray(failure_kinds(table) != "", dtype=np.bool_)
+
+
+def is_complete(table: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return for each row whether its demands are peaks over the whole motion, shape (n,).
+
+    That is: status ``ok`` and no column failure.
+    """
+    return (table["status"] == OK).to_numpy() & ~is_beyond_model(table)
+
+
+def column_failure_ratio(table: pd.DataFrame) -> FloatArray:
+    """Return the larger of column shear and column drift over their capacities, shape (n,).
+
+    NaN where neither is known.
+    """
+    ratios = [
+        table[name].to_numpy(dtype=np.float64) for name in FAILURE_DEMANDS.values() if name in table
+    ]
+    return np.fmax.reduce(ratios) if ratios else np.full(len(table), np.nan)
+
+
+def axis_names(table: pd.DataFrame) -> list[str]:
+    """Return the axis columns of a table, in the order of the axis table."""
+    return [axis.name for axis in axes_of(map(str, table.columns))]
+
+
+def varying_axes(table: pd.DataFrame) -> list[str]:
+    """Return the axis columns in which the rows of a table differ."""
+    return [name for name in axis_names(table) if table[name].nunique() > 1]
+
+
+def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+    """Yield each bridge with each abutment model, and its rows; nothing is pooled over these."""
+    for key, part in table.groupby(list(BRIDGE_COLUMNS), sort=True):
+        yield dict(zip(BRIDGE_COLUMNS, key, strict=True)), part
+
+
+def variant_columns(table: pd.DataFrame) -> list[str]:
+    """Return the columns that describe a variant: name, bridge, abutment model and axes."""
+    return [*IDENTITY_COLUMNS, *axis_names(table)]
+
+
+def variant_values(part: pd.DataFrame) -> dict[str, object]:
+    """Return the description of the one variant of a part of a table."""
+    return {name: part[name].iloc[0] for name in variant_columns(part)}
+
+
+def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
+    """Yield the rows of each variant with its key, axes, status and ``columns``."""
+    for _, part in demand_columns(demands, columns).groupby("variant", sort=True):
+        yield part
+
+
+def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+    """Return key, axes and status of the runs with some columns, to send to another process."""
+    names = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, *columns)
+    return demands[[name for name in dict.fromkeys(names) if name in demands.columns]]
+
+
+def motion_codes(table: pd.DataFrame) -> NDArray[np.intp]:
+    """Return the number of the motion of each run, 0 .. m - 1, shape (n,)."""
+    return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+
+
+def need_columns(
+    table: pd.DataFrame, columns: Iterable[str], what: str = "the demands table"
+) -> None:
+    """Check that a table has some columns.
+
+    Raises:
+        InputError: A column is missing; names it.
+    """
+    for column in columns:
+        if column not in table.columns:
+            raise InputError(f"{what} has no column {column!r}", column=column)
+
+
+#: Columns of the table of notes about the input.
+NOTE_COLUMNS: Final[dict[str, str]] = {
+    "kind": "rejected_row | missing_demand | equal_motions",
+    "row": "row of the demands table, from 0; -1 if the note concerns several rows",
+    "column": "column concerned",
+    "message": "the finding as a sentence",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedDemands:
+    """A checked demands table.
+
+    Attributes:
+        table: Rows to fit, numbered from 0, with `ANY_FAILURE_DEMAND`.
+        notes: Rejected rows, missing demands and repeated motions (`NOTE_COLUMNS`).
+    """
+
+    table: pd.DataFrame
+    notes: pd.DataFrame
+
+
+def prepared(
+    demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings
+) -> PreparedDemands:
+    """Check a demands table and return the rows to fit.
+
+    A row without a usable intensity is rejected, a completed run without a demand counts as missing
+    for that demand; both are listed in the notes. Suspect rows become failed analyses if the
+    settings exclude them.
+
+    Args:
+        demands: Demands table.
+        columns: Demand columns that will be fitted.
+        settings: Intensity measure and treatment of suspect rows.
+
+    Raises:
+        InputError: A column is missing, a status unknown, or a completed run has an infinite or
+            negative demand; names row and column.
+    """
+    wanted = [name for name in columns if name != ANY_FAILURE_DEMAND]
+    need_columns(demands, (*KEY_COLUMNS, settings.im, *wanted))
+    table = demands.reset_index(drop=True)
+    status = table["status"].to_numpy(dtype=str)
+    _require(table, np.isin(status, STATUSES), "status", f"must be one of {', '.join(STATUSES)}")
+    for name in wanted:
+        values = table[name].to_numpy(dtype=np.float64)
+        bad = (status == OK) & (np.isinf(values) | (values < 0.0))
+        _require(table, ~bad, name, "must be >= 0 and finite where status is ok")
+    if settings.exclude_suspect and SUSPECT in table:
+        names = [column.name for column in DEMAND_COLUMNS if column.name in table]
+        suspect = table[SUSPECT] != ""
+        table.loc[suspect, names] = np.nan
+        table.loc[suspect, "status"] = _UNKNOWN
+        table.loc[suspect, BEYOND_MODEL] = ""
+    if ANY_FAILURE_DEMAND not in table:
+        table = table.assign(**{ANY_FAILURE_DEMAND: column_failure_ratio(table)})
+    im = table[settings.im].to_numpy(dtype=np.float64)
+    usable = np.isfinite(im) & (im > 0.0)
+    notes = [
+        ("rejected_row", row, settings.im, f"row {row}: {settings.im} is {im[row]:g}, not above 0")
+        for row in np.flatnonzero(~usable).tolist()
+    ]
+    notes += _missing_demands(table, wanted, usable)
+    notes += _equal_motions(table[usable], [settings.im, *wanted])
+    if not usable.any():
+        raise InputError(f"no row has a usable {settings.im}", column=settings.im)
+    return PreparedDemands(
+        table=table[usable].reset_index(drop=True),
+        notes=pd.DataFrame(notes, columns=list(NOTE_COLUMNS)),
+    )
+
+
+def _missing_demands(
+    table: pd.DataFrame, columns: Sequence[str], usable: NDArray[np.bool_]
+) -> list[tuple[str, int, str, str]]:
+    """Return a note per completed run without a demand that other runs of its model have."""
+    notes: list[tuple[str, int, str, str]] = []
+    complete = is_complete(table) & usable
+    model = table.groupby(list(BRIDGE_COLUMNS), sort=False).ngroup().to_numpy()
+    for name in columns:
+        missing = np.isnan(table[name].to_numpy(dtype=np.float64))
+        present = np.unique(model[complete & ~missing])
+        rows = np.flatnonzero(complete & missing & np.isin(model, present))
+        for row in rows.tolist():
+            run = f"{table['variant'].iloc[row]} under {table['motion_id'].iloc[row]}"
+            notes.append(("missing_demand", row, name, f"{name} is missing for {run}"))
+    return notes
+
+
+def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[str, int, str, str]]:
+    """Return a note per pair of motions whose runs are equal in every variant."""
+    if table.empty or len(columns) < 2:
+        return []
+    values = table[["variant", "motion_id", "scale", *columns]]
+    rows = pd.util.hash_pandas_object(values.drop(columns=["motion_id", "scale"]), index=False)
+    order = np.lexsort((rows.to_numpy(), table["motion_id"].to_numpy(dtype=str)))
+    signature = pd.Series(rows.to_numpy()[order]).groupby(
+        table["motion_id"].to_numpy(dtype=str)[order], sort=True
+    )
+    seen: dict[tuple[int, ...], str] = {}
+    notes: list[tuple[str, int, str, str]] = []
+    for motion, part in signature:
+        first = seen.setdefault(tuple(part.tolist()), str(motion))
+        if first != motion:
+            text = f"motions {first} and {motion} have equal runs: entered twice, they narrow the "
+            notes.append(("equal_motions", -1, "motion_id", f"{text}intervals without new data"))
+    return notes
+
+
+def _require(table: pd.DataFrame, good: NDArray[np.bool_], column: str, rule: str) -> None:
+    if np.all(good):
+        return
+    row = int(np.flatnonzero(~good)[0])
+    where = f"row {row} ({table['variant'].iloc[row]}, {table['motion_id'].iloc[row]})"
+    value = table[column].iloc[row]
+    shown = repr(value) if isinstance(value, str) else f"{value:g}"
+    raise InputError(f"{column} {rule}, got {shown} in {where}", row=row, column=column)
+
+
+def spread[Item, Result](
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    jobs: int,
+    *,
+    least: int = _WORTH_PROCESSES,
+) -> list[Result]:
+    """Return the function of each item, in their order, computed by several processes.
+
+    Args:
+        function: Function of one item; it and the items are sent to other processes.
+        items: Its arguments.
+        jobs: Processes; with one process or few items, everything runs in this one.
+        least: Number of items that are worth other processes.
+    """
+    rest = iter(items)
+    first = list(islice(rest, least))
+    if jobs == 1 or len(first) < least:
+        return [function(item) for item in chain(first, rest)]
+    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(first, rest)))

@@ -1,0 +1,361 @@
+"""Effects of the axes of a study on demands under the same motions, pooled and by intensity.
+
+The record-to-record scatter cancels in the ratio of one motion's demands, so a few per cent are
+detected with 16 motions where an unpaired comparison would need hundreds.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from itertools import chain
+from math import nan
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from skewbridge.demands.columns import column_of, demands_for
+from skewbridge.demands.demand_columns import Difference
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.demand_table import KEY_COLUMNS, need_columns, spread
+from skewbridge.fragility.motion_means import Jackknifed, average, line_by_motion, mean_by_motion
+from skewbridge.fragility.pairs import EXACT, UNKNOWN, Pairs, study_pairs
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.verdicts import (
+    DEMAND,
+    DIFFERENCE,
+    MAX_WIDTH,
+    MEDIAN_CAPACITY,
+    NOT_ESTIMABLE,
+    OK,
+    RATIO,
+    VERDICTS,
+    judged,
+    may_be_negligible,
+    verdicts_of,
+)
+from skewbridge.variant.axes import AXES, Axis, axes_of
+
+_VERDICTS: Final = "; ".join(f"{name}: {meaning}" for name, meaning in VERDICTS.items())
+#: Intensities of the table of effects by intensity, without the reference intensity.
+_INTENSITIES: Final = 9
+
+
+def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
+    """Return names and descriptions of the columns of effects of a study with these axes."""
+    return {
+        "bridge": "catalogue entry",
+        "abutment": "abutment model",
+        "demand": "demand column, or component/limit_state for a median capacity",
+        "quantity": f"{DEMAND} | {MEDIAN_CAPACITY}",
+        "axis": " | ".join(axis.name for axis in axes),
+        "from_value": "value of the axis in the denominator",
+        "to_value": "value of the axis in the numerator",
+        **{
+            axis.name: f"{axis.title} of both variants ({axis.unit}); NaN where it is the axis of "
+            "the effect or pooled"
+            for axis in axes
+        },
+        "scope": "pooled (average of all pairs of variants) | variant (one pair of variants)",
+        "status": f"{OK} | {NOT_ESTIMABLE} (no interval, or wider than a factor of {MAX_WIDTH:g}: "
+        "ratio and interval are NaN)",
+        "ratio": "geometric mean over motions of the paired ratio (-)",
+        "ci_low": "lower end of its interval, Student's t over motions (-)",
+        "ci_high": "upper end of its interval (-)",
+        "level": "confidence level (-)",
+        "margin": "relative change that counts as negligible (-)",
+        "difference": "mean difference, of demands judged by it (in `unit`)",
+        "difference_low": "lower end of its interval (in `unit`)",
+        "difference_high": "upper end of its interval (in `unit`)",
+        "difference_margin": "difference that counts as negligible (in `unit`)",
+        "unit": "unit of the difference",
+        "judged_by": f"{RATIO} | {DIFFERENCE}: quantity of the verdict",
+        "verdict": _VERDICTS,
+        "direction": "-1 or 1 where the interval excludes no change, else 0",
+        "verdict_family": "verdict that holds together with those of its family (Holm): rows of "
+        "the same bridge, abutment, axis, scope and quantity, of the headline demands or of the "
+        "others",
+        "im_low": "smallest intensity of a pair with an exact change (unit of the intensity "
+        "measure of the fits)",
+        "im_high": "largest intensity of a pair with an exact change (same unit)",
+        "slope": "d ln ratio / d ln intensity, regression of the paired ln ratios (-)",
+        "slope_low": "lower end of its interval, clustered by motion (-)",
+        "slope_high": "upper end of its interval (-)",
+        "p_slope": "p-value of the effect not depending on intensity (-)",
+        "n_cells": "pairs of variants averaged, of a pooled row",
+        "from_mean": "geometric mean of the demand at from_value (unit of the demand), or median "
+        "capacity at from_value",
+        "scatter": "standard deviation over motions of what is judged (ln ratio, or difference in "
+        "`unit`)",
+        "dof": "degrees of freedom of the interval",
+        "n_motions": "motions with a usable pair",
+        "n_pairs": "pairs of runs",
+        "n_bounds": "pairs that give a bound: one run collapsed, failed or lost a column",
+        "n_left_out": "pairs not used: both runs ended early, or a demand is zero and has no ratio",
+        "n_discordant": "of these, pairs with a demand on one side only",
+        "n_beyond_model": "pairs in which a column failed",
+        "n_collapse_from": "collapsed runs at from_value",
+        "n_collapse_to": "collapsed runs at to_value",
+    }
+
+
+EFFECT_COLUMNS: Final = effect_columns(AXES)
+INTENSITY_COLUMNS: Final[dict[str, str]] = {
+    **{
+        name: EFFECT_COLUMNS[name]
+        for name in ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
+    },
+    "im": "intensity (unit of the intensity measure of the fits)",
+    "ratio": "ratio at this intensity, from the regression of the paired ln ratios on ln "
+    "intensity, average of all pairs of variants (-)",
+    "ci_low": "lower end of its interval at this intensity, clustered by motion (-)",
+    "ci_high": "upper end of its interval (-)",
+    "level": "confidence level (-)",
+    "n_motions": "motions with an exact change",
+    "verdict": _VERDICTS,
+    "at_reference": "the row is that of the reference intensity of the bridge",
+    "clipped": "the reference intensity is outside the range of the pairs; the row is at its end",
+}
+
+
+class EffectTables(NamedTuple):
+    """Effects on demands.
+
+    Attributes:
+        effects: Rows with the columns `effect_columns`, pooled ones first.
+        intensities: Pooled effects by intensity, of demands judged by their ratio, rows with the
+            columns `INTENSITY_COLUMNS`.
+    """
+
+    effects: pd.DataFrame
+    intensities: pd.DataFrame
+
+
+def paired_effects(
+    demands: pd.DataFrame,
+    columns: Sequence[str] | None = None,
+    settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
+) -> pd.DataFrame:
+    """Return the effects of `effect_tables` without those by intensity."""
+    return effect_tables(demands, columns, settings, jobs=jobs).effects
+
+
+def effect_tables(
+    demands: pd.DataFrame,
+    columns: Sequence[str] | None = None,
+    settings: FitSettings = DEFAULTS,
+    *,
+    reference_im: Mapping[tuple[str, str], float] | None = None,
+    jobs: int = 1,
+) -> EffectTables:
+    """Return the paired changes of demand along every axis of a study.
+
+    Two variants of one bridge and abutment model that differ in one axis only are paired run by run
+    (same motion, scale and incidence); the smallest value of the axis is the reference. The ratio
+    is the geometric mean over motions. A pooled row is the average over all such pairs of variants,
+    each with the same weight. A pair in which one run collapsed, failed or lost a column counts as
+    a bound of the change (Tobit).
+
+    Args:
+        demands: Table of demands.
+        columns: Demands; by default those with the role ``effect`` that the table has.
+        settings: Level, margins and intensity measure; without its column there are no slopes.
+        reference_im: Intensity by bridge and abutment at which the effect is given as well.
+        jobs: Number of processes.
+
+    Raises:
+        InputError: A column is missing, or a run occurs twice.
+    """
+    names = list(demands_for("effect", demands.columns) if columns is None else columns)
+    need_columns(demands, (*KEY_COLUMNS, *names))
+    paired = [*names, settings.im] if settings.im in demands.columns else names
+    found = spread(
+        partial(demand_effects, names=names, settings=settings, reference_im=reference_im or {}),
+        study_pairs(demands, list(dict.fromkeys(paired))),
+        jobs,
+    )
+    table = effect_table(demands, list(chain.from_iterable(rows for rows, _ in found)))
+    by_intensity = list(chain.from_iterable(rows for _, rows in found))
+    return EffectTables(
+        effects=table.sort_values("scope", kind="stable", ignore_index=True),  # pooled < variant
+        intensities=pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)),
+    )
+
+
+def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return judged rows of effects, with the columns of the axes of the study.
+
+    A row without ``judged_by`` is judged by its ratio.
+    """
+    columns = list(effect_columns(axes_of(map(str, demands.columns))))
+    table = pd.DataFrame(rows, columns=columns)
+    for name, usual in (("judged_by", RATIO), ("unit", "")):
+        table[name] = table[name].astype(object).fillna(usual).astype(str)
+    for name in ("n_cells", "n_bounds"):
+        table[name] = table[name].astype("Int64")
+    return judged(table)[columns]
+
+
+def effect_row(
+    estimate: Jackknifed, settings: FitSettings, *, line: Jackknifed | None = None
+) -> dict[str, Any]:
+    """Return ratio, interval, scatter and slope of an effect as columns of `effect_columns`.
+
+    Args:
+        estimate: ln ratio, an estimate of shape ().
+        settings: Level.
+        line: Its regression on ln intensity, of shape (2,); without it there is no slope.
+    """
+    low, high = estimate.interval(settings.effect_confidence)
+    row = {
+        "ratio": float(np.exp(estimate.estimate)),
+        "ci_low": float(np.exp(low)),
+        "ci_high": float(np.exp(high)),
+        "level": settings.effect_confidence,
+        **_scatter(estimate),
+    }
+    if line is not None:
+        low, high = line.interval(settings.effect_confidence)
+        ends = {"slope": line.estimate, "slope_low": low, "slope_high": high}
+        row |= {name: float(end[1]) for name, end in ends.items()}
+        row["p_slope"] = float(line.p_value()[1])
+    return row
+
+
+def _scatter(estimate: Jackknifed) -> dict[str, Any]:
+    """Return the scatter over motions and the degrees of freedom of a mean."""
+    scatter = float(estimate.error) * max(estimate.dof + 1, 0) ** 0.5
+    return {"scatter": scatter, "dof": estimate.dof}
+
+
+class _Changes(NamedTuple):
+    """Changes of a demand in pairs of runs, arrays of shape (n,).
+
+    Attributes:
+        values: ln ratio or difference, NaN where not used.
+        used: Pairs that give a change or a bound.
+        discordant: Pairs with a demand on one side only.
+    """
+
+    values: FloatArray
+    used: NDArray[np.bool_]
+    discordant: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, pairs: Pairs, name: str, difference: Difference | None) -> "_Changes":
+        """Return the differences of a demand, or its ln ratios where ``difference`` is None."""
+        top, bottom = pairs.ends(name)
+        least = 0.0 if difference is None else -np.inf
+        has_top, has_bottom = (np.isfinite(end) & (end > least) for end in (top, bottom))
+        used = (pairs.side != UNKNOWN) & has_top & has_bottom
+        values = np.full(top.size, nan)
+        if difference is None:
+            values[used] = np.log(top[used] / bottom[used])
+        else:
+            values[used] = (top[used] - bottom[used]) * difference.per_unit
+        return cls(values, used, has_top != has_bottom)
+
+    def estimates(self, pairs: Pairs, x: FloatArray | None = None) -> list[Jackknifed]:
+        """Return the pooled mean and those of the pairs of variants, or their lines over x."""
+        known = self.used if x is None else self.used & np.isfinite(x)
+        cells: list[Jackknifed] = []
+        for _, rows in pairs.cells:
+            own = rows[known[rows]]
+            data = (self.values[own], pairs.side[own], pairs.motions[own], pairs.count)
+            cells.append(mean_by_motion(*data) if x is None else line_by_motion(x[own], *data))
+        return [average(cells), *cells]
+
+
+def demand_effects(
+    pairs: Pairs,
+    *,
+    names: Sequence[str],
+    settings: FitSettings,
+    reference_im: Mapping[tuple[str, str], float],
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return the rows of `effect_table`, and those by intensity, of some demands of some pairs."""
+    rows: list[dict[str, Any]] = []
+    by_intensity: list[dict[str, Any]] = []
+    has_im = f"{settings.im}_from" in pairs.table
+    im = pairs.ends(settings.im)[1] if has_im else np.full(pairs.side.size, nan)
+    ln_im = np.log(np.where(im > 0.0, im, nan))
+    places: list[tuple[Mapping[str, Any], NDArray[np.intp]]] = [
+        ({"scope": "pooled"}, np.arange(im.size)),
+        *(({"scope": "variant", **place}, own) for place, own in pairs.cells),
+    ]
+    for name in names:
+        column, reference = column_of(name), pairs.ends(name)[1]
+        difference = None if column is None else column.difference
+        ratios = _Changes.of(pairs, name, None)
+        changes = ratios if difference is None else _Changes.of(pairs, name, difference)
+        exact = changes.used & (pairs.side == EXACT)
+        means, lines = ratios.estimates(pairs), ratios.estimates(pairs, ln_im)
+        differences = None if difference is None else changes.estimates(pairs)
+        shared = {**pairs.place, "demand": name, "margin": settings.relative_margin(name)}
+        for cell, (place, own) in enumerate(places):
+            row = {**shared, **place, "quantity": DEMAND}
+            row |= effect_row(means[cell], settings, line=lines[cell])
+            if difference is not None and differences is not None:
+                margin = settings.margins.get(name, difference.margin)
+                row |= {"judged_by": DIFFERENCE, "unit": difference.unit}
+                row |= {"difference_margin": margin}
+                row |= _difference(differences[cell], settings)
+            known = own[exact[own]]
+            positive = reference[known][reference[known] > 0.0]
+            row |= {
+                "from_mean": float(np.exp(np.log(positive).mean())) if positive.size else nan,
+                "im_low": float(im[known].min()) if known.size else nan,
+                "im_high": float(im[known].max()) if known.size else nan,
+                **pairs.counts(own, changes.used, changes.discordant),
+            }
+            rows.append(row)
+        pooled = rows[-len(places)]
+        judged_cells = (differences or means)[1:]
+        pooled["n_cells"] = sum(bool(np.isfinite(cell.estimate)) for cell in judged_cells)
+        if difference is None:
+            at = reference_im.get((pooled.get("bridge", ""), pooled.get("abutment", "")))
+            by_intensity += _by_intensity(pooled, lines[0], at)
+    return rows, by_intensity
+
+
+def _difference(mean: Jackknifed, settings: FitSettings) -> dict[str, Any]:
+    """Return the difference of a demand with its interval and scatter."""
+    low, high = mean.interval(settings.effect_confidence)
+    return {
+        "difference": float(mean.estimate),
+        "difference_low": float(low),
+        "difference_high": float(high),
+        **_scatter(mean),
+    }
+
+
+def _by_intensity(
+    pooled: Mapping[str, Any], line: Jackknifed, reference_im: float | None
+) -> Iterator[dict[str, Any]]:
+    """Yield the rows of `INTENSITY_COLUMNS` of a pooled effect with its line over ln intensity."""
+    low, high = pooled["im_low"], pooled["im_high"]
+    if not np.all(np.isfinite(line.estimate)) or not low < high:
+        return
+    im = np.geomspace(low, high, _INTENSITIES)
+    if reference_im is not None:
+        im = np.append(im, np.clip(reference_im, low, high))
+    effect = line.combined(np.stack([np.ones(im.size), np.log(im)]))
+    value, ends = effect.estimate, np.stack(effect.interval(pooled["level"]))
+    wide = ~(ends[1] - ends[0] <= np.log(MAX_WIDTH))
+    value, ends = np.where(wide, nan, value), np.where(wide, nan, ends)
+    below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
+    possible = np.repeat(may_be_negligible(pd.DataFrame([pooled])), im.size)
+    verdicts = verdicts_of(ends[0], below, zero, above, ends[1], possible=possible)
+    for k in range(im.size):
+        yield {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled} | {
+            "im": float(im[k]),
+            "ratio": float(np.exp(value[k])),
+            "ci_low": float(np.exp(ends[0][k])),
+            "ci_high": float(np.exp(ends[1][k])),
+            "n_motions": int(np.count_nonzero(effect.exact)),
+            "verdict": str(verdicts[k]),
+            "at_reference": k == _INTENSITIES,
+            "clipped": k == _INTENSITIES and im[k] != reference_im,
+        }

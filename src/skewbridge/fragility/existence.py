@@ -1,0 +1,141 @@
+"""Existence of the maximum-likelihood estimate, and bounds where it does not exist.
+
+References:
+    Albert and Anderson (1984), Biometrika 71(1):1-10: separation in binary regression.
+    Clopper and Pearson (1934), Biometrika 26(4):404-413: exact binomial limits.
+    Firth (1993), Biometrika 80(1):27-38: penalised likelihood that always has a maximum.
+"""
+
+from typing import Final
+
+import numpy as np
+from scipy import optimize, special
+
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.likelihood import mills_ratio
+
+#: Status of a fit that has an estimate (not the status of an analysis).
+FITTED: Final = "ok"
+NO_EXCEEDANCE: Final = "no_exceedance"
+ALL_EXCEED: Final = "all_exceed"
+SINGLE_LEVEL: Final = "single_level"
+COMPLETE_SEPARATION: Final = "complete_separation"
+QUASI_SEPARATION: Final = "quasi_separation"
+NON_INCREASING: Final = "non_increasing"
+NOT_APPLICABLE: Final = "not_applicable"
+NOT_CONVERGED: Final = "not_converged"
+NO_RUNS: Final = "no_runs"
+
+
+def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
+    """Name the kind of binomial data, by the table of separations.
+
+    With hi0 the largest level having a non-exceedance and lo1 the smallest having an exceedance:
+    hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation (both of the increasing kind); the
+    mirror image is ``non_increasing``. Otherwise the estimate exists and is unique, though its
+    slope can still be negative, which the fit also reports as ``non_increasing``.
+
+    Arrays of shape (J,), of stripes with n > 0 only; fractions of k are allowed.
+    """
+    if np.sum(k) <= 0.0:
+        return NO_EXCEEDANCE
+    if np.sum(n - k) <= 0.0:
+        return ALL_EXCEED
+    if np.ptp(ln_im) == 0.0:
+        return SINGLE_LEVEL
+    with_none, with_some = ln_im[n - k > 0.0], ln_im[k > 0.0]
+    if np.max(with_none) < np.min(with_some):
+        return COMPLETE_SEPARATION
+    if np.max(with_none) == np.min(with_some):
+        return QUASI_SEPARATION
+    if np.max(with_some) <= np.min(with_none):
+        return NON_INCREASING
+    return FITTED
+
+
+def too_little(ln_im: FloatArray, least: int = 3) -> str:
+    """Return the status of runs without a line: fewer than ``least``, or a single intensity."""
+    single = ln_im.size >= least and np.ptp(ln_im) == 0.0
+    return SINGLE_LEVEL if single else "too_few_runs"
+
+
+def clopper_pearson(k: FloatArray, n: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
+    """Return the exact limits of a proportion; one-sided where none or all exceed.
+
+    0 of 20 gives an upper limit of 0.1391 at 95 %.
+    """
+    tail = np.where((k <= 0.0) | (k >= n), 1.0 - level, (1.0 - level) / 2.0)
+    low = np.where(k <= 0.0, 0.0, special.betaincinv(np.maximum(k, 1e-9), n - k + 1.0, tail))
+    high = np.where(k >= n, 1.0, special.betaincinv(k + 1.0, np.maximum(n - k, 1e-9), 1.0 - tail))
+    return low, high
+
+
+def median_bound(
+    ln_im: FloatArray, n: FloatArray, *, beta: float, level: float, exceed: bool
+) -> float:
+    """Return the one-sided bound of the median when no run (or every run) exceeds.
+
+    The bound theta solves P(data | theta, beta) = 1 - level: a lower bound when nothing
+    exceeds, an upper bound when everything does.
+
+    ``exceed`` asks for the upper bound of data in which every run exceeds; ``beta`` is assumed.
+    """
+    sign = 1.0 if exceed else -1.0
+
+    def excess(ln_theta: float) -> float:
+        eta = sign * (ln_im - ln_theta) / beta
+        return float(np.sum(n * special.log_ndtr(eta)) - np.log(1.0 - level))
+
+    middle, reach = float(np.mean(ln_im)), float(np.ptp(ln_im)) + 40.0 * beta
+    root = optimize.brentq(excess, middle - reach, middle + reach, xtol=1e-13)
+    return float(np.exp(root))
+
+
+def separated_bounds(
+    ln_im: FloatArray, n: FloatArray, k: FloatArray, *, beta: float, level: float
+) -> tuple[float, float]:
+    """Return the one-sided lower and upper bound of the median of separated data.
+
+    The data alone say that it lies in the bracket between the last level without and the first with
+    an exceedance, whatever beta -> 0. For an assumed ``beta`` the likelihood of theta is concave
+    with one maximum; each bound is where twice its logarithm has dropped by the square of the
+    one-sided normal quantile.
+    """
+
+    def loglik(ln_theta: float) -> float:
+        eta = (ln_im - ln_theta) / beta
+        return float(np.sum(k * special.log_ndtr(eta) + (n - k) * special.log_ndtr(-eta)))
+
+    low, high = float(np.min(ln_im)) - 8.0 * beta, float(np.max(ln_im)) + 8.0 * beta
+    best = optimize.minimize_scalar(lambda t: -loglik(t), bounds=(low, high), method="bounded")
+    target = loglik(float(best.x)) - 0.5 * float(special.ndtri(level)) ** 2
+
+    def excess(ln_theta: float) -> float:
+        return loglik(ln_theta) - target
+
+    middle, reach = float(best.x), 40.0 * beta
+    first = optimize.brentq(excess, middle - reach, middle, xtol=1e-12)
+    last = optimize.brentq(excess, middle, middle + reach, xtol=1e-12)
+    return float(np.exp(first)), float(np.exp(last))
+
+
+def firth(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> tuple[float, float]:
+    """Return (a0, a1) that maximise l + 0.5 ln|I|, with I the expected information.
+
+    An estimate for separated data, to be labelled as such. It does not rescue data in which
+    nothing or everything exceeds.
+    """
+    centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
+    design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
+
+    def negative(a: FloatArray) -> float:
+        eta = design @ a
+        # phi^2/(Phi(eta) Phi(-eta)) by Mills ratios, which do not underflow
+        weight = n * mills_ratio(eta) * mills_ratio(-eta)
+        sign, log_determinant = np.linalg.slogdet(design.T @ (weight[:, None] * design))
+        loglik = np.sum(k * special.log_ndtr(eta) + (n - k) * special.log_ndtr(-eta))
+        return np.inf if sign <= 0 else -float(loglik) - 0.5 * float(log_determinant)
+
+    start = np.array([0.0, 1.0])
+    a0, a1 = optimize.fmin(negative, start, xtol=1e-10, ftol=1e-13, maxiter=4000, disp=False)
+    return float(a0 - a1 * centre / scale), float(a1 / scale)

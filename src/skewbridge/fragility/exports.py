@@ -1,0 +1,511 @@
+"""Fragility curves for other tools: OpenQuake (NRML), pelicun, CSV and LaTeX.
+
+References:
+    OpenQuake engine manual, fragility models (NRML 0.5, format ``continuous``, shape ``logncdf``;
+    its mean and stddev are those of the lognormal variable, not of its logarithm).
+    pelicun 3, fragility database.
+    FEMA (2022), Hazus 6.1, section 7: medians have the factor sqrt(sin(90 deg - skew)).
+    Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533 (frequencies).
+"""
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from scipy import special
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.columns import positive, require, same_length
+from skewbridge.fragility.demand_table import axis_names, need_columns, variant_columns
+from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.paper_table import METHODS, chosen_curves, latex_table, paper_table
+from skewbridge.fragility.results import read_table
+from skewbridge.provenance.digests import digest_of
+from skewbridge.provenance.files import write_text
+from skewbridge.reading.tables import no_formula
+
+FORMATS: Final = ("nrml", "pelicun", "csv", "latex")
+_NEEDED: Final = (
+    "variant", "component", "limit_state", "demand", "threshold", "method", "status", "im", "theta",
+    "beta", "beta_total",
+)  # fmt: skip
+#: Columns of a CSV of curves; `CURVE_COLUMNS` of the table of curves describes them.
+PARAMETERS: Final = (
+    "component", "limit_state", "method", "im", "theta", "theta_low", "theta_high", "beta_total",
+    "beta_total_low", "beta_total_high", "beta", "beta_low", "beta_high", "ci_method", "level",
+    "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
+    "n_unknown",
+)  # fmt: skip
+#: Columns that a hazard table adds.
+FREQUENCY_COLUMNS: Final[dict[str, str]] = {
+    "annual_frequency": "mean annual frequency of the limit state within the range of the hazard "
+    "table, 1/year",
+    "probability_50y": "probability of the limit state in 50 years from that frequency",
+    "annual_frequency_above_least": "least that intensities above the hazard table add, 1/year",
+    "annual_frequency_above_most": "most that intensities above the hazard table add, 1/year",
+    "probability_at_first_level": "probability at the first level of the hazard table, below "
+    "which nothing is counted",
+}
+#: Columns of a CSV of probabilities, after those of the variant and the curve.
+SAMPLED_COLUMNS: Final[dict[str, str]] = {
+    "intensity": "value of the intensity measure, in its unit",
+    "probability": "probability of reaching the limit state, with the total dispersion",
+}
+#: Columns of a CSV of skew factors, after those of bridge, other axes and limit state.
+SKEW_FACTOR_COLUMNS: Final[dict[str, str]] = {
+    "skew_deg": "skew of the abutment line, deg",
+    "im": "intensity measure",
+    "theta": "median at this skew, in the unit of the intensity measure",
+    "theta_straight": "median at skew 0 with the same other axes",
+    "factor": "theta / theta_straight",
+    "hazus_factor": "sqrt(sin(90 deg - |skew|)) of Hazus",
+}
+_NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
+#: Beginning of an intensity column: name in OpenQuake (PGV in cm/s), factor, names in pelicun.
+_MEASURES: Final = {
+    "im_pga": ("PGA", 1.0, "Peak Ground Acceleration", "g"),
+    "im_pgv": ("PGV", 100.0, "Peak Ground Velocity", "mps"),
+    "im_saavg": ("AvgSA", 1.0, "Spectral Acceleration|Avg", "g"),
+    "im_sa_t1": ("", 1.0, "Spectral Acceleration|T1", "g"),
+}
+_TAIL: Final = 4.0  # standard deviations outside the outermost medians
+_USED: Final = 2.0  # the same for the range of intensities in which curves must not cross
+_CROSSING: Final = 1e-3  # smallest difference of probabilities that counts as a crossing
+# source: simple_id of openquake.hazardlib.valid
+_NRML_ID: Final = (r"A-Za-z0-9_:\-", 75)
+#: pelicun cuts names at every ``-``, and then finds none of the rows of the file.
+_PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
+_PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CsvContent:
+    """Content of a CSV file other than the parameters of the curves, of one kind at most.
+
+    Attributes:
+        hazard: CSV file with im and rate (per year): adds `FREQUENCY_COLUMNS`.
+        im_range: Smallest and largest intensity of a table of probabilities, in its unit.
+        points: Number of intensities in that range, evenly spaced by their logarithm.
+        skew_factors: Whether the table has `SKEW_FACTOR_COLUMNS` instead.
+    """
+
+    hazard: Path | None = None
+    im_range: tuple[float, float] | None = None
+    points: int = 50
+    skew_factors: bool = False
+
+    def __post_init__(self) -> None:
+        low, high = self.im_range or (1.0, 2.0)
+        if not (0.0 < low < high < float("inf") and self.points > 1):
+            raise InputError(
+                f"the range of intensities must rise above 0, with two points or more: got "
+                f"{low:g} to {high:g}, {self.points} points"
+            )
+        if self.count > 1:
+            raise InputError("a csv is one table: give one of --hazard, --im-range, --skew-factors")
+
+    @property
+    def count(self) -> int:
+        """Number of kinds of content asked for."""
+        return sum([self.hazard is not None, self.im_range is not None, self.skew_factors])
+
+
+CURVE_PARAMETERS: Final = CsvContent()
+
+
+def export_curves(
+    source: Path,
+    form: str,
+    out: Path,
+    *,
+    method: str | None = None,
+    content: CsvContent = CURVE_PARAMETERS,
+) -> dict[str, Any]:
+    """Write the curves of a study for another tool or a paper.
+
+    Curves without an estimate have their status in a CSV; elsewhere they are left out and listed.
+
+    Args:
+        source: results/fragility/curves.parquet, or the same as CSV.
+        form: nrml, pelicun, csv or latex.
+        out: File to write; nrml may write several in its folder.
+        method: cloud, exceedance or ida_interval; None for the preferred curves.
+        content: Content of a CSV file.
+
+    Returns:
+        ``format``, ``files`` (written), ``curves`` and ``left_out`` (numbers of curves with and
+        without an estimate), ``unfitted`` (those without), ``notes`` (sentences); nrml adds
+        ``models``, pelicun ``holes``.
+
+    Raises:
+        InputError: The format is unknown or cannot hold the content, the table is unreadable or
+            empty, or an intensity measure has no name in the other tool.
+    """
+    if form not in FORMATS:
+        advice = ": spreadsheets open csv" if form == "xlsx" else ""
+        raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}{advice}")
+    if content.count and form != "csv":
+        raise InputError(
+            f"format {form} holds the parameters of curves only: --im-range, --hazard and "
+            "--skew-factors need --format csv"
+        )
+    curves = exported_curves(read_table(source), method)
+    has_estimate = curves["status"] == FITTED
+    fitted = curves[has_estimate]
+    if fitted.empty and form != "csv":
+        raise InputError(f"{source.name}: no curve has an estimate: nothing to write")
+    names = ["variant", "component", "limit_state", "status"]
+    unfitted = curves.loc[~has_estimate, names].astype(str)
+    notes = ["the dispersion of a curve is beta_total, including capacity; beta: record-to-record"]
+    if lacking := int(fitted["beta_total"].isna().sum()):
+        notes.append(
+            f"{lacking} curves have no beta_total (no slope converts the dispersion of the "
+            "capacity): beta is exported for them"
+        )
+    if len(unfitted):
+        notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
+    report: dict[str, Any] = {"format": form, "files": [str(out)]}
+    report |= {"curves": len(fitted), "left_out": len(unfitted)}
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        if form == "nrml":
+            report["models"] = write_nrml(curves, out)
+            report["files"] = [model["file"] for model in report["models"]]
+            if str(out) not in report["files"]:
+                notes.append(
+                    f"{out.name} was not written: a file has one list of limit states, but the "
+                    f"functions differ in theirs; {len(report['files'])} files replace it"
+                )
+            if crossing := sum(len(model["crossing"]) for model in report["models"]):
+                notes.append(
+                    f"curves cross in {crossing} functions (their dispersions differ): OpenQuake "
+                    "gets negative fractions of damage there"
+                )
+        elif form == "pelicun":
+            report |= write_pelicun(curves, out)
+            if report["holes"]:
+                notes.append(f"{len(report['holes'])} rows lack states without an estimate")
+        elif form == "latex":
+            paths = [source.parent / f"{name}.parquet" for name in ("median_effects", "joint")]
+            none = pd.DataFrame({"scope": [], "status": []})
+            medians, joint = (read_table(path) if path.is_file() else none for path in paths)
+            write_text(out, latex_table(paper_table(curves, medians, joint)))
+        else:
+            table = csv_table(curves, content)
+            if content.hazard is not None and not fitted.empty:
+                least, most = (
+                    (table[f"annual_frequency_above_{end}"] / table["annual_frequency"]).max()
+                    for end in ("least", "most")
+                )
+                notes.append(
+                    f"annual frequencies are of the intensities in {content.hazard.name}; stronger "
+                    f"ones add at most {most:.1%} (at least {least:.1%}) to a curve"
+                )
+            write_csv(table, out)
+    except OSError as error:
+        raise InputError(f"cannot write {out}: {error}") from error
+    return report | {"notes": notes, "unfitted": unfitted.to_dict("records")}
+
+
+def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
+    """Return the curves of a method, or the preferred ones, per variant and limit state.
+
+    ``curve_beta`` is beta_total, or beta where no slope converts the dispersion of the capacity.
+    ``damage_scale`` is the component, or component and state where the states have different
+    demands and are not degrees of one damage.
+
+    Raises:
+        InputError: A column is missing, or no curve is of the method.
+    """
+    if method is not None and method not in METHODS:
+        raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    need_columns(table, _NEEDED if method else (*_NEEDED, "preferred"), "the table of curves")
+    rows = chosen_curves(table, method).reset_index(drop=True)
+    if rows.empty:
+        known = ", ".join(sorted(table["method"].unique()))
+        raise InputError(f"no curves of method {method!r} (in the table: {known})")
+    scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
+    several = rows.groupby("component")["demand"].transform("nunique") > 1
+    return rows.assign(
+        curve_beta=rows["beta_total"].fillna(rows["beta"]),
+        damage_scale=scale.where(~several, scale + "_" + state),
+    )
+
+
+def _states(curves: pd.DataFrame) -> dict[str, list[str]]:
+    """Return the limit states of each damage scale by rising threshold, fitted or not."""
+    ordered = curves.sort_values("threshold", kind="stable")
+    return {
+        str(scale): list(map(str, names.unique()))
+        for scale, names in ordered.groupby("damage_scale")["limit_state"]
+    }
+
+
+def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> pd.DataFrame:
+    """Return the table of a CSV file: parameters, probabilities or factors of skew.
+
+    Raises:
+        InputError: The hazard table is unusable, or no limit state has medians at skew 0 and at
+            another skew.
+    """
+    fitted = curves[curves["status"] == FITTED]
+    if content.im_range is not None:
+        im = np.geomspace(*content.im_range, content.points)
+        u = np.log(im / fitted["theta"].to_numpy()[:, None])
+        p = special.ndtr(u / fitted["curve_beta"].to_numpy()[:, None])
+        names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
+        long = fitted[names].loc[fitted.index.repeat(im.size)].reset_index(drop=True)
+        values = (np.tile(im, len(fitted)), p.ravel())
+        return long.assign(**dict(zip(SAMPLED_COLUMNS, values, strict=True)))
+    if content.skew_factors:
+        return _skew_factors(fitted)
+    columns = [name for name in (*variant_columns(curves), *PARAMETERS) if name in curves]
+    if content.hazard is None:
+        return curves[columns]
+    hazard = read_table(content.hazard)
+    need_columns(hazard, ("im", "rate"), content.hazard.name)
+    if fitted["im"].nunique() > 1:
+        raise InputError(f"one hazard table cannot serve {', '.join(fitted['im'].unique())}")
+    frequencies = pd.DataFrame(
+        [
+            annual_frequency(theta, beta, hazard["im"].to_numpy(), hazard["rate"].to_numpy())
+            for theta, beta in zip(fitted["theta"], fitted["curve_beta"], strict=True)
+        ],
+        index=fitted.index,
+        columns=list(FREQUENCY_COLUMNS),
+    )
+    return curves[columns].join(frequencies)
+
+
+def _skew_factors(fitted: pd.DataFrame) -> pd.DataFrame:
+    skew, *columns = SKEW_FACTOR_COLUMNS
+    others = [name for name in axis_names(fitted) if name != skew]
+    keys = ["bridge", "abutment", *others, "component", "limit_state"]
+    straight = fitted.loc[fitted[skew] == 0, [*keys, "theta"]]
+    skewed = fitted.loc[fitted[skew] != 0, [*keys, skew, "im", "theta"]]
+    both = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
+    if both.empty:
+        raise InputError("no limit state has an estimate both at skew 0 and at another skew")
+    angle = np.radians(90.0 - both[skew].abs().to_numpy(dtype=np.float64))
+    factors = {
+        "factor": both["theta"] / both["theta_straight"],
+        "hazus_factor": np.sin(angle) ** 0.5,
+    }
+    return both.assign(**factors)[[*keys, skew, *columns]]
+
+
+def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) -> dict[str, float]:
+    """Return `FREQUENCY_COLUMNS` from lambda = int P(LS | x) |dH(x)| over a hazard table.
+
+    Between the points of the table the hazard is a power law, for which the integral has a closed
+    form. ``im`` increases, in the unit of theta; ``rate`` is the mean annual frequency of exceeding
+    each and does not increase.
+
+    Raises:
+        InputError: A value is not positive, or the table is not monotone; names the row.
+    """
+    x, h = positive(im, "im"), positive(rate, "rate")
+    same_length(im=x, rate=h)
+    require(np.append(True, np.diff(x) > 0.0), "im", "must increase", x)
+    require(np.append(True, np.diff(h) <= 0.0), "rate", "must not increase", h)
+    u = (np.log(x) - np.log(theta)) / beta
+    curve = special.ndtr(u)
+    k = -np.diff(np.log(h)) / np.diff(np.log(x))
+    # int P |dH| = -[P H] + int H dP, with H = H1 (x/x1)^-k on each segment
+    scale = np.exp(np.log(h[:-1]) + k * beta * u[:-1] + 0.5 * (k * beta) ** 2)
+    weight = special.ndtr(u[1:] + k * beta) - special.ndtr(u[:-1] + k * beta)
+    total = float(np.sum(curve[:-1] * h[:-1] - curve[1:] * h[1:] + scale * weight))
+    values = (total, -np.expm1(-50.0 * total), curve[-1] * h[-1], h[-1], curve[0])
+    return dict(zip(FREQUENCY_COLUMNS, map(float, values), strict=True))
+
+
+def write_csv(frame: pd.DataFrame, path: Path) -> None:
+    """Write a CSV file in which no text is a formula to a spreadsheet: such texts get a ``'``.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    texts = frame.select_dtypes(exclude=["number", "bool"]).columns
+    safe = {name: frame[name].map(no_formula) for name in texts}
+    named = {name: no_formula(str(name)) for name in frame.columns}
+    frame.assign(**safe).rename(columns=named).to_csv(path, index=False)
+
+
+def identifier(name: str, signs: str, longest: int) -> str:
+    """Return a name that another program accepts; a changed name ends with its digest.
+
+    ``signs`` is the class of a regular expression with the accepted characters.
+    """
+    plain = re.sub(f"[^{signs}]", "_", name)
+    if plain == name and len(name) <= longest:
+        return name
+    digest = digest_of(name)
+    return f"{plain[: longest - len(digest) - 1]}_{digest}"
+
+
+def measure_names(column: str) -> tuple[str, float, str, str]:
+    """Return the names of an intensity column in other tools, empty where one has none.
+
+    These are its name in OpenQuake, the factor to the unit there, the demand type and the unit in
+    pelicun.
+    """
+    if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
+        period = f"{float(f'{match[1]}.{match[2]}'):g}"
+        return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
+    return next(
+        (m for start, m in _MEASURES.items() if column.startswith(start)), ("", 1.0, "", "")
+    )
+
+
+def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
+    """Write one function per variant and damage scale, its limit states by rising threshold.
+
+    Every function of an OpenQuake model has all of its limit states. So there is one file where all
+    functions have the same states; otherwise one for each damage scale and set of fitted states.
+
+    Returns:
+        Of every file written: ``file``, ``limit_states``, ``functions`` (their number), and
+        ``crossing``: functions in which a severer curve lies above a milder one within the range
+        of the medians, so that OpenQuake gets a negative fraction of damage there.
+
+    Raises:
+        InputError: The intensity measure has no name in OpenQuake.
+        OSError: A file cannot be written.
+    """
+    groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = {}
+    known, fitted = _states(curves), curves[curves["status"] == FITTED]
+    for (_, scale), part in fitted.groupby(["variant", "damage_scale"], sort=True):
+        by_state = part.set_index("limit_state", drop=False)
+        states = tuple(name for name in known[str(scale)] if name in by_state.index)
+        groups.setdefault((str(scale), states), []).append(by_state.loc[list(states)])
+    files: dict[Path, tuple[tuple[str, ...], list[pd.DataFrame]]] = {}
+    for (scale, states), parts in groups.items():
+        whole = len(states) == len(known[scale])
+        name = re.sub(r"[^A-Za-z0-9_-]+", "_", scale if whole else "_".join((scale, *states)))
+        single = len({states for _, states in groups}) == 1
+        path = out if single else out.with_name(f"{out.stem}_{name}{out.suffix}")
+        files.setdefault(path, (states, []))[1].extend(parts)
+    return [_write_model(path, *content) for path, content in files.items()]
+
+
+def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame]) -> dict[str, Any]:
+    ElementTree.register_namespace("", _NRML)
+    root = ElementTree.Element(f"{{{_NRML}}}nrml")
+    model = _add(root, "fragilityModel", id="skewbridge", assetCategory="bridges")
+    model.set("lossCategory", "structural")
+    text = "skewbridge, lognormal fits; dispersion including that of the capacity"
+    _add(model, "description", text)
+    _add(model, "limitStates", " ".join(states))
+    crossing: list[str] = []
+    for part in parts:
+        name = f"{part['variant'].iloc[0]}:{part['damage_scale'].iloc[0]}"
+        name = identifier(name, *_NRML_ID)
+        theta, beta = part["theta"].to_numpy(), part["curve_beta"].to_numpy()
+        column = str(part["im"].iloc[0])
+        measure, factor, *_ = measure_names(column)
+        if not measure:
+            advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
+            raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
+        function = _add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
+        ends = np.array([theta.min(), theta.max()])
+        low, high = ends * factor * np.exp(np.array([-_TAIL, _TAIL]) * beta.max())
+        limits = {"noDamageLimit": f"{low:.6g}", "minIML": f"{low:.6g}", "maxIML": f"{high:.6g}"}
+        _add(function, "imls", imt=measure, **limits)
+        mean = factor * theta * np.exp(0.5 * beta**2)
+        deviation = mean * np.sqrt(np.expm1(beta**2))
+        for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
+            _add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
+        start, stop = np.log(ends) + np.array([-_USED, _USED]) * beta.max()
+        grid = np.linspace(start, stop, 400)[:, None]
+        if (np.diff(special.ndtr((grid - np.log(theta)) / beta), axis=1) > _CROSSING).any():
+            crossing.append(name)
+    tree = ElementTree.ElementTree(root)
+    ElementTree.indent(tree)
+    tree.write(path, encoding="utf-8", xml_declaration=True)
+    written = {"file": str(path), "limit_states": list(states), "functions": len(parts)}
+    return written | {"crossing": crossing}
+
+
+def _add(parent: Element, tag: str, text: str = "", **values: str) -> Element:
+    element = ElementTree.SubElement(parent, f"{{{_NRML}}}{tag}", values)
+    element.text = text or None
+    return element
+
+
+def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
+    """Write a row per variant and damage scale, its limit states numbered by rising threshold.
+
+    Those without an estimate are counted: pelicun skips empty parameters.
+
+    Returns:
+        ``files`` (the CSV and a JSON of names) and ``holes`` (rows that lack states, with them).
+
+    Raises:
+        InputError: The intensity measure is no demand type of pelicun, or the file asked for is
+            the JSON.
+        OSError: A file cannot be written.
+    """
+    names_file = out.with_suffix(".json")
+    if names_file == out:
+        raise InputError(
+            f"{out.name}: the parameters are CSV; a JSON file next to it has the names"
+        )
+    rows: list[dict[str, Any]] = []
+    names: dict[str, Any] = {}
+    holes: list[dict[str, Any]] = []
+    states = _states(curves)
+    for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
+        of_state = {str(row["limit_state"]): row for row in part.to_dict("records")}
+        fitted = {name: row for name, row in of_state.items() if row["status"] == FITTED}
+        if not fitted:
+            continue
+        column = str(part["im"].iloc[0])
+        *_, demand, unit = measure_names(column)
+        if not demand:
+            raise InputError(f"{column} has no demand type in pelicun", column=column)
+        name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
+        row: dict[str, Any] = {"ID": name, "Incomplete": 0, "Demand-Type": demand}
+        # 0 lets pelicun take the larger direction times 1.2; our measures are RotD50 already
+        row |= {"Demand-Unit": unit, "Demand-Offset": 0, "Demand-Directional": 1}
+        described: dict[str, Any] = {}
+        missing: dict[str, str] = {}
+        for number, state in enumerate(states[str(scale)], start=1):
+            values: tuple[Any, ...] = ("", "", "", "")
+            if curve := fitted.get(state):
+                values = ("lognormal", curve["theta"], curve["curve_beta"], "")
+                dispersion = curve.get("capacity_dispersion", 0.0)
+                capacity = f"median {curve['threshold']:g}, dispersion {dispersion:g}"
+                # pelicun numbers damage states by the limit states that have parameters
+                described[f"LS{number}"] = {
+                    f"DS{len(described) + 1}": {
+                        "Description": f"{state}: {curve['demand']} above {capacity}",
+                        "Reference": str(curve.get("citation", "")),
+                    }
+                }
+            else:
+                status = of_state[state]["status"] if state in of_state else "no row"
+                missing[state] = f"LS{number} {state} ({status})"
+            row |= {f"LS{number}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
+        comments = "dispersion including that of the capacity where a slope converts it"
+        if missing:
+            comments += f"; without an estimate: {', '.join(missing.values())}"
+            holes.append({"id": name, "missing": list(missing)})
+        methods = ", ".join(dict.fromkeys(str(curve["method"]) for curve in fitted.values()))
+        names[name] = {
+            "Description": f"{scale} of {variant}, {methods} fit",
+            "Comments": comments,
+            "SuggestedComponentBlockSize": "1 EA",
+            "RoundUpToIntegerQuantity": "True",
+            "LimitStates": described,
+        }
+        rows.append(row)
+    write_csv(pd.DataFrame(rows), out)
+    write_text(names_file, json.dumps(names, indent=1, allow_nan=False) + "\n")
+    return {"files": [str(out), str(names_file)], "holes": holes}

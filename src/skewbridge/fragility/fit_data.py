@@ -1,0 +1,262 @@
+"""Fit of a data file: counts per level, capacities, a cloud of demands or a table of runs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.fragility import demand_table, fits
+from skewbridge.fragility.columns import as_column, as_list, positive, require, same_length
+from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
+from skewbridge.fragility.existence import FITTED, NO_EXCEEDANCE
+from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
+from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
+from skewbridge.fragility.results import read_mapped, read_table
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.reading import read_json, shortened
+from skewbridge.reading.files import shown_path
+from skewbridge.statuses import COLLAPSE, OK
+
+METHODS: Final = ("stripes", "ida", "cloud")
+MODELS: Final = ("ols", "tobit")
+_MAX_ASSUMED_BETA: Final = 2.0
+_MOST_NAMED: Final = 20  # columns in a message
+#: Other names of the columns in published data sets.
+_ALIASES: Final = {
+    "right_censored": "censored",
+    "bracket_lo": "lower",
+    "bracket_hi": "upper",
+    "im_no_exceed": "lower",
+    "im_exceed": "upper",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitOptions:
+    """Options of ``skewbridge fit``.
+
+    Attributes:
+        method: stripes, ida or cloud.
+        model: Cloud model; None is ols, or tobit where demands are censored.
+        link: Link of the stripes: probit.
+        level: Confidence level.
+        threshold: Median capacity, if the file does not give it.
+        im: Column of intensities, for a table of runs.
+        edp: Column of demands, for a table of runs.
+        capacity_dispersion: Dispersion of the capacity (cloud).
+        censor_above: Demands at or above it are censored there (cloud).
+        assumed_beta: Dispersion for one-sided bounds.
+        accept_bounds: Give a median though unknown outcomes move it by more than 15 %.
+        columns: File that maps the columns of a foreign table to ours.
+    """
+
+    method: str
+    model: str | None = None
+    link: str = "probit"
+    level: float = DEFAULTS.confidence
+    threshold: float | None = None
+    im: str | None = None
+    edp: str | None = None
+    capacity_dispersion: float = 0.0
+    censor_above: float | None = None
+    assumed_beta: float = DEFAULTS.assumed_beta
+    accept_bounds: bool = False
+    columns: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise InputError(f"method must be one of {', '.join(METHODS)}, got {self.method!r}")
+        if self.model is not None and self.model not in MODELS:
+            raise InputError(f"model must be one of {', '.join(MODELS)}, got {self.model!r}")
+        if self.link != "probit":
+            raise InputError(f"--link must be probit, got {self.link!r}: curves are lognormal")
+        widest, most = MAX_DISPERSION, _MAX_ASSUMED_BETA
+        for name, inside, limits in (
+            ("level", 0.5 < self.level < 1.0, "0.5..1"),
+            ("assumed_beta", 0.0 < self.assumed_beta <= most, f"0..{most:g} (not 0)"),
+            ("capacity_dispersion", 0.0 <= self.capacity_dispersion <= widest, f"0..{widest:g}"),
+        ):
+            if not inside:
+                raise InputError(f"{name} must be within {limits}, got {getattr(self, name):g}")
+        for name in ("model", "capacity_dispersion", "censor_above"):
+            if getattr(self, name) and self.method != "cloud":
+                option = name.replace("_", "-")
+                raise InputError(f"--{option} needs --method cloud, not {self.method}")
+
+    @property
+    def settings(self) -> FitSettings:
+        """Settings of the fit."""
+        return FitSettings(confidence=self.level, assumed_beta=self.assumed_beta)
+
+
+def fit_file(path: Path, options: FitOptions) -> fits.FragilityFit:
+    """Fit the data of a JSON, CSV or parquet file.
+
+    Raises:
+        InputError: The file or a value in it is unusable: names the file, the column and the row.
+    """
+    data = read_data(path) if options.columns is None else read_mapped(path, options.columns)
+    columns = {str(name): values for name, values in data.items()}
+    try:
+        if options.edp is not None or options.im is not None:
+            return _fit_runs(columns, options)
+        return _fit_columns(columns, options)
+    except InputError as error:
+        if not {"row", "column"} & error.details.keys():  # an error of the options
+            raise
+        details = {"file": str(path), **error.details}
+        raise InputError(f"{shown_path(path)}: {error}", **details) from error
+
+
+def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
+    """Read a CSV or parquet table, or a JSON object of columns or list of rows.
+
+    Raises:
+        InputError: The file cannot be read or is of another kind.
+    """
+    if path.suffix in {".csv", ".parquet"}:
+        return read_table(path)
+    if path.suffix != ".json":
+        raise InputError(f"{shown_path(path)}: expected .json, .csv or .parquet", file=str(path))
+    data: Any = read_json(path)
+    if isinstance(data, list) and all(isinstance(row, dict) for row in data):
+        return pd.DataFrame(data)
+    if not isinstance(data, dict):
+        raise InputError(f"{shown_path(path)} must hold an object of columns", file=str(path))
+    return data
+
+
+def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
+    """Fit columns of numbers: counts, capacities or brackets, or a cloud of independent runs."""
+    columns = {_ALIASES.get(name, name): values for name, values in data.items()}
+
+    def need(name: str) -> Any:
+        if name not in columns:
+            present = ", ".join(map(shortened, list(columns)[:_MOST_NAMED])) or "none"
+            text = f"{options.method} data need a column {name!r}; found {present}"
+            raise InputError(text, column=name)
+        return columns[name]
+
+    settings = options.settings
+    if options.method == "stripes":
+        return fits.fit_stripes(need("im"), need("n"), need("k"), settings=settings)
+    if options.method == "ida" and ("lower" in columns or "upper" in columns):
+        # JSON has no infinity: null and the text "inf" are open ends
+        ends = [np.inf if str(v).startswith("inf") else v for v in as_list(need("upper"), "upper")]
+        return fits.fit_brackets(need("lower"), as_column(ends, "upper"), settings)
+    if options.method == "ida":
+        return fits.fit_capacities(need("capacity"), columns.get("censored"), settings)
+    im, edp = (
+        np.exp(as_column(columns[f"ln_{name}"], f"ln_{name}"))
+        if f"ln_{name}" in columns
+        else as_column(need(name), name)
+        for name in ("im", "edp")
+    )
+    given = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))[:1]
+    if len(given) == 0:
+        raise InputError("the column threshold is empty: one number is needed")
+    threshold = float(positive(list(given), "threshold")[0])
+    censored, collapse = (
+        as_column(columns.get(name, np.zeros(im.size)), name) for name in ("censored", "collapse")
+    )
+    same_length(im=im, edp=edp, censored=censored, collapse=collapse)
+    edp = np.where(collapse > 0.0, np.fmax(edp, threshold), edp)  # a collapsed run exceeds
+    upper = np.where((censored > 0.0) | (collapse > 0.0), np.inf, edp)
+    return _fit_cloud(im, edp, upper, threshold, options)
+
+
+def _fit_cloud(
+    im: Any, lower: Any, upper: Any, threshold: float, options: FitOptions, motions: Any = None
+) -> fits.FragilityFit:
+    """Fit a cloud of demands between a lower and an upper end, arrays of shape (n,)."""
+    if options.censor_above is not None:
+        high = lower >= options.censor_above
+        lower, upper = np.where(high, options.censor_above, lower), np.where(high, np.inf, upper)
+    if options.model == "ols" and (count := int(np.sum(upper > lower))):
+        raise InputError(f"--model ols would leave out {count} censored demands: take tobit")
+    return fits.fit_cloud(
+        im,
+        lower,
+        threshold,
+        upper,
+        capacity_dispersion=options.capacity_dispersion,
+        settings=options.settings,
+        motions=motions,
+    )
+
+
+def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
+    """Fit a table with one row per run, of which statuses and repeated motions count."""
+    if options.im is None or options.edp is None or options.threshold is None:
+        raise InputError("a table of runs needs --im, --edp and --threshold")
+    lists = {name: each for name, each in columns.items() if isinstance(each, list | pd.Series)}
+    same_length(**{name: np.empty(len(each)) for name, each in lists.items()})
+    data = pd.DataFrame(lists)
+    demand_table.need_columns(data, (options.im, options.edp), "the table")
+    im = positive(data[options.im].to_numpy(), options.im)
+    demand = as_column(data[options.edp].to_numpy(), options.edp)
+    status = data["status"].to_numpy(str) if "status" in data else np.full(im.size, OK)
+    if "collapse" in data:
+        collapsed = as_column(data["collapse"].to_numpy(), "collapse") > 0.0
+        status = np.where(collapsed & (status == OK), COLLAPSE, status)
+    kinds = {demand_table.BEYOND_MODEL: demand_table.failure_kinds(data)}
+    runs = pd.DataFrame({options.edp: demand, "status": status, **kinds})
+    good = (np.isfinite(demand) & (demand >= 0.0)) | ~demand_table.is_complete(runs)
+    require(good, options.edp, "must be >= 0 and finite in runs that completed", demand)
+    state = LimitState(
+        component=options.edp,
+        name="threshold",
+        demand=options.edp,
+        threshold=float(positive([options.threshold], "threshold")[0]),
+        dispersion=options.capacity_dispersion,
+    )
+    motions = demand_table.motion_codes(data) if "motion_id" in data else np.arange(im.size)
+    outcomes = demand_outcomes(runs, [state])
+    fit, unknown = _fit_outcomes(im, motions, outcomes, state, options), outcomes.unknown(state)
+    count = int(np.unique(motions).size)
+    details: dict[str, Any] = {"n_records": count, "n_unknown": int(np.sum(unknown))}
+    if np.any(unknown):
+        bounds = {
+            name: _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
+            for name in TREATMENTS
+        }
+        for name, bound in bounds.items():
+            details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
+        fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes"))
+        low, high = sorted(bounds[name].theta for name in TREATMENTS[1:])
+        if fit.status == FITTED and not (options.accept_bounds or high <= MAX_BOUNDS_RATIO * low):
+            fit = fit.without_estimate(BOUNDS_TOO_WIDE)
+    return replace(fit, details={**fit.details, **details})
+
+
+def _fit_outcomes(
+    im: Any, motions: Any, outcomes: DemandOutcomes, state: LimitState, options: FitOptions
+) -> fits.FragilityFit:
+    """Fit the outcomes of runs by the method of the options; arrays of shape (n,)."""
+    exceed, known, used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
+    settings = options.settings
+    if options.method == "cloud":
+        lower, upper = outcomes.lower[used], outcomes.upper[used]
+        fit = _fit_cloud(im[used], lower, upper, state.threshold, options, motions[used])
+        return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
+    x, hits, codes = im[known], exceed[known].astype(np.float64), motions[known]
+    if options.method == "ida":
+        lower, upper, odd = fits.brackets_of_runs(x, hits, codes)
+        fit = fits.fit_brackets(lower, upper, settings)
+        names = (*fit.warnings, "non_monotone_records") if odd else fit.warnings
+        return replace(fit, warnings=names, details={**fit.details, "n_non_monotone": odd})
+    count, n = int(np.unique(codes).size), np.ones(x.size)
+    single = count == codes.size
+    fit = fits.fit_stripes(x, n, hits, settings=settings, n_records=count, interval=single)
+    if fit.status != FITTED or single:
+        return fit
+    left_out = [
+        fits.fit_stripes(x[rows], n[rows], hits[rows], settings=settings, interval=False)
+        for rows in fits.motion_weights(codes)[1:] > 0.0
+    ]
+    values = np.array([(np.log(each.theta), each.beta) for each in left_out])
+    return fits.jackknifed(fit, values[:, 0], values[:, 1], count)

@@ -1,0 +1,759 @@
+"""Lognormal fragility curves fitted to counts, capacities or a cloud of demands.
+
+References:
+    Baker (2015), Earthquake Spectra 31(1):579-599: counts of exceedance, Eq. 11.
+    Vamvatsikos and Cornell (2002), EESD 31(3):491-514: capacities of incremental analyses.
+    Turnbull (1976), JRSS B 38(3):290-295: interval censoring.
+    Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533: cloud.
+    Fieller (1954), JRSS B 16(2):175-185: interval of a ratio.
+    Pregibon (1980), Applied Statistics 29(1):15-24: test of the link.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import inf, nan
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+from skewbridge.fragility import existence
+from skewbridge.fragility.columns import FloatArray, as_column, positive, require, same_length
+from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.likelihood import (
+    HALF_LOG_2PI,
+    Maximum,
+    MedianTerm,
+    NormalKernel,
+    chi_square_drop,
+    exceedance_kernel,
+    maximise,
+    mills_ratio,
+    profile_ends,
+    student_drop,
+)
+from skewbridge.fragility.lines import (
+    FLATTEST_SLOPE,
+    TestedLine,
+    fit_lines,
+    lilliefors,
+    tested_line,
+    tobit_start,
+)
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+
+WIDE_CI_RATIO: Final = 3.0
+FEW_RECORDS: Final = 10
+FEW_MIXED_STRIPES: Final = 3
+ALL_CENSORED: Final = "all_censored"
+SLOPE_NOT_SIGNIFICANT: Final = "slope_not_significant"
+_MAX_LOG: Final = 700.0  # exp() of more overflows a double
+_ESTIMATE: Final = (
+    "theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "ci_theta", "ci_beta",
+    "ci_method", "loglik",
+)  # fmt: skip
+_HEADLINE: Final = (
+    "status", "theta", "beta", "se_ln_theta", "se_beta", "cov_ln_theta_beta", "ci_theta", "ci_beta",
+    "ci_method", "level", "loglik", "n_runs", "method", "warnings",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FragilityFit:
+    """A lognormal fragility curve P = Phi(ln(x/theta)/beta), or the reason why there is none.
+
+    Attributes:
+        method: Estimator, for example ``stripes`` or ``cloud_ols``.
+        status: ``ok``, or a status of `skewbridge.fragility.existence`; unless ``ok`` the
+            parameters are NaN (a known limit such as zero dispersion excepted).
+        theta: Median, in the unit of the intensity measure.
+        beta: Dispersion of the logarithm.
+        var_ln_theta: Variance of ln theta.
+        cov_ln_theta_beta: Covariance of ln theta and beta.
+        var_beta: Variance of beta.
+        ci_theta: Ends of the interval of theta; 0 and infinity are unbounded ends.
+        ci_beta: Ends of the interval of beta.
+        ci_method: ``profile``, ``fieller`` or ``jackknife``; empty without interval.
+        level: Confidence level of the intervals.
+        loglik: Log-likelihood at the maximum (with binomial coefficients).
+        n_runs: Runs in the fit.
+        warnings: Names of what a reader must know.
+        details: Further results by name, as `skewbridge fit --json` prints them.
+        line: Line behind a cloud fit (least squares, with its tests).
+    """
+
+    method: str
+    status: str
+    theta: float = nan
+    beta: float = nan
+    var_ln_theta: float = nan
+    cov_ln_theta_beta: float = nan
+    var_beta: float = nan
+    ci_theta: tuple[float, float] = (nan, nan)
+    ci_beta: tuple[float, float] = (nan, nan)
+    ci_method: str = ""
+    level: float = DEFAULTS.confidence
+    loglik: float = nan
+    n_runs: int = 0
+    warnings: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+    line: TestedLine | None = None
+
+    def without_estimate(self, status: str) -> "FragilityFit":
+        """Return the fit with a status in place of median, dispersion and intervals."""
+        blank = FragilityFit(method=self.method, status=status)
+        return replace(self, status=status, **{name: getattr(blank, name) for name in _ESTIMATE})
+
+    @property
+    def se_ln_theta(self) -> float:
+        """Standard error of ln theta."""
+        return float(np.sqrt(self.var_ln_theta))
+
+    @property
+    def se_beta(self) -> float:
+        """Standard error of beta."""
+        return float(np.sqrt(self.var_beta))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `skewbridge fit --json` prints."""
+        values = {name: getattr(self, name) for name in _HEADLINE} | dict(self.details)
+        return {name: list(v) if isinstance(v, tuple) else v for name, v in values.items()}
+
+
+def exp_end(value: float) -> float:
+    """Return the exponential of the end of an interval, infinite where a double is too small."""
+    return float(np.exp(value)) if value < _MAX_LOG else inf
+
+
+def estimated(
+    blank: FragilityFit,
+    params: FloatArray,
+    covariance: FloatArray,
+    ends: tuple[tuple[float, float], tuple[float, float]] | None,
+    widening: float = 1.0,
+) -> FragilityFit:
+    """Return a fit with median, dispersion, covariance and intervals.
+
+    The covariance of (a0, a1), with ln theta = -a0/a1 and beta = widening/a1, is carried over to
+    (ln theta, beta) by the delta method; ``ends`` are those of ln theta and of 1/a1.
+    """
+    a0, a1 = (float(value) for value in params)
+    jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
+    variance = jacobian @ covariance @ jacobian.T
+    fit = replace(
+        blank,
+        theta=exp_end(-a0 / a1),
+        beta=widening / a1,
+        var_ln_theta=float(variance[0, 0]),
+        cov_ln_theta_beta=float(variance[0, 1]),
+        var_beta=float(variance[1, 1]),
+    )
+    if ends is None:
+        return fit
+    return replace(
+        fit,
+        ci_theta=(exp_end(ends[0][0]), exp_end(ends[0][1])),
+        ci_beta=(widening * ends[1][0], widening * ends[1][1]),
+        ci_method="profile",
+    )
+
+
+def _single_state(
+    kernel: NormalKernel, best: Maximum, drop: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the profile ends of ln theta and beta of a kernel with parameters (a0, a1)."""
+    ends = profile_ends(kernel, best, drop, [MedianTerm(0, np.array([1.0, 0.0]))])
+    return ends.ln_theta[0], ends.beta
+
+
+def jackknifed(
+    fit: FragilityFit, ln_theta: FloatArray, beta: FloatArray, motions: int
+) -> FragilityFit:
+    """Replace interval and covariance of a fit by those of the jackknife by motion.
+
+    Where motions repeat, the runs are not independent: the motion is the random unit.
+
+    Args:
+        fit: The fit of all runs.
+        ln_theta: Estimates without each motion, shape (M,); NaN where it has none.
+        beta: Dispersions without each motion, shape (M,).
+        motions: Number of motions M.
+
+    References:
+        Bell and McCaffrey (2002), Survey Methodology 28(2):169-181.
+    """
+    good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
+    values = np.column_stack([ln_theta[good], np.log(beta[good])])
+    deviation = values - values.mean(axis=0)
+    covariance = deviation.T @ deviation * (good.sum() - 1) / max(good.sum(), 1)
+    extra = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
+    if motions < 4 or not np.all(np.isfinite(covariance)) or good.sum() < 4:
+        return replace(fit, warnings=(*fit.warnings, "too_few_motions_for_an_interval"))
+    t = float(special.stdtrit(motions - 2, 0.5 + 0.5 * fit.level))
+    reach = [exp_end(t * float(np.sqrt(covariance[i, i]))) for i in range(2)]
+    return replace(
+        fit,
+        ci_theta=(fit.theta / reach[0], fit.theta * reach[0]),
+        ci_beta=(fit.beta / reach[1], fit.beta * reach[1]),
+        ci_method="jackknife",
+        var_ln_theta=float(covariance[0, 0]),
+        cov_ln_theta_beta=float(covariance[0, 1]) * fit.beta,
+        var_beta=float(covariance[1, 1]) * fit.beta**2,
+        warnings=(*fit.warnings, *extra),
+    )
+
+
+def motion_weights(motions: NDArray[np.intp]) -> FloatArray:
+    """Return weights of the runs: all of them, then without each motion, shape (1 + M, n)."""
+    codes = np.unique(motions, return_inverse=True)[1]
+    without = codes[None, :] != np.arange(codes.max(initial=-1) + 1)[:, None]
+    return np.vstack([np.ones(codes.size), without.astype(np.float64)])
+
+
+def common_warnings(
+    theta: float, ci_theta: tuple[float, float], im: FloatArray, n_records: int
+) -> list[str]:
+    """Return the warnings that every method shares.
+
+    ``median_extrapolated``: theta outside the range of the intensities;
+    ``wide_ci``: the ends of the interval differ by more than a factor of 3;
+    ``fewer_than_10_records``.
+    """
+    names: list[str] = []
+    if theta > np.max(im) or theta < np.min(im):
+        names.append("median_extrapolated")
+    low, high = ci_theta
+    if not np.isnan(low) and not (low > 0.0 and high / low <= WIDE_CI_RATIO):
+        names.append("wide_ci")
+    if n_records < FEW_RECORDS:
+        names.append("fewer_than_10_records")
+    return names
+
+
+# ---- counts of exceedance --------------------------------------------------------------------
+
+
+def fit_stripes(
+    im: ArrayLike,
+    n: ArrayLike,
+    k: ArrayLike,
+    *,
+    settings: FitSettings = DEFAULTS,
+    n_records: int | None = None,
+    interval: bool = True,
+) -> FragilityFit:
+    """Fit a fragility curve to k of n exceedances at each intensity, by maximum likelihood.
+
+    l(a) = sum k ln Phi(eta) + (n - k) ln Phi(-eta), eta = a0 + a1 ln x; theta = exp(-a0/a1) and
+    beta = 1/a1.
+
+    Args:
+        im: Intensities, positive, any order, shape (J,); levels may repeat.
+        n: Runs at each; stripes without runs are dropped with a warning.
+        k: Runs that exceed, 0 <= k <= n. Fractions (uncertain capacity) make the likelihood a
+            quasi-likelihood without interval.
+        settings: Level of the intervals and dispersion assumed for one-sided bounds.
+        n_records: Motions behind the runs, if fewer than runs.
+        interval: False leaves out the profile intervals.
+
+    Returns:
+        The fit; its status comes from the existence test, which runs first.
+
+    Raises:
+        InputError: A value is missing, not positive, or k is outside 0..n; names the row.
+    """
+    x, runs, exceed = positive(im, "im"), as_column(n, "n"), as_column(k, "k")
+    same_length(im=x, n=runs, k=exceed)
+    require(np.isfinite(runs) & (runs >= 0.0), "n", "must be >= 0 and finite", runs)
+    require((exceed >= 0.0) & (exceed <= runs), "k", "must satisfy 0<=k<=n", exceed)
+    kept = runs > 0.0
+    warnings = [] if np.all(kept) else ["stripes_without_runs"]
+    x, runs, exceed = x[kept], runs[kept], exceed[kept]
+    total = round(float(np.sum(runs)))
+    ln_im = np.log(x)
+    status = existence.binomial_status(ln_im, runs, exceed) if total else existence.NO_RUNS
+    unfitted = FragilityFit(
+        method="stripes",
+        status=status,
+        n_runs=total,
+        level=settings.confidence,
+        warnings=tuple(warnings),
+    )
+    if total == 0:
+        return unfitted
+    if status != FITTED:
+        details = _stripe_bounds(status, ln_im, runs, exceed, settings)
+        return replace(unfitted, details=details)
+    kernel = exceedance_kernel(ln_im, exceed, runs - exceed)
+    flat = float(special.ndtri(np.sum(exceed) / np.sum(runs)))
+    best = maximise(kernel, np.array([[flat, 0.0]]))
+    a0, a1 = (float(value) for value in best.params[0])
+    if not bool(best.converged[0]) or a1 <= FLATTEST_SLOPE:
+        reason = existence.NON_INCREASING if bool(best.converged[0]) else existence.NOT_CONVERGED
+        return replace(unfitted, status=reason, details={"a0": a0, "a1": a1})
+    whole = bool(np.all(exceed == np.round(exceed)))
+    drop = chi_square_drop(settings.confidence)
+    ends = _single_state(kernel, best, drop) if interval and whole else None
+    fit = estimated(unfitted, best.params[0], best.covariance[0], ends)
+    warnings += common_warnings(fit.theta, fit.ci_theta, x, n_records or total)
+    warnings += _overlap_warnings(x, runs, exceed)
+    if not whole:
+        warnings.append("fractional_counts_no_interval")
+    kernel_loglik = float(best.loglik[0])
+    ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
+    ways -= special.gammaln(runs - exceed + 1.0)
+    loglik = kernel_loglik + (float(np.sum(ways)) if whole else 0.0)
+    goodness = _stripe_goodness(a0 + a1 * ln_im, ln_im, runs, exceed)
+    details = {"a0": a0, "a1": a1, "loglik_kernel": kernel_loglik, "aic": 4.0 - 2.0 * loglik}
+    return replace(fit, loglik=loglik, warnings=tuple(warnings), details=details | goodness)
+
+
+def _stripe_bounds(
+    status: str, ln_im: FloatArray, n: FloatArray, k: FloatArray, settings: FitSettings
+) -> dict[str, Any]:
+    """Return what counts still say where no estimate exists."""
+    level, beta = settings.confidence, settings.assumed_beta
+    low, high = existence.clopper_pearson(k, n, level)
+    details: dict[str, Any] = {"p_lower": low.tolist(), "p_upper": high.tolist()}
+    if status in (existence.NO_EXCEEDANCE, existence.ALL_EXCEED):
+        exceed = status == existence.ALL_EXCEED
+        betas = {0.3, 0.4, 0.6, settings.assumed_beta}
+        return details | _median_bound(ln_im, n, settings, betas, exceed=exceed)
+    if status == existence.SINGLE_LEVEL:
+        total, hits = float(np.sum(n)), float(np.sum(k))
+        ends = existence.clopper_pearson(np.array([hits]), np.array([total]), level)
+        median = float(np.exp(ln_im[0] - beta * special.ndtri(hits / total)))
+        details |= {
+            "p": hits / total,
+            "p_ci": [float(ends[0][0]), float(ends[1][0])],
+            "theta_given_beta": {f"{beta:g}": median},
+        }
+    if status in (existence.COMPLETE_SEPARATION, existence.QUASI_SEPARATION):
+        hi0, lo1 = float(np.max(ln_im[n - k > 0.0])), float(np.min(ln_im[k > 0.0]))
+        a0, a1 = existence.firth(ln_im, n, k)
+        bounds = existence.separated_bounds(ln_im, n, k, beta=beta, level=level)
+        details |= {
+            "theta_interval": [float(np.exp(hi0)), float(np.exp(lo1))],
+            "theta_midpoint_log": float(np.exp(0.5 * (hi0 + lo1))),
+            "theta_bounds_given_beta": {f"{beta:g}": list(bounds)},
+            "firth": {"theta": float(np.exp(-a0 / a1)), "beta": 1.0 / a1},
+        }
+    return details
+
+
+def _median_bound(
+    ln_im: FloatArray,
+    n: FloatArray,
+    settings: FitSettings,
+    betas: Collection[float] = (),
+    *,
+    exceed: bool,
+) -> dict[str, Any]:
+    """Return one-sided bounds of the median where no run (or every run) exceeds, by dispersion."""
+    level, side = settings.confidence, "upper" if exceed else "lower"
+    bounds = {
+        f"{beta:g}": existence.median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
+        for beta in sorted({*betas, settings.assumed_beta})
+    }
+    name = f"theta_{side}{100 * level:g}_given_beta"
+    return {"assumed_beta": settings.assumed_beta, name: bounds}
+
+
+def _overlap_warnings(x: FloatArray, n: FloatArray, k: FloatArray) -> list[str]:
+    """Warn where few stripes (or single runs) show the transition from none to all."""
+    levels, index = np.unique(x, return_inverse=True)
+    runs, exceed = np.bincount(index, n), np.bincount(index, k)
+    if np.max(runs) > 1.0:
+        mixed = int(np.sum((exceed > 0.0) & (exceed < runs)))
+        return ["few_mixed_stripes"] if mixed < FEW_MIXED_STRIPES else []
+    first, last = np.min(levels[exceed > 0.0]), np.max(levels[exceed < runs])
+    overlap = int(np.sum((levels >= first) & (levels <= last)))
+    return ["small_overlap"] if overlap < 2 * FEW_MIXED_STRIPES else []
+
+
+def _stripe_goodness(
+    eta: FloatArray, ln_im: FloatArray, n: FloatArray, k: FloatArray
+) -> dict[str, Any]:
+    """Return deviance, Pearson's statistic and the score test of a curvature in the predictor."""
+    log_p, log_q, remain = special.log_ndtr(eta), special.log_ndtr(-eta), n - k
+    deviance = 2.0 * float(
+        np.sum(special.xlogy(k, k / n) - k * log_p)
+        + np.sum(special.xlogy(remain, remain / n) - remain * log_q)
+    )
+    p = np.exp(log_p)
+    pearson = float(np.sum((k - n * p) ** 2 / np.maximum(n * p * np.exp(log_q), 1e-300)))
+    dof = int(n.size - 2)
+    up, down = mills_ratio(eta), mills_ratio(-eta)
+    score = k * up - remain * down
+    information = k * up * (eta + up) + remain * down * (down - eta)
+    square = (ln_im - np.mean(ln_im)) ** 2
+    design = np.column_stack([np.ones_like(ln_im), ln_im])
+    weighted = design * information[:, None]
+    extra = square - design @ np.linalg.solve(design.T @ weighted, weighted.T @ square)
+    variance = float(information @ extra**2)
+    details: dict[str, Any] = {"deviance": deviance, "deviance_dof": dof, "pearson": pearson}
+    if dof > 0 and bool(np.max(n) > 1.0):
+        details["deviance_p"] = float(special.chdtrc(dof, deviance))
+    if variance > 1e-9:
+        details["link_p"] = float(special.chdtrc(1, float(score @ extra) ** 2 / variance))
+    return details
+
+
+# ---- capacities ------------------------------------------------------------------------------
+
+
+def fit_capacities(
+    capacity: ArrayLike, censored: ArrayLike | None = None, settings: FitSettings = DEFAULTS
+) -> FragilityFit:
+    """Fit a lognormal distribution to capacities, some of them censored on the right.
+
+    l = sum over observed [ln phi(z) - ln beta] + sum over censored ln Phi(-z),
+    z = ln(IM/theta)/beta; the level of censoring is each record's own.
+
+    Args:
+        capacity: Intensity at which the limit state is reached, or the last one tried.
+        censored: 1 where it was not reached there; None means none.
+        settings: Level of the intervals and dispersion assumed for the bound of theta when every
+            record is censored.
+
+    Returns:
+        The fit. ``beta`` is the maximum-likelihood value, consistent with its covariance; the
+        details of a complete sample hold the unbiased dispersion and the exact t and chi-square
+        intervals.
+
+    Raises:
+        InputError: A value is missing or not positive; names the row.
+    """
+    values = positive(capacity, "capacity")
+    flags = np.zeros(values.size) if censored is None else as_column(censored, "censored")
+    same_length(capacity=values, censored=flags)
+    require((flags == 0.0) | (flags == 1.0), "censored", "must be 0 or 1", flags)
+    is_censored = flags == 1.0
+    y = np.log(values)
+    seen = y[~is_censored]
+    blank = FragilityFit(method="ida", status=FITTED, n_runs=y.size, level=settings.confidence)
+    if seen.size == 0:
+        bound = _median_bound(y, np.ones(y.size), settings, exceed=False)
+        return replace(blank, status=ALL_CENSORED, details=bound)
+    if np.ptp(seen) == 0.0 and seen.size == y.size:
+        # Equal capacities usually mean a grid too coarse: they are brackets, not values.
+        return replace(blank, status="zero_dispersion", theta=float(np.exp(seen[0])), beta=0.0)
+    if np.ptp(seen) == 0.0 and np.all(y[is_censored] <= seen[0]):
+        return replace(blank, status="unbounded_likelihood")
+    details: dict[str, Any] = {"n_censored": int(np.sum(is_censored))}
+    if not np.any(is_censored):
+        n, tail = y.size, 0.5 * (1.0 - settings.confidence)
+        sd, mean = float(np.std(y, ddof=1)), float(np.mean(y))
+        reach = float(special.stdtrit(n - 1, 1.0 - tail)) * sd / np.sqrt(n)
+        chi2 = [float(special.chdtri(n - 1, share)) for share in (tail, 1.0 - tail)]
+        details |= {
+            "beta_unbiased_n_minus_1": sd,
+            "ci_theta_exact": [float(np.exp(mean - reach)), float(np.exp(mean + reach))],
+            "ci_beta_exact": [sd * float(np.sqrt((n - 1) / each)) for each in chi2],
+        }
+        if n >= 4:
+            names = ("lilliefors_d", "lilliefors_d_05", "lilliefors_d_10")
+            details |= dict(zip(names, lilliefors(y), strict=True))
+    blank = replace(blank, details=details)
+    return _fit_distribution(blank, y, np.where(is_censored, np.inf, y), values)
+
+
+def fit_brackets(
+    lower: ArrayLike, upper: ArrayLike, settings: FitSettings = DEFAULTS
+) -> FragilityFit:
+    """Fit a lognormal distribution to capacities in brackets (lower, upper].
+
+    l = sum ln[Phi(z_upper) - Phi(z_lower)]. The right likelihood for stripes on which the same
+    motions run at every level, and for any grid or search wider than 2 % of theta.
+
+    Args:
+        lower: Largest intensity below the first exceedance; 0 if the first level exceeds already.
+        upper: Intensity of the first exceedance; infinity, NaN or None if never reached.
+        settings: Level of the intervals and dispersion assumed for one-sided bounds.
+
+    Raises:
+        InputError: ``lower`` is missing or negative, or not below ``upper``; names the row.
+    """
+    low, high = as_column(lower, "lower"), as_column(upper, "upper")
+    same_length(lower=low, upper=high)
+    high = np.where(np.isnan(high), np.inf, high)
+    require(np.isfinite(low) & (low >= 0.0), "lower", "must be >= 0 and finite", low)
+    require(high > low, "upper", "must be above lower", high)
+    with np.errstate(divide="ignore"):
+        y_low, y_high = np.log(low), np.log(high)
+    first, last = float(np.max(y_low)), float(np.min(y_high))
+    blank = FragilityFit(
+        method="ida_interval", status=FITTED, n_runs=int(low.size), level=settings.confidence
+    )
+    each = np.ones(low.size)
+    if not np.any(np.isfinite(y_high)):
+        bound = _median_bound(y_low, each, settings, exceed=False)
+        return replace(blank, status=ALL_CENSORED, details=bound)
+    if not np.any(np.isfinite(y_low)):
+        bound = _median_bound(y_high, each, settings, exceed=True)
+        return replace(blank, status=existence.ALL_EXCEED, details=bound)
+    if first <= last:
+        complete = first < last
+        return replace(
+            blank,
+            status=existence.COMPLETE_SEPARATION if complete else existence.QUASI_SEPARATION,
+            details={"theta_interval": [float(np.exp(first)), float(np.exp(last))]},
+        )
+    finite = np.isfinite(y_low) & np.isfinite(y_high)
+    if not np.any(finite) and np.max(y_high[np.isfinite(y_high)]) <= np.min(
+        y_low[np.isfinite(y_low)]
+    ):
+        return replace(blank, status=existence.NON_INCREASING)
+    im = np.concatenate([low[low > 0.0], high[np.isfinite(high)]])
+    blank = replace(blank, details={"n_censored": int(np.sum(~finite))})
+    return _fit_distribution(blank, y_low, y_high, im)
+
+
+def brackets_of_runs(
+    im: FloatArray, exceed: FloatArray, record: NDArray[np.intp]
+) -> tuple[FloatArray, FloatArray, int]:
+    """Return per record the bracket of the first exceedance over its levels.
+
+    A later level that does not exceed again (resurrection) does not move the bracket; the number
+    of such records is returned.
+
+    Args:
+        im: Intensity of each run, shape (n,).
+        exceed: 0 or 1, shape (n,).
+        record: Number of its motion, shape (n,).
+
+    Returns:
+        Lower ends, upper ends (0 and infinity where open), number of non-monotone records.
+    """
+    lower, upper, odd = [], [], 0
+    for code in np.unique(record):
+        # ASSUME the first crossing is the capacity
+        rows = record == code
+        levels, hit = im[rows], exceed[rows] > 0.0
+        first = float(np.min(levels[hit])) if np.any(hit) else np.inf
+        below = levels[~hit & (levels < first)]
+        odd += int(np.any(~hit & (levels > first)))
+        lower.append(float(np.max(below)) if below.size else 0.0)
+        upper.append(first)
+    return np.array(lower), np.array(upper), odd
+
+
+def _fit_distribution(
+    blank: FragilityFit, lower: FloatArray, upper: FloatArray, im: FloatArray
+) -> FragilityFit:
+    """Maximise over (a0, a1), z = a0 + a1 ln x, and complete the blank fit."""
+    kernel = NormalKernel(-np.ones((lower.size, 1)), lower, upper)
+    guess = np.where(np.isfinite(upper), upper, lower)
+    spread = max(float(np.std(guess)), 0.05)
+    best = maximise(kernel, np.array([[-float(np.mean(guess)) / spread, 1.0 / spread]]))
+    a0, a1 = (float(value) for value in best.params[0])
+    bracketed = bool(np.any(np.isfinite(lower) & np.isfinite(upper)))
+    if a1 <= FLATTEST_SLOPE and not bracketed:
+        return replace(blank, status=existence.NON_INCREASING)
+    if not bool(best.converged[0]):
+        return replace(blank, status=existence.NOT_CONVERGED)
+    ends = _single_state(kernel, best, chi_square_drop(blank.level))
+    fit = estimated(blank, best.params[0], best.covariance[0], ends)
+    return replace(
+        fit,
+        loglik=float(best.loglik[0]),
+        warnings=tuple(common_warnings(fit.theta, fit.ci_theta, im, fit.n_runs)),
+        details={**fit.details, "a0": a0, "a1": a1, "mu": -a0 / a1},
+    )
+
+
+# ---- cloud of demands ------------------------------------------------------------------------
+
+
+def fit_cloud(
+    im: ArrayLike,
+    edp: ArrayLike,
+    threshold: float,
+    upper: ArrayLike | None = None,
+    *,
+    capacity_dispersion: float = 0.0,
+    settings: FitSettings = DEFAULTS,
+    motions: NDArray[np.intp] | None = None,
+) -> FragilityFit:
+    """Fit a fragility curve to a cloud of demands: ln D = ln a + b ln x + e.
+
+    theta = exp((ln c - ln a)/b) and beta = sqrt(s^2 + dispersion^2)/b. Without censored demands by
+    least squares with Fieller's interval; otherwise by maximum likelihood (Tobit) with profile
+    intervals in which Student's t(n - 2), n the observed demands, replaces the normal quantile:
+    without censoring it is Fieller's. Where motions repeat, the intervals are those of the
+    jackknife by motion.
+
+    Args:
+        im: Intensities, shape (n,), positive.
+        edp: Demands in the unit of ``threshold``, or their lower ends; 0 where left-censored.
+        threshold: Median capacity c.
+        upper: Upper ends of the demands: equal to ``edp`` where observed, infinity where the run
+            ended early, a limit where only an upper end is known. None: all observed.
+        capacity_dispersion: Dispersion of the capacity.
+        settings: Confidence level.
+        motions: Number of the motion of each run; None: one run per motion.
+
+    Returns:
+        The fit. Statuses: ``too_few_runs``, ``single_level`` (constant intensity),
+        ``non_increasing`` (b <= 0), ``slope_not_significant`` (Fieller's set is unbounded),
+        ``zero_dispersion``. Warnings: ``saturating`` or ``curved`` (curvature test),
+        ``heteroscedastic`` (Breusch-Pagan), ``no_exceedance_observed``.
+
+    Raises:
+        InputError: A value is missing or not positive; names the rows.
+    """
+    values, low = positive(im, "im"), as_column(edp, "edp")
+    high = low if upper is None else as_column(upper, "upper")
+    same_length(im=values, edp=low, upper=high)
+    observed = low == high
+    usable = np.isfinite(low) & (low >= 0.0) & (high > 0.0) & ((low > 0.0) | ~observed)
+    require(usable, "edp", "must be > 0 and finite", low)
+    require(high >= low, "upper", "must not be below edp", high)
+    limit = as_column([threshold], "threshold")
+    require(np.isfinite(limit) & (limit > 0.0), "threshold", "must be > 0 and finite", limit)
+    return fit_cloud_states(
+        values, low, high, [(float(limit[0]), capacity_dispersion)], settings, motions
+    )[0]
+
+
+def fit_cloud_states(
+    im: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    capacities: Sequence[tuple[float, float]],
+    settings: FitSettings,
+    motions: NDArray[np.intp] | None = None,
+) -> list[FragilityFit]:
+    """Fit one line to a cloud and return the curve of each state, as `fit_cloud` does.
+
+    Args:
+        im: Intensities, shape (n,).
+        lower: Lower ends of the demands; 0 where left-censored.
+        upper: Upper ends, as in `fit_cloud`.
+        capacities: Median capacity and dispersion of each state.
+        settings: Confidence level.
+        motions: Number of the motion of each run; None: one run per motion.
+    """
+    informative = (lower == upper) | (lower > 0.0) | np.isfinite(upper)
+    with np.errstate(divide="ignore"):
+        x, low, high = (np.log(each[informative]) for each in (im, lower, upper))
+    seen = low == high
+    codes = np.arange(x.size) if motions is None else motions[informative]
+    n_motions = int(np.unique(codes).size)
+    censored = not bool(np.all(seen))
+    blank = FragilityFit(
+        method="cloud_tobit" if censored else "cloud_ols",
+        status=FITTED,
+        n_runs=int(x.size),
+        level=settings.confidence,
+    )
+    if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
+        status = existence.too_little(x[seen] if censored else x)
+        return [replace(blank, status=status)] * len(capacities)
+    line = tested_line(x[seen], low[seen])
+    blank = replace(blank, line=line)
+    repeated = n_motions < x.size
+    if censored:
+        fits = _fit_tobit(blank, (x, low, high), capacities, interval=not repeated)
+    else:
+        fits = [_fit_least_squares(blank, line, *capacity) for capacity in capacities]
+    if repeated:
+        lines = fit_lines(x, low, high, motion_weights(codes)[1:])
+        for j, (threshold, dispersion) in enumerate(capacities):
+            if fits[j].status == FITTED:
+                replicates = lines.ln_theta(threshold), lines.beta(dispersion)
+                fits[j] = jackknifed(fits[j], *replicates, n_motions)
+    for j, fit in enumerate(fits):
+        if fit.status == FITTED:
+            names = common_warnings(fit.theta, fit.ci_theta, np.exp(x), n_motions) + line.warnings
+            if not np.any(low >= np.log(capacities[j][0])):
+                names.append("no_exceedance_observed")
+            fits[j] = replace(fit, warnings=(*fit.warnings, *names))
+    return fits
+
+
+def _fit_least_squares(
+    blank: FragilityFit, line: TestedLine, threshold: float, dispersion: float
+) -> FragilityFit:
+    """Complete a cloud fit without censored demands; intervals after Fieller and delta method."""
+    names = ("ln_a", "b", "sigma", "r2", "curvature", "curvature_p", "scatter_p", "normal_p")
+    values = {name: getattr(line, name) for name in names}
+    details = {name: value for name, value in values.items() if not np.isnan(value)}
+    n, ln_c = line.n, float(np.log(threshold))
+    unfitted = replace(blank, details=details)
+    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
+    if line.b <= 0.0:
+        return replace(unfitted, status=existence.NON_INCREASING)
+    if line.sigma <= 1e-12:
+        return replace(unfitted, status="zero_dispersion")
+    if line.b**2 <= t**2 * line.sigma**2 / line.sxx:
+        return replace(unfitted, status=SLOPE_NOT_SIGNIFICANT)
+    beta = float(np.hypot(line.sigma, dispersion)) / line.b
+    ln_theta = (ln_c - line.ln_a) / line.b
+    away = ln_theta - line.mean_x
+    relative = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
+    # beta = sqrt(s^2 + c^2)/b: its derivative by s is s/(beta b^2), by b it is -beta/b
+    var_s = line.sigma**2 / (2.0 * (n - 2))
+    var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
+    maximum = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
+    rise = ln_c - (line.ln_a + line.b * line.mean_x)
+    a = line.b**2 - t**2 * line.sigma**2 / line.sxx
+    constant = rise**2 - t**2 * line.sigma**2 / n
+    root = float(np.sqrt(max((line.b * rise) ** 2 - a * constant, 0.0)))
+    ends = [line.mean_x + (line.b * rise + sign * root) / a for sign in (-1.0, 1.0)]
+    reach = t * float(np.sqrt(var_beta)) / beta
+    return replace(
+        unfitted,
+        theta=exp_end(ln_theta),
+        beta=beta,
+        var_ln_theta=line.sigma**2 / line.b**2 / n + relative * away**2,
+        cov_ln_theta_beta=beta * relative * away,
+        var_beta=var_beta,
+        loglik=float(-n * (HALF_LOG_2PI + np.log(maximum) + 0.5)),
+        ci_theta=(exp_end(ends[0]), exp_end(ends[1])),
+        ci_beta=(float(beta * np.exp(-reach)), float(beta * np.exp(reach))),
+        ci_method="fieller",
+    )
+
+
+def _fit_tobit(
+    blank: FragilityFit,
+    cloud: tuple[FloatArray, FloatArray, FloatArray],
+    capacities: Sequence[tuple[float, float]],
+    *,
+    interval: bool,
+) -> list[FragilityFit]:
+    """Complete the cloud fits of some states with censored demands.
+
+    ``cloud`` is ln intensity and the ends of ln demand. With parameters (d0, d1, h) of
+    z = h ln D - d0 - d1 ln x the predictor of a state is (d0 - h ln c) + d1 ln x.
+    """
+    x, low, high = cloud
+    seen = low == high
+    kernel = NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
+    best = maximise(kernel, tobit_start(x, low, seen))
+    d0, d1, h = (float(value) for value in best.params[0])
+    if not bool(best.converged[0]):
+        return [replace(blank, status=existence.NOT_CONVERGED)] * len(capacities)
+    details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~seen))}
+    blank = replace(blank, details=details, loglik=float(best.loglik[0]))
+    if d1 <= FLATTEST_SLOPE:
+        return [replace(blank, status=existence.NON_INCREASING, loglik=nan)] * len(capacities)
+    terms = [MedianTerm(0, np.array([1.0, 0.0, -np.log(c)])) for c, _ in capacities]
+    ends = None
+    if interval:
+        ends = profile_ends(kernel, best, student_drop(int(np.sum(seen)), blank.level), terms)
+    fits: list[FragilityFit] = []
+    for j, (term, (_, dispersion)) in enumerate(zip(terms, capacities, strict=True)):
+        onto = np.array([term.intercept, [0.0, 1.0, 0.0]])
+        widening = float(np.sqrt(1.0 + (h * dispersion) ** 2))
+        fit = estimated(
+            blank,
+            onto @ best.params[0],
+            onto @ best.covariance[0] @ onto.T,
+            None if ends is None else (ends.ln_theta[j], ends.beta),
+            widening,
+        )
+        fits.append(fit)
+    return fits

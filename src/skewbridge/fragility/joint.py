@@ -1,0 +1,532 @@
+"""Joint models: medians over the axes of a study from the demands of all its variants.
+
+One model per bridge, abutment model and demand: ln D = terms of the axes + b ln IM + a random
+effect of the motion + scatter of the run. The slope b is common to all variants, so the median of a
+state with capacity c is exp((ln c - terms)/b), its dispersion is the same everywhere, and the
+curves of a component do not cross.
+
+References:
+    Allen (1974), Technometrics 16(1):125-127, for the sum of squares of left-out predictions.
+"""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+
+from skewbridge.errors import InputError
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.demand_table import (
+    axis_names,
+    demand_columns,
+    models_of,
+    motion_codes,
+    spread,
+)
+from skewbridge.fragility.existence import (
+    ALL_EXCEED,
+    FITTED,
+    NO_EXCEEDANCE,
+    NON_INCREASING,
+    NOT_APPLICABLE,
+)
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.mixed import (
+    MixedData,
+    MixedFit,
+    fit_mixed,
+    jackknife_covariance,
+    outer_by,
+    without_each_motion,
+)
+from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.axes import AXES, axis
+
+TOO_FEW_MOTIONS: Final = "too_few_motions"
+NO_AXIS: Final = "no_axis_varies"
+LARGE_ERROR: Final = "prediction_error_above_25_percent"
+MAX_LEFT_OUT_ERROR: Final = 0.25
+MIN_MOTIONS: Final = 5
+SKEW: Final = "skew_deg"
+GAP: Final = "gap_mm"
+REFERENCE_GAP_MM: Final = 50.8  # 2 in
+_SLACK: Final = 1e-9
+_CLOUD_COLUMNS: Final = (
+    "method", "status", "variant", "component", "limit_state", "theta", "var_ln_theta",
+)  # fmt: skip
+_FLATTEST_SLOPE: Final = 1e-3
+_THINNEST: Final = 1e-10
+_CLEARLY_BETTER: Final = 1e-6
+_WORTH_PROCESSES: Final = 8  # ASSUME a demand takes about a second
+
+JOINT_COLUMNS: Final[dict[str, str]] = {
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
+    "component": "component of the limit state",
+    "limit_state": "degree of damage",
+    "status": "ok, or why there is no estimate",
+    "theta": "median intensity in the middle of the range of every axis, in the unit of `im`",
+    "theta_low": "lower end of its interval (jackknife by motion, Student's t)",
+    "theta_high": "upper end of its interval",
+    "beta": "record-to-record dispersion, common to all variants and states of the demand",
+    "beta_low": "lower end of its interval",
+    "beta_high": "upper end of its interval",
+    "beta_total": "record-to-record and capacity dispersion, sqrt(beta^2 + (dispersion/slope)^2)",
+    "beta_total_low": "lower end of its interval",
+    "beta_total_high": "upper end of its interval",
+    "level": "confidence level of the intervals",
+    "loo_error": "median over the variants of the relative error of theta if the variant is left "
+    "out, against the cloud fit of that variant; NaN if no variant can be left out",
+    "loo_error_max": "largest of these errors",
+    "loo_error_max_variant": "variant with the largest error",
+    "loo_error_max_se": "standard error of ln theta in the cloud fit of that variant",
+    "loo_variants": "number of variants compared",
+    "terms": "terms of ln theta after the constant, joined by semicolons",
+    "coefficients": "coefficients of ln theta: constant, then the terms",
+    "covariance": "covariance of coefficients, ln beta and ln beta_total, row by row (jackknife by "
+    "motion)",
+    "axis_ranges": "smallest and largest value of each axis in the study, as JSON",
+    "signed_skew": "true if the sign of the skew matters; otherwise the model uses its size",
+    "slope": "slope of ln demand on ln intensity",
+    "tau": "standard deviation of ln demand between motions",
+    "sigma": "standard deviation of ln demand within motions",
+    "press": "root mean square error of ln demand of left-out variants",
+    "n_variants": "number of variants",
+    "n_runs": "number of runs in the fit",
+    "n_motions": "number of motions in the fit",
+    "n_exceed": "number of runs known to exceed the state",
+    "n_unknown": "number of runs with an unknown outcome",
+    "n_right_censored": "number of runs in the fit whose demand has only a lower bound",
+    "n_left_censored": "number of runs in the fit whose demand has only an upper bound",
+    "im": "intensity measure",
+    "demand": "demand column",
+    "threshold": "median capacity, in the unit of the demand column",
+    "capacity_dispersion": "dispersion of the capacity",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisRange:
+    """Range of the axes of the variants of one bridge and abutment model.
+
+    In a model, skew counts as skew/60 degrees (its size, unless the study has both signs), the gap
+    as gap/50.8 mm, friction as it is, any other axis as a share of its largest possible value.
+
+    Attributes:
+        limits: Smallest and largest value in the study by axis; of the size of the skew if the
+            study has only one sign.
+        signed_skew: Whether the study has skews of both signs.
+    """
+
+    limits: Mapping[str, tuple[float, float]]
+    signed_skew: bool = False
+
+    @classmethod
+    def of_variants(cls, variants: pd.DataFrame, names: Iterable[str]) -> "AxisRange":
+        """Return the range of some axes over a table with a row per variant."""
+        skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
+        signed = bool(np.any(skew > 0.0) and np.any(skew < 0.0))
+        limits: dict[str, tuple[float, float]] = {}
+        for name in names:
+            value = variants[name].to_numpy(dtype=np.float64)
+            value = np.abs(value) if name == SKEW and not signed else value
+            if np.all(np.isfinite(value)):
+                limits[name] = (float(np.min(value)), float(np.max(value)))
+        return cls(limits=limits, signed_skew=signed)
+
+    @property
+    def varying(self) -> tuple[str, ...]:
+        """Axes that differ between the variants."""
+        return tuple(name for name, (low, high) in self.limits.items() if low < high)
+
+    @property
+    def middle(self) -> dict[str, float]:
+        """Middle of the range of each varying axis."""
+        return {name: 0.5 * sum(self.limits[name]) for name in self.varying}
+
+    def variables(self, values: Mapping[str, Any]) -> dict[str, FloatArray]:
+        """Return the variables of the model at values of the axes, by axis, shape (n,) each."""
+        found: dict[str, FloatArray] = {}
+        for name in self.varying:
+            value = np.atleast_1d(self._counted(name, np.asarray(values[name], dtype=np.float64)))
+            scale = REFERENCE_GAP_MM if name == GAP else axis(name).high
+            unscaled = axis(name).unit == "-" or not 0.0 < scale < np.inf
+            found[name] = value if unscaled else value / scale
+        return found
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Check that a point lies inside the range; axes that the abutment model lacks are ignored.
+
+        Raises:
+            InputError: A value is missing or outside the range, or an axis is not in the study;
+                names the axis and its range.
+        """
+        possible = {*self.limits, *(each.name for each in AXES)}
+        for name in (*self.varying, *values):
+            low, high = self.limits.get(name, (-np.inf, np.inf))
+            problem = "" if name in possible else "is not an axis of the study"
+            if name not in values:
+                problem = f"is missing; the study varies it within {low:g}..{high:g}"
+            elif not low - _SLACK <= self._counted(name, values[name]) <= high + _SLACK:
+                problem = f"must be within {low:g}..{high:g}, the range of the study"
+                problem += f", got {values[name]:g}"
+            if problem:
+                raise InputError(f"{name} {problem}", column=name)
+
+    def _counted(self, name: str, value: Any) -> Any:
+        return abs(value) if name == SKEW and not self.signed_skew else value
+
+
+def term_matrix(terms: Sequence[str], variables: Mapping[str, FloatArray]) -> FloatArray:
+    """Return a column of ones and one per term (axes joined by colons), shape (n, 1 + q)."""
+    size = next((value.size for value in variables.values()), 1)
+    products = [np.prod([variables[name] for name in term.split(":")], axis=0) for term in terms]
+    return np.column_stack([np.ones(size), *products])
+
+
+def term_sets(variables: Mapping[str, FloatArray]) -> list[tuple[str, ...]]:
+    """Return the sets of terms to compare: main effects, with squares, with products, with both.
+
+    An axis has a square if it has three levels or more. A set has only terms that the variants can
+    distinguish, and, except for main effects, fewer terms than would fit every variant.
+
+    Args:
+        variables: Variables of the model at the variants, shape (V,) each.
+    """
+    squares = [f"{name}:{name}" for name, value in variables.items() if np.unique(value).size > 2]
+    products = [f"{a}:{b}" for a, b in combinations(variables, 2)]
+    sets: list[tuple[str, ...]] = []
+    for further in ([], squares, products, [*squares, *products]):
+        kept: tuple[str, ...] = ()
+        for term in [*variables, *further]:
+            matrix = term_matrix((*kept, term), variables)
+            spare = matrix.shape[0] - matrix.shape[1]
+            if spare >= (0 if term in variables else 1):
+                kept = (*kept, term) if np.linalg.matrix_rank(matrix) == len(kept) + 2 else kept
+        sets.append(kept)
+    return list(dict.fromkeys(sets))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointModel:
+    """A joint model of one limit state: ln theta is linear in terms of the axes.
+
+    Attributes:
+        axis_range: Axes and their range.
+        terms: Terms after the constant.
+        coefficients: Coefficients of ln theta, shape (1 + q,).
+        beta: Record-to-record dispersion.
+        beta_total: Dispersion that includes the capacity.
+        covariance: Of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q).
+        freedom: Degrees of freedom of the intervals.
+        level: Confidence level of the intervals.
+    """
+
+    axis_range: AxisRange
+    terms: tuple[str, ...]
+    coefficients: FloatArray
+    beta: float
+    beta_total: float
+    covariance: FloatArray
+    freedom: int
+    level: float
+
+    @classmethod
+    def of_row(cls, row: Mapping[str, Any]) -> "JointModel":
+        """Return the model of a row of results/fragility/joint.parquet."""
+        coefficients = np.asarray(row["coefficients"], dtype=np.float64)
+        size = coefficients.size + 2
+        limits = {
+            name: (float(low), float(high))
+            for name, (low, high) in json.loads(row["axis_ranges"]).items()
+        }
+        return cls(
+            axis_range=AxisRange(limits=limits, signed_skew=bool(row["signed_skew"])),
+            terms=tuple(filter(None, str(row["terms"]).split(";"))),
+            coefficients=coefficients,
+            beta=float(row["beta"]),
+            beta_total=float(row["beta_total"]),
+            covariance=np.asarray(row["covariance"], dtype=np.float64).reshape(size, size),
+            freedom=int(row["n_motions"]) - 2,
+            level=float(row["level"]),
+        )
+
+    @property
+    def ci_beta(self) -> tuple[float, float]:
+        """Interval of the record-to-record dispersion."""
+        return self._interval(float(np.log(self.beta)), self.covariance[-2, -2], self.level)
+
+    @property
+    def ci_beta_total(self) -> tuple[float, float]:
+        """Interval of the dispersion that includes the capacity."""
+        return self._interval(float(np.log(self.beta_total)), self.covariance[-1, -1], self.level)
+
+    def _interval(self, estimate: float, variance: float, level: float) -> tuple[float, float]:
+        half = float(stats.t.ppf(0.5 + 0.5 * level, self.freedom)) * float(np.sqrt(variance))
+        return float(np.exp(estimate - half)), float(np.exp(estimate + half))
+
+    def vector(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the constant and the terms at values of the axes, shape (1 + q,)."""
+        return term_matrix(self.terms, self.axis_range.variables(values))[0]
+
+    def median(self, values: Mapping[str, float]) -> tuple[float, float, float]:
+        """Return theta and the ends of its interval at values of the axes."""
+        return self._exponential(self.vector(values), self.level)
+
+    def ratio(
+        self, below: Mapping[str, float], above: Mapping[str, float], level: float
+    ) -> tuple[float, float, float]:
+        """Return the ratio of medians of two points, above to below, and its interval."""
+        return self._exponential(self.vector(above) - self.vector(below), level)
+
+    def _exponential(self, vector: FloatArray, level: float) -> tuple[float, float, float]:
+        estimate = float(vector @ self.coefficients)
+        variance = float(vector @ self.covariance[:-2, :-2] @ vector)
+        return (float(np.exp(estimate)), *self._interval(estimate, variance, level))
+
+
+def joint_table(
+    demands: pd.DataFrame,
+    limit_states: Sequence[LimitState],
+    curves: pd.DataFrame | None,
+    settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
+) -> pd.DataFrame:
+    """Fit one model over the axes per bridge, abutment model and demand.
+
+    Args:
+        demands: Rows to fit, as `demand_table.prepared` returns them.
+        limit_states: Limit states.
+        curves: Table of curves, with whose cloud medians predictions of left-out variants are
+            compared; None for no comparison.
+        settings: Intensity measure and confidence level.
+        jobs: Number of processes.
+
+    Returns:
+        A row per bridge, abutment model, component and limit state (by rising threshold) with the
+        columns `JOINT_COLUMNS`.
+    """
+    own = pd.DataFrame(columns=list(_CLOUD_COLUMNS)) if curves is None else curves
+    own = own[(own["method"] == "cloud") & (own["status"] == FITTED)][list(_CLOUD_COLUMNS)]
+    items = (
+        (
+            model | {"im": settings.im, "level": settings.confidence},
+            demand_columns(part, [settings.im, demand]),
+            states,
+            own[(own["component"] == component) & own["variant"].isin(part["variant"].unique())],
+        )
+        for model, part in models_of(demands)
+        for (component, demand), states in states_by_demand(limit_states).items()
+    )
+    rows = spread(_rows, items, jobs, least=_WORTH_PROCESSES)
+    return pd.DataFrame([row for part in rows for row in part], columns=list(JOINT_COLUMNS))
+
+
+def _rows(
+    item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFrame],
+) -> list[dict[str, Any]]:
+    """Return the rows of the states of one demand: of model columns, runs, states and clouds."""
+    model, runs, states, clouds = item
+    abutment = str(model["abutment"])
+    names = axis_names(runs)
+    if abutment in ABUTMENTS:
+        lacking = {each.name for each in AXES} - {SKEW} - ABUTMENTS[abutment].axes
+        names = [name for name in names if name not in lacking]
+    codes = np.unique(runs["variant"].to_numpy(dtype=str), return_inverse=True)[1]
+    first = np.unique(codes, return_index=True)[1]
+    variants = runs.iloc[first][["variant", *names]].reset_index(drop=True)
+    axis_range = AxisRange.of_variants(variants, names)
+    outcomes = demand_outcomes(runs, states)
+    ln_im = np.log(runs[str(model["im"])].to_numpy(dtype=np.float64))
+    fit = _fit_demand(outcomes, ln_im, motion_codes(runs), codes, axis_range, variants)
+    rows: list[dict[str, Any]] = []
+    for state in states:
+        exceed, unknown = outcomes.exceed(state), outcomes.unknown(state)
+        row = model | {
+            "component": state.component,
+            "limit_state": state.name,
+            "status": fit if isinstance(fit, str) else FITTED,
+            "axis_ranges": json.dumps(dict(axis_range.limits)),
+            "signed_skew": axis_range.signed_skew,
+            "n_variants": len(variants),
+            "n_exceed": int(np.sum(exceed)),
+            "n_unknown": int(np.sum(unknown)),
+            "demand": state.demand,
+            "threshold": state.threshold,
+            "capacity_dispersion": state.dispersion,
+        }
+        # a state that no run of the bridge reached, or that all passed, has no median
+        if not np.any(exceed):
+            row["status"] = NO_EXCEEDANCE
+        elif np.all(exceed[~unknown]):
+            row["status"] = ALL_EXCEED
+        elif not isinstance(fit, str):
+            own = clouds[clouds["limit_state"] == state.name].set_index("variant")
+            row |= _estimate(fit, state, row, own.reindex(variants["variant"]))
+        rows.append(row)
+    return rows
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _DemandFit:
+    """Model of ln demand with columns 1, ln IM and terms."""
+
+    data: MixedData
+    fit: MixedFit
+    terms: tuple[str, ...]
+    matrix: FloatArray  # constant and terms of the variants, (V, 1 + q)
+    left_out_motion: FloatArray  # parameters without each motion, (G, m)
+    left_out_variant: FloatArray  # coefficients without each variant, (V, p)
+    press: float
+
+
+def _fit_demand(
+    outcomes: DemandOutcomes,
+    ln_im: FloatArray,
+    motion: NDArray[np.intp],
+    variant: NDArray[np.intp],
+    axis_range: AxisRange,
+    variants: pd.DataFrame,
+) -> _DemandFit | str:
+    """Return the model that predicts left-out variants best, or why there is none."""
+    used = outcomes.used
+    if not axis_range.varying:
+        return NO_AXIS
+    with np.errstate(divide="ignore"):
+        lower, upper = np.log(outcomes.lower[used]), np.log(outcomes.upper[used])
+    known, variant = lower == upper, variant[used]
+    motion = np.unique(motion[used], return_inverse=True)[1]
+    if not np.any(used) or np.unique(motion[known]).size < MIN_MOTIONS:
+        return TOO_FEW_MOTIONS
+    values = {name: variants[name].to_numpy(dtype=np.float64) for name in axis_range.varying}
+    variables = axis_range.variables(values)
+    best: _DemandFit | None = None
+    for terms in term_sets(variables):
+        matrix = term_matrix(terms, variables)
+        by_run = matrix[variant]
+        design = np.column_stack([by_run[:, 0], ln_im[used], by_run[:, 1:]])
+        if np.linalg.matrix_rank(design[known]) < design.shape[1]:
+            continue
+        data = MixedData(design=design, lower=lower, upper=upper, motion=motion)
+        fit = fit_mixed(data)
+        without, press = _without_each_variant(data, fit, variant, len(variants))
+        if best is None or press < best.press * (1.0 - _CLEARLY_BETTER):
+            best = _DemandFit(
+                data=data,
+                fit=fit,
+                terms=terms,
+                matrix=matrix,
+                left_out_motion=np.empty((0, fit.parameters.size)),
+                left_out_variant=without,
+                press=press,
+            )
+    if best is None:
+        return NOT_APPLICABLE
+    return replace(best, left_out_motion=without_each_motion(best.data, best.fit))
+
+
+def _without_each_variant(
+    data: MixedData, fit: MixedFit, variant: NDArray[np.intp], count: int
+) -> tuple[FloatArray, float]:
+    """Return coefficients without each variant (V, p), and the root mean square prediction error.
+
+    By generalised least squares; NaN and infinity where the others do not determine them.
+    """
+    # ASSUME tau, sigma and the expected values of censored demands of the other variants do not
+    # change if a variant is left out
+    values = np.column_stack([data.design, fit.expected])
+    motions, size = int(np.max(data.motion)) + 1, values.shape[1]
+    cell = np.zeros((count, motions, size))
+    np.add.at(cell, (variant, data.motion), values)
+    runs = np.zeros((count, motions))
+    np.add.at(runs, (variant, data.motion), 1.0)
+    others, left = np.sum(cell, axis=0) - cell, np.sum(runs, axis=0) - runs
+    shrinkage = fit.tau**2 / (fit.sigma**2 + left * fit.tau**2)
+    products = values.T @ values - outer_by(variant, values, count)
+    shrunk = others * np.sqrt(shrinkage)[:, :, None]
+    products -= np.swapaxes(shrunk, 1, 2) @ shrunk
+    matrix, right = products[:, :-1, :-1], products[:, :-1, -1]
+    scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=1, axis2=2), 1e-300))
+    matrix = matrix / scale[:, :, None] / scale[:, None, :]
+    sure = np.linalg.eigvalsh(matrix)[:, 0] > _THINNEST
+    out = np.full(scale.shape, np.nan)
+    out[sure] = np.linalg.solve(matrix[sure], (right / scale)[sure][:, :, None])[:, :, 0]
+    out /= scale
+    effect = shrinkage * (others[:, :, -1] - np.einsum("vgp,vp->vg", others[:, :, :-1], out))
+    error = fit.expected - np.sum(data.design * out[variant], axis=1)
+    error -= effect[variant, data.motion]
+    return out, float(np.sqrt(np.mean(error**2))) if np.all(sure) else np.inf
+
+
+def _estimate(
+    fit: _DemandFit, state: LimitState, row: Mapping[str, Any], own: pd.DataFrame
+) -> dict[str, Any]:
+    """Return the columns of a state; ``own`` are cloud medians of the variants, (V, ...)."""
+    motions = fit.left_out_motion.shape[0]
+    estimate = _state_parameters(fit.fit.parameters[None, :], motions, state)[0]
+    without = _state_parameters(fit.left_out_motion, motions - 1, state)
+    found: dict[str, Any] = {
+        "slope": float(fit.fit.delta[1]),
+        "tau": fit.fit.tau,
+        "sigma": fit.fit.sigma,
+        "press": fit.press,
+        "n_runs": fit.data.motion.size,
+        "n_motions": motions,
+        "n_right_censored": int(np.sum(np.isinf(fit.data.upper))),
+        "n_left_censored": int(np.sum(np.isinf(fit.data.lower))),
+        "terms": ";".join(fit.terms),
+    }
+    if not (np.all(np.isfinite(estimate)) and np.all(np.isfinite(without))):
+        return found | {"status": NON_INCREASING}
+    found |= {
+        "beta": float(np.exp(estimate[-2])),
+        "beta_total": float(np.exp(estimate[-1])),
+        "coefficients": estimate[:-2].tolist(),
+        "covariance": jackknife_covariance(without).ravel().tolist(),
+    }
+    model = JointModel.of_row(row | found)
+    middle = model.axis_range.middle
+    found["theta"], found["theta_low"], found["theta_high"] = model.median(middle)
+    found["beta_low"], found["beta_high"] = model.ci_beta
+    found["beta_total_low"], found["beta_total_high"] = model.ci_beta_total
+    delta = fit.left_out_variant
+    slope = np.where(delta[:, 1] > _FLATTEST_SLOPE, delta[:, 1], nan)
+    level = delta[:, 0] + np.sum(delta[:, 2:] * fit.matrix[:, 1:], axis=1)
+    predicted = np.exp((np.log(state.threshold) - level) / slope)
+    error = np.abs(predicted / own["theta"].to_numpy(dtype=np.float64) - 1.0)
+    found["loo_variants"] = int(np.sum(np.isfinite(error)))
+    if not found["loo_variants"]:
+        return found
+    worst = int(np.nanargmax(error))
+    found |= {
+        "loo_error": float(np.nanmedian(error)),
+        "loo_error_max": float(error[worst]),
+        "loo_error_max_variant": str(own.index[worst]),
+        "loo_error_max_se": float(np.sqrt(own["var_ln_theta"].iloc[worst])),
+    }
+    return found | ({"status": LARGE_ERROR} if error[worst] > MAX_LEFT_OUT_ERROR else {})
+
+
+def _state_parameters(parameters: FloatArray, motions: int, state: LimitState) -> FloatArray:
+    """Return coefficients of ln theta, ln beta and ln beta_total, shape (K, 3 + q).
+
+    NaN where the slope is not positive; ``parameters`` (K, m) are from ``motions`` motions.
+    """
+    slope = parameters[:, 1:2]
+    slope = np.where(slope > _FLATTEST_SLOPE, slope, nan)
+    level = np.column_stack([np.log(state.threshold) - parameters[:, 0], -parameters[:, 2:-2]])
+    # maximum likelihood does not count the line through the motions: level and slope
+    variance = np.sum(np.exp(2.0 * parameters[:, -2:]), axis=1) * motions / (motions - 2.0)
+    total = variance + state.dispersion**2
+    spread_terms = 0.5 * np.log(np.column_stack([variance, total])) - np.log(slope)
+    return np.column_stack([level / slope, spread_terms])

@@ -1,0 +1,350 @@
+"""Limit states as data: read, checked, converted to the unit of their demand column."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+import numpy as np
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+)
+
+from skewbridge.demands.columns import column_of
+from skewbridge.errors import InputError, raise_all
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.reading import checked, read_yaml, shortened
+from skewbridge.reading.files import shown_path
+from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
+
+COLLAPSE_EXCEEDS: Final = "exceeds"
+MAX_DISPERSION: Final = 2.0
+# A smaller dispersion is more likely a slip of units (0.25 written in thousandths).
+SMALL_DISPERSION: Final = 0.05
+_PERCENT: Final = 0.01
+_STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+# dimension and factor to the SI unit
+_UNITS: Final[dict[str, tuple[str, float]]] = {
+    "m": ("length", 1.0),
+    "mm": ("length", MM),
+    "in": ("length", INCH),
+    "ft": ("length", FOOT),
+    "kn": ("force", KN),
+    "kip": ("force", KIP),
+    "kj": ("energy", KJ),
+    "rad": ("angle", 1.0),
+    "mps": ("velocity", 1.0),
+    "mps2": ("acceleration", 1.0),
+    "g": ("gravity units", 1.0),
+    "s": ("time", 1.0),
+    "ratio": ("ratio", 1.0),
+    "percent": ("ratio", _PERCENT),
+}
+# Last words of the names of dimensionless columns.
+_RATIO_WORDS: Final = ("dcr", "ductility", "friction", "closures", "capacity")
+# Units of the demands table that are spelled differently here.
+_SPELLINGS: Final = {"-": "ratio", "m/s": "mps", "m/s2": "mps2"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitState:
+    """Capacity of one demand at one degree of damage.
+
+    Attributes:
+        component: What is damaged, for example ``column_drift``.
+        name: Degree of damage, for example ``moderate``.
+        demand: Column of the demands table.
+        threshold: Median capacity in the unit of that column.
+        dispersion: Standard deviation of the logarithm of the capacity; 0 is a plain threshold.
+        unit: Unit of the demand column.
+        collapse: ``exceeds`` or ``peak``: whether a collapsed run exceeds by definition.
+        citation: Where the numbers come from.
+        degree: Degree of damage of the bridge in system curves; empty for none, None if it is the
+            name of the state.
+    """
+
+    component: str
+    name: str
+    demand: str
+    threshold: float
+    dispersion: float
+    unit: str = ""
+    collapse: str = COLLAPSE_EXCEEDS
+    citation: str = ""
+    degree: str | None = None
+
+    @property
+    def system_degree(self) -> str:
+        """Degree of damage of the bridge in system curves; empty if it takes no part."""
+        return self.name if self.degree is None else self.degree
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """``small_capacity_dispersion`` where a slip of units is likely."""
+        return ("small_capacity_dispersion",) if 0.0 < self.dispersion < SMALL_DISPERSION else ()
+
+    @property
+    def key(self) -> str:
+        """``component/name``, the name of the state in tables of effects."""
+        return f"{self.component}/{self.name}"
+
+
+#: Component of the loss of a column, from the demands of both failure modes.
+COLUMN_FAILURE: Final = "column_failure"
+#: States whose pooled median effects answer the question of a study, most severe first.
+HEADLINE_STATES: Final = (
+    f"{COLUMN_FAILURE}/any",
+    "column_shear/dcr_100",
+    "column_curvature/moderate",
+    "unseating/slight",
+    "bearing/slight",
+)
+#: Demands whose states at 1 and above a column failure decides, by mode (`beyond_model`).
+FAILURE_DEMANDS: Final = {"shear": "column_shear_dcr", "flexure": "drift_over_capacity"}
+#: The larger of both ratios.
+ANY_FAILURE_DEMAND: Final = "column_failure_ratio"
+# source: Sezen and Moehle (2004), J. Struct. Eng. 130(11):1692-1703: coefficient of variation 0.15
+# of measured over computed shear strength of columns.
+# ASSUME the scatter of the SDC formula is the same; its bias is not corrected here
+SHEAR_MODEL_DISPERSION: Final = 0.15
+# source: Mackie and Stojadinovic, PEER 2005/12: drift at failure of columns, dispersion 0.35
+DRIFT_CAPACITY_DISPERSION: Final = 0.35
+
+
+def with_column_failure(states: Sequence[LimitState], columns: Collection[str]) -> list[LimitState]:
+    """Return limit states with those of the loss of a column, unless the file defines them.
+
+    Shear failure is a demand-capacity ratio of 1 or more, flexural failure a ratio of drift to its
+    capacity of 1 or more, any failure the larger of both ratios of 1 or more.
+
+    Args:
+        states: Limit states of a file.
+        columns: Columns of the demands table; a mode without its demand is left out.
+    """
+    if any(state.component == COLUMN_FAILURE for state in states):
+        return list(states)
+    # ASSUME the wider of the two capacity models for a failure of either kind
+    modes = {
+        "shear": (FAILURE_DEMANDS["shear"], SHEAR_MODEL_DISPERSION, "Sezen and Moehle (2004)"),
+        "flexure": (
+            FAILURE_DEMANDS["flexure"],
+            DRIFT_CAPACITY_DISPERSION,
+            "Mackie and Stojadinovic, PEER 2005/12",
+        ),
+        "any": (ANY_FAILURE_DEMAND, DRIFT_CAPACITY_DISPERSION, "the larger of both"),
+    }
+    return [
+        *states,
+        *(
+            LimitState(
+                component=COLUMN_FAILURE,
+                name=mode,
+                demand=demand,
+                threshold=1.0,
+                dispersion=dispersion,
+                unit="ratio",
+                # ASSUME a collapse by unseating does not decide whether a column had failed
+                collapse="peak",
+                citation=f"demand over capacity of 1 (Caltrans SDC 2.0); dispersion: {source}",
+                degree="complete" if mode == "any" else "",
+            )
+            for mode, (demand, dispersion, source) in modes.items()
+            if demand in columns
+        ),
+    ]
+
+
+def _unit_that_is_known(unit: Any) -> Any:
+    if not isinstance(unit, str) or unit not in _UNITS:
+        raise ValueError(f"must be one of {', '.join(_UNITS)}")
+    return unit
+
+
+def _median_alone(value: Any) -> Any:
+    return value if isinstance(value, dict | StateEntry) else {"median": value}
+
+
+# Names of states become parts of file names and identifiers of other tools.
+type Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,59}$")]
+type Dispersion = Annotated[float, Field(ge=0.0, le=MAX_DISPERSION)]
+
+
+class StateEntry(BaseModel):
+    """Median capacity of one degree of damage, with a dispersion of its own if it has one."""
+
+    model_config = _STRICT
+
+    median: float = Field(gt=0.0, le=1.0e12, description="median capacity in the unit of the entry")
+    dispersion: Dispersion | None = Field(default=None, description="in place of the entry's")
+
+
+class LimitStateEntry(BaseModel):
+    """One entry of a file of limit states: the capacities of one component."""
+
+    model_config = _STRICT
+
+    component: Name = Field(description="what is damaged")
+    demand: str = Field(min_length=1, max_length=100, description="column of the demands table")
+    unit: Annotated[str, BeforeValidator(_unit_that_is_known)] = Field(
+        description=f"unit of the medians: {', '.join(_UNITS)}",
+        json_schema_extra={"enum": list(_UNITS)},
+    )
+    dispersion: Dispersion | None = Field(
+        default=None,
+        description="standard deviation of the logarithm of the capacity; 0 is a plain threshold",
+    )
+    collapse: Literal["exceeds", "peak"] = Field(
+        default=COLLAPSE_EXCEEDS,
+        description="exceeds: a collapsed run exceeds, whatever its peak so far; "
+        "peak: the peak up to the collapse decides",
+    )
+    citation: str = Field(min_length=1, max_length=1000, description="where the numbers come from")
+    states: dict[
+        Name,
+        Annotated[
+            StateEntry, BeforeValidator(_median_alone, json_schema_input_type=float | StateEntry)
+        ],
+    ] = Field(min_length=1, description="median by degree of damage")
+    degrees: dict[str, str] | None = Field(
+        default=None,
+        description="degree of damage of the bridge by state, for the system curves, where the "
+        "states have names of their own; a state that is not named takes no part. "
+        "null: each state has the name of its degree",
+    )
+
+    @field_validator("degrees")
+    @classmethod
+    def _of_states_that_are_there(
+        cls, degrees: dict[str, str] | None, info: ValidationInfo
+    ) -> dict[str, str] | None:
+        unknown = set(degrees or {}) - set(info.data.get("states", {}))
+        if unknown:
+            raise ValueError(f"names no state of the entry: {', '.join(sorted(unknown))}")
+        return degrees
+
+    @field_validator("unit")
+    @classmethod
+    def _of_the_dimension_of_the_demand(cls, unit: str, info: ValidationInfo) -> str:
+        demand = info.data.get("demand")
+        if demand is None:
+            return unit
+        dimension, target = _UNITS[unit][0], _UNITS[demand_unit(demand)][0]
+        if dimension != target:
+            raise ValueError(f"is a {dimension}, but {demand} is a {target}")
+        return unit
+
+    def limit_states(self, where: str) -> list[LimitState]:
+        """Return the limit states in the unit of their demand column.
+
+        Raises:
+            InputError: A state has no dispersion, or the medians do not increase.
+        """
+        own_unit = demand_unit(self.demand)
+        factor = _UNITS[self.unit][1] / _UNITS[own_unit][1]
+        out: list[LimitState] = []
+        for mild, severe in pairwise(self.states):
+            if self.states[severe].median <= self.states[mild].median:
+                raise InputError(
+                    f"{where}: states.{severe}: median {self.states[severe].median:g} must be "
+                    f"above {self.states[mild].median:g} of {mild}: write the states from mild to "
+                    "severe"
+                )
+        for name, state in self.states.items():
+            dispersion = self.dispersion if state.dispersion is None else state.dispersion
+            if dispersion is None:
+                raise InputError(f"{where}: states.{name}.dispersion: is missing")
+            out.append(
+                LimitState(
+                    component=self.component,
+                    name=name,
+                    demand=self.demand,
+                    threshold=state.median * factor,
+                    dispersion=dispersion,
+                    unit=own_unit,
+                    collapse=self.collapse,
+                    citation=self.citation,
+                    degree=None if self.degrees is None else self.degrees.get(name, ""),
+                )
+            )
+        return out
+
+
+def load_limit_states(path: Path) -> list[LimitState]:
+    """Read limit states from a YAML file; see config/limit_states.yaml for the keys.
+
+    Raises:
+        InputError: The file is missing, or an entry is wrong; names the entry and the key.
+    """
+    return limit_states_of(read_yaml(path), f"{shown_path(path)}: ")
+
+
+def limit_states_of(data: object, place: str = "") -> list[LimitState]:
+    """Return the limit states of parsed configuration data, sorted as written.
+
+    Args:
+        data: A list with an entry for each component.
+        place: Where they stand, before each message.
+
+    Raises:
+        InputError: Entries are wrong; names each entry (by number, from 0) and the key.
+    """
+    if not isinstance(data, list) or not data:
+        raise InputError(f"{place}limit states must be a list with at least one entry")
+    out: list[LimitState] = []
+    faults: list[InputError] = []
+    for row, entry in enumerate(data):
+        where = f"{place}limit state entry {row}"
+        try:
+            out += checked(LimitStateEntry, entry, where).limit_states(where)
+        except InputError as error:
+            faults.append(error)
+    seen: set[tuple[str, str]] = set()
+    for state in out:
+        key = (state.component, state.name)
+        if key in seen:
+            faults.append(InputError(f"{place}limit state {state.key} is defined twice"))
+        seen.add(key)
+    raise_all(faults)
+    return out
+
+
+def demand_unit(column: str) -> str:
+    """Return the unit of a demand column, for example ``m``.
+
+    A column that is not in the demands table of this package must carry its unit in its name.
+
+    Raises:
+        InputError: The column is unknown and its name carries no unit.
+    """
+    known = column_of(column)
+    unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
+    unit = _SPELLINGS.get(unit, unit)
+    if unit in _UNITS:
+        return unit
+    if unit in _RATIO_WORDS:
+        return "ratio"
+    raise InputError(
+        f"demand column {shortened(column)} carries no unit in its name", column=column
+    )
+
+
+def exceedance_probability(
+    ln_demand: FloatArray, ln_capacity: float, dispersion: float
+) -> FloatArray:
+    """Return P(C < D) = Phi[(ln D - ln C)/dispersion]; 0 or 1 without dispersion.
+
+    References:
+        Cornell et al. (2002): capacity as a lognormal variable independent of demand.
+    """
+    if dispersion == 0.0:
+        return (ln_demand > ln_capacity).astype(np.float64)
+    from scipy import special  # imported here: the workflow only reads limit states at its start
+
+    return np.asarray(special.ndtr((ln_demand - ln_capacity) / dispersion))

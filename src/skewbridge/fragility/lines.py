@@ -1,0 +1,206 @@
+"""Lines of ln demand on ln intensity through weighted runs, and tests of their assumptions.
+
+References:
+    Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533.
+    Koenker (1981), J. Econometrics 17(1):107-112, for the studentised Breusch-Pagan test.
+    Shapiro and Wilk (1965), Biometrika 52:591-611, for the test of normal residuals.
+    Lilliefors (1967), JASA 62(318):399-402, with the critical values of FEMA P-58.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.likelihood import NormalKernel, maximise
+
+#: A curve with beta above 50 does not rise over any range of intensities.
+FLATTEST_SLOPE: Final = 0.02
+TEST_LEVEL: Final = 0.05
+SATURATING: Final = "saturating"
+CURVED: Final = "curved"
+_CRITICAL: Final = (0.895, 0.819)  # source: FEMA P-58, Lilliefors test at 5 and 10 %
+_SMALLEST_SCATTER: Final = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Lines ln D = ln a + b ln x + e through R weighted replicates, arrays of shape (R,).
+
+    Attributes:
+        ln_a: Intercept.
+        b: Slope; NaN where there is no line or it does not rise.
+        sigma: Scatter of e.
+    """
+
+    ln_a: FloatArray
+    b: FloatArray
+    sigma: FloatArray
+
+    def ln_theta(self, threshold: float) -> FloatArray:
+        """Return ln of the intensity at which the line reaches a demand, shape (R,)."""
+        return (np.log(threshold) - self.ln_a) / self.b
+
+    def beta(self, capacity_dispersion: float = 0.0) -> FloatArray:
+        """Return the dispersion in ln intensity, with that of the capacity, shape (R,)."""
+        return np.hypot(self.sigma, capacity_dispersion) / self.b
+
+
+def fit_lines(x: FloatArray, lower: FloatArray, upper: FloatArray, weights: FloatArray) -> Lines:
+    """Fit the line to R weighted replicates: least squares, or Tobit with censored demands.
+
+    Args:
+        x: ln intensity, shape (n,).
+        lower: ln of the lower end of each demand; minus infinity where left-censored, shape (n,).
+        upper: ln of the upper end; equal to ``lower`` where the demand is known.
+        weights: How often each run counts, shape (R, n).
+
+    Returns:
+        Lines; NaN for replicates with a single intensity, without convergence or without a rising
+        line.
+    """
+    seen = lower == upper
+    if np.all(seen):
+        centre_x, centre_y = float(np.mean(x)), float(np.mean(lower))
+        u, v = x - centre_x, lower - centre_y
+        terms = np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
+        total, su, sv, suu, suv, svv = (weights @ terms).T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean_u, mean_v = su / total, sv / total
+            sxx, sxy = suu - total * mean_u**2, suv - total * mean_u * mean_v
+            syy = svv - total * mean_v**2
+            b = np.where((sxx > 1e-9) & (sxy > 0.0), sxy / sxx, np.nan)
+            sigma = np.sqrt(np.maximum(syy - b * sxy, 0.0) / np.maximum(total - 2.0, 1.0))
+        return Lines(mean_v + centre_y - b * (mean_u + centre_x), b, sigma)
+    if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
+        blank = np.full(weights.shape[0], np.nan)
+        return Lines(blank, blank, blank)
+    kernel = NormalKernel(np.column_stack([np.ones(x.size), x]), lower, upper, weights)
+    start = np.tile(tobit_start(x, lower, seen), (weights.shape[0], 1))
+    best = maximise(kernel, start, covariance=False)
+    a0, a1, h = best.params.T
+    good = best.converged & (a1 > FLATTEST_SLOPE)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return Lines(*(np.where(good, values, np.nan) for values in (a0 / h, a1 / h, 1.0 / h)))
+
+
+def tobit_start(x: FloatArray, y: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
+    """Return (delta_0, delta_1, h) of the least-squares line through the observed runs, (1, 3)."""
+    slope, intercept = np.polyfit(x[seen], y[seen], 1)
+    h = 1.0 / max(float(np.std(y[seen] - intercept - slope * x[seen])), 1e-3)
+    return np.array([[h * intercept, h * slope, h]])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TestedLine:
+    """Least-squares line with the tests of its assumptions.
+
+    Attributes:
+        ln_a: Intercept.
+        b: Slope.
+        sigma: Scatter of ln demand about the line, n - 2 in the denominator.
+        n: Runs.
+        mean_x: Mean of ln x.
+        sxx: Sum of squares of ln x about its mean.
+        r2: Coefficient of determination.
+        curvature: Coefficient of (ln x - mean)^2 when it is added.
+        curvature_p: p-value of its F test (exact, one degree of freedom).
+        scatter_p: p-value of the studentised Breusch-Pagan test of constant scatter.
+        normal_p: p-value of the Shapiro-Wilk test of the residuals.
+    """
+
+    ln_a: float
+    b: float
+    sigma: float
+    n: int
+    mean_x: float
+    sxx: float
+    r2: float
+    curvature: float
+    curvature_p: float
+    scatter_p: float
+    normal_p: float
+
+    @property
+    def warnings(self) -> list[str]:
+        """Names of the assumptions that the tests reject at 5 %."""
+        names: list[str] = []
+        if self.curvature_p < TEST_LEVEL:
+            names.append(SATURATING if self.curvature < 0.0 else CURVED)
+        if self.scatter_p < TEST_LEVEL:
+            names.append("heteroscedastic")
+        return names
+
+
+def tested_line(x: FloatArray, y: FloatArray) -> TestedLine:
+    """Fit the least-squares line to x = ln intensity (not constant) and y = ln demand, (n,)."""
+    n = x.size
+    u, v = x - np.mean(x), y - np.mean(y)
+    sxx, syy = float(u @ u), float(v @ v)
+    b = float(u @ v) / sxx
+    residual = v - b * u
+    sse = float(residual @ residual)
+    curvature, curvature_p = _curvature(u, residual, sse)
+    sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else float("nan")
+    return TestedLine(
+        ln_a=float(np.mean(y)) - b * float(np.mean(x)),
+        b=b,
+        sigma=sigma,
+        n=n,
+        mean_x=float(np.mean(x)),
+        sxx=sxx,
+        r2=1.0 - sse / syy if syy > 0.0 else float("nan"),
+        curvature=curvature,
+        curvature_p=curvature_p,
+        scatter_p=_breusch_pagan(u, residual),
+        normal_p=_shapiro_wilk(residual) if sigma > _SMALLEST_SCATTER else float("nan"),
+    )
+
+
+def _curvature(u: FloatArray, residual: FloatArray, sse: float) -> tuple[float, float]:
+    """Return the coefficient of u^2 added to the line and the p-value of its F test."""
+    n = u.size
+    extra = u**2 - np.mean(u**2)
+    extra = extra - (float(extra @ u) / float(u @ u)) * u
+    size = float(extra @ extra)
+    if n < 4 or size <= 1e-12 * float(u @ u) ** 2 or sse <= 0.0:
+        return float("nan"), float("nan")
+    coefficient = float(extra @ residual) / size
+    explained = coefficient**2 * size
+    left = max(sse - explained, 1e-300)
+    return coefficient, float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
+
+
+def _breusch_pagan(u: FloatArray, residual: FloatArray) -> float:
+    squared = residual**2
+    centred = squared - np.mean(squared)
+    total = float(centred @ centred)
+    if total <= 0.0:
+        return float("nan")
+    r2 = float(u @ centred) ** 2 / (float(u @ u) * total)
+    return float(special.chdtrc(1, u.size * r2))
+
+
+def _shapiro_wilk(residual: FloatArray) -> float:
+    if not 4 <= residual.size <= 5000:  # the approximation of the p-value holds up to 5000 values
+        return float("nan")
+    from scipy import stats  # imported here: it takes longer to load than all the rest
+
+    return float(stats.shapiro(residual).pvalue)
+
+
+def lilliefors(values: FloatArray) -> tuple[float, float, float]:
+    """Return Lilliefors' distance of a sample from a normal one and its 5 and 10 % critical values.
+
+    Plain Kolmogorov-Smirnov p-values do not hold with estimated mean and deviation.
+    """
+    n = values.size
+    spread = float(np.std(values, ddof=1))
+    p = special.ndtr(np.sort((values - np.mean(values)) / spread))
+    steps = np.arange(n) / n
+    distance = float(max(np.max(p - steps), np.max(steps + 1.0 / n - p)))
+    scale = float(np.sqrt(n) - 0.01 + 0.85 / np.sqrt(n))
+    return distance, _CRITICAL[0] / scale, _CRITICAL[1] / scale

@@ -1,0 +1,219 @@
+"""Effects of skew, gap and friction on median capacities: pooled, and by pair of variants.
+
+The median of each variant is that of its line of ln demand. Both variants of a pair see the same
+motions, so the scatter between motions cancels in the ratio of their medians; its error is that of
+the jackknife by motion, in which a motion is left out of all variants together.
+
+References:
+    Bell and McCaffrey (2002), Survey Methodology 28(2):169-181.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.demand_table import (
+    axis_names,
+    demand_columns,
+    is_beyond_model,
+    models_of,
+    motion_codes,
+    spread,
+    varying_axes,
+)
+from skewbridge.fragility.effects import effect_row, effect_table
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.lines import fit_lines
+from skewbridge.fragility.motion_means import Jackknifed, average
+from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.verdicts import MEDIAN_CAPACITY
+from skewbridge.statuses import COLLAPSE
+
+_MIN_MOTIONS: Final = 5
+
+
+def median_effects(
+    demands: pd.DataFrame,
+    limit_states: Sequence[LimitState],
+    settings: FitSettings = DEFAULTS,
+    *,
+    axes: Sequence[str] | None = None,
+    jobs: int = 1,
+) -> pd.DataFrame:
+    """Return the paired ratios of median capacities along every axis of a study, pooled ones first.
+
+    Two variants of one bridge and abutment model that differ in one axis only form a cell; the
+    smallest value of the axis is the reference. A cell counts where some runs of both variants, and
+    not all, are known to exceed the state. A pooled row is the average of ln ratio over the cells.
+
+    Args:
+        demands: Runs, as `demand_table.prepared` returns them.
+        limit_states: The limit states.
+        settings: Intensity measure, level and margin of medians.
+        axes: Columns that serve as axes; None for those of the study in which variants differ.
+        jobs: Number of processes.
+
+    Returns:
+        Rows with the columns `effect_columns`, quantity ``median_capacity``, ``demand``
+        component/state; ``im_low`` and ``im_high`` are the smallest and largest median of the
+        cells, at which the ratio applies.
+    """
+    groups = states_by_demand(limit_states).values()
+    items = (
+        (model, demand_columns(part, [settings.im, group[0].demand, *(axes or ())]), group)
+        for model, part in models_of(demands)
+        for group in groups
+    )
+    rows = spread(partial(_group_rows, settings=settings, axes=axes), items, jobs)
+    table = effect_table(demands, [row for part in rows for row in part])
+    return table.sort_values("scope", kind="stable", ignore_index=True)  # pooled < variant
+
+
+def _group_rows(
+    item: tuple[Mapping[str, Any], pd.DataFrame, Sequence[LimitState]],
+    *,
+    settings: FitSettings,
+    axes: Sequence[str] | None,
+) -> list[dict[str, Any]]:
+    """Return the rows of the states of one demand of one bridge and abutment model."""
+    description, part, states = item
+    model = _Model(part, states, settings, [*axis_names(part), *(axes or ())])
+    rows: list[dict[str, Any]] = []
+    for axis in varying_axes(part) if axes is None else axes:
+        for (start, end), pairs in model.cells(axis).items():
+            place = {**description, "axis": axis, "from_value": start, "to_value": end}
+            for j, state in enumerate(states):
+                shared = {
+                    "demand": state.key,
+                    "quantity": MEDIAN_CAPACITY,
+                    "margin": settings.median_margin,
+                }
+                found = [(pair, effect) for pair in pairs if (effect := model.ratio(pair, j))]
+                if not found:
+                    continue
+                pooled = average([effect.ratio for _, effect in found])
+                counts = pd.DataFrame([effect.counts for _, effect in found])
+                sums = counts.filter(regex="^n_").sum().to_dict()
+                rows.append(
+                    {**place, **shared, "scope": "pooled", **effect_row(pooled, settings), **sums}
+                    | {
+                        "from_mean": float(np.exp(np.log(counts["from_mean"]).mean())),
+                        "im_low": float(counts["im_low"].min()),
+                        "im_high": float(counts["im_high"].max()),
+                        "n_cells": len(found),
+                        "n_motions": int(np.count_nonzero(pooled.exact)),
+                    }
+                )
+                for pair, effect in found:
+                    values = {k: v for k, v in model.places[pair[0]].items() if k != axis}
+                    row = {**place, **shared, **values, "scope": "variant"}
+                    rows.append(row | effect_row(effect.ratio, settings) | effect.counts)
+    return rows
+
+
+class _Ratio(NamedTuple):
+    """ln ratio of the medians of two variants, and the counts of its runs."""
+
+    ratio: Jackknifed
+    counts: Mapping[str, float]
+
+
+class _Model:
+    """The variants of one bridge and abutment model, with their medians for one demand."""
+
+    def __init__(
+        self,
+        part: pd.DataFrame,
+        states: Sequence[LimitState],
+        settings: FitSettings,
+        names: Sequence[str],
+    ) -> None:
+        self._states, self._settings, self._names = states, settings, names
+        self._motion = motion_codes(part)
+        self._motions = int(self._motion.max()) + 1
+        keys = part[list(names)].to_numpy(dtype=np.float64)
+        places, variant = np.unique(keys, axis=0, return_inverse=True)
+        self.places = [dict(zip(names, place, strict=True)) for place in places.tolist()]
+        self._rows = [np.flatnonzero(variant.ravel() == v) for v in range(len(places))]
+        self._part = part
+        self._has = np.array(
+            [np.isin(np.arange(self._motions), self._motion[r]) for r in self._rows]
+        )
+        self._known: dict[tuple[int, bytes], tuple[FloatArray, DemandOutcomes]] = {}
+
+    def cells(self, axis: str) -> dict[tuple[float, float], list[tuple[int, int]]]:
+        """Return the pairs of variants (from, to) that differ in one axis only, by their values."""
+        groups: dict[tuple[float, ...], list[int]] = {}
+        for number, place in enumerate(self.places):
+            key = tuple(place[name] for name in self._names if name != axis)
+            groups.setdefault(key, []).append(number)
+        cells: dict[tuple[float, float], list[tuple[int, int]]] = {}
+        for numbers in groups.values():
+            first, *others = sorted(numbers, key=lambda number: self.places[number][axis])
+            for other in others:
+                ends = self.places[first][axis], self.places[other][axis]
+                cells.setdefault(ends, []).append((first, other))
+        return dict(sorted(cells.items()))
+
+    def ratio(self, pair: tuple[int, int], j: int) -> _Ratio | None:
+        """Return ln ratio of the medians of state j, to over from; None where a side has none."""
+        shared = self._has[pair[0]] & self._has[pair[1]]
+        if np.count_nonzero(shared) < _MIN_MOTIONS:
+            return None
+        (ln_from, outcomes), (ln_to, others) = (self._medians(v, shared) for v in pair)
+        values = ln_to[j] - ln_from[j]
+        if not np.isfinite(values[0]):
+            return None
+        lost = ~np.isfinite(values)
+        values = np.where(lost, values[0], values)  # ASSUME no influence where no line remains
+        ends = np.exp([ln_from[j, 0], ln_to[j, 0]])
+        both = [self._part.iloc[self._rows[v]] for v in pair]
+        censored = [np.sum(o.used & (o.lower != o.upper)) for o in (outcomes, others)]
+        counts = {
+            "from_mean": float(ends[0]),
+            "im_low": float(ends.min()),
+            "im_high": float(ends.max()),
+            "n_motions": int(np.count_nonzero(shared)),
+            "n_pairs": int(outcomes.used.size),
+            "n_bounds": int(max(censored)),
+            "n_left_out": int(max(np.sum(~o.used) for o in (outcomes, others))),
+            "n_discordant": 0,
+            "n_beyond_model": int(max(np.sum(is_beyond_model(table)) for table in both)),
+            "n_collapse_from": int(np.sum(both[0]["status"] == COLLAPSE)),
+            "n_collapse_to": int(np.sum(both[1]["status"] == COLLAPSE)),
+        }
+        return _Ratio(Jackknifed.of(values, shared, parameters=2), counts)
+
+    def _medians(
+        self, variant: int, motions: NDArray[np.bool_]
+    ) -> tuple[FloatArray, DemandOutcomes]:
+        """Return ln theta of each state (J, 1 + M) and the outcomes of the runs of some motions.
+
+        The columns are those of all runs and without each motion of the model; NaN where no run, or
+        every run, is known to exceed the state.
+        """
+        key = variant, motions.tobytes()
+        if key not in self._known:
+            rows = self._rows[variant][motions[self._motion[self._rows[variant]]]]
+            part, codes = self._part.iloc[rows], self._motion[rows]
+            outcomes = demand_outcomes(part, self._states)
+            used = outcomes.used
+            x = np.log(part[self._settings.im].to_numpy(dtype=np.float64))
+            ln_theta = np.full((len(self._states), 1 + self._motions), np.nan)
+            if np.unique(codes[used]).size >= _MIN_MOTIONS:
+                without = codes[used] != np.arange(-1, self._motions)[:, None]
+                with np.errstate(divide="ignore"):
+                    low, high = np.log(outcomes.lower[used]), np.log(outcomes.upper[used])
+                line = fit_lines(x[used], low, high, without.astype(np.float64))
+                for j, state in enumerate(self._states):
+                    exceed = outcomes.exceed(state)
+                    if np.any(exceed) and not np.all(exceed | outcomes.unknown(state)):
+                        ln_theta[j] = line.ln_theta(state.threshold)
+            self._known[key] = ln_theta, outcomes
+        return self._known[key]

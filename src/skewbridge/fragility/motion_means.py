@@ -1,0 +1,232 @@
+"""Means and lines over motions, with bounds, and intervals by motion.
+
+The motion is the random unit: a motion counts once, however often it ran, and every error comes
+from estimates without one motion (jackknife). Values that are only known to lie above or below a
+bound count as censored normal values (Tobit).
+
+References:
+    Tobin (1958), Econometrica 26(1):24-36; Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B
+    39(1):1-38, for the iteration; Efron and Stein (1981), Ann. Stat. 9(3):586-596, for the
+    jackknife.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.likelihood import mills_ratio
+
+#: Motions with an exact value below which a mean has no estimate; a line needs one more.
+MIN_EXACT: Final = 3
+_MAX_ITERATIONS: Final = 2000
+_TOLERANCE: Final = 1e-8  # of the scatter
+_SINGULAR: Final = 1e-10  # determinant of the normal equations over the product of their diagonal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Jackknifed:
+    """An estimate, or several, with the influence of each motion.
+
+    Attributes:
+        estimate: Shape (...).
+        influence: (n - 1)/n times the change of the estimate when a motion is left out, shape
+            (M, ...), zero for a motion without a value.
+        present: Motions that have a value, exact or a bound, shape (M,).
+        exact: Motions with an exact value, shape (M,): they give the degrees of freedom.
+        parameters: Parameters estimated: 1 for means, 2 for lines.
+    """
+
+    estimate: FloatArray
+    influence: FloatArray
+    present: NDArray[np.bool_]
+    exact: NDArray[np.bool_]
+    parameters: int = 1
+
+    @classmethod
+    def of(
+        cls,
+        values: FloatArray,
+        present: NDArray[np.bool_],
+        exact: NDArray[np.bool_] | None = None,
+        *,
+        parameters: int = 1,
+    ) -> Self:
+        """Return the estimate with all motions and the influences.
+
+        Args:
+            values: Estimate with all motions, then without each motion; shape (1 + M, ...).
+            present: Motions that have a value, shape (M,).
+            exact: Motions with an exact value; by default all that are present.
+            parameters: Parameters estimated.
+        """
+        count = max(int(np.count_nonzero(present)), 1)
+        influence = np.zeros_like(values[1:])
+        influence[present] = (values[0] - values[1:][present]) * (count - 1) / count
+        return cls(
+            estimate=np.asarray(values[0]),
+            influence=influence,
+            present=present,
+            exact=present if exact is None else exact,
+            parameters=parameters,
+        )
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom: motions with an exact value less the parameters."""
+        return int(np.count_nonzero(self.exact)) - self.parameters
+
+    @property
+    def error(self) -> FloatArray:
+        """Standard error, shape (...)."""
+        count = np.count_nonzero(self.present)
+        return np.sqrt(np.sum(self.influence**2, axis=0) * count / max(count - 1, 1))
+
+    def interval(self, level: float) -> tuple[FloatArray, FloatArray]:
+        """Return the ends of Student's interval, each of shape (...).
+
+        NaN below two degrees of freedom.
+        """
+        t = special.stdtrit(self.dof, 0.5 + 0.5 * level) if self.dof >= 2 else np.nan
+        return self.estimate - t * self.error, self.estimate + t * self.error
+
+    def p_value(self) -> FloatArray:
+        """Return the two-sided p-value of the estimate being zero, shape (...)."""
+        if self.dof < 2:
+            return np.full_like(self.estimate, np.nan)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return 2.0 * special.stdtr(self.dof, -np.abs(self.estimate) / self.error)
+
+    def combined(self, weights: FloatArray) -> Self:
+        """Return k linear combinations of estimates of shape (p,); ``weights`` has shape (p, k)."""
+        return replace(self, estimate=self.estimate @ weights, influence=self.influence @ weights)
+
+
+def average(cells: Sequence[Jackknifed]) -> Jackknifed:
+    """Return the average of the cells that have an estimate, each with the same weight.
+
+    The motions are common to all cells, so the error is the scatter of the averaged influences.
+    Without any estimate the average is NaN.
+    """
+    good = [cell for cell in cells if np.all(np.isfinite(cell.estimate))]
+    if not good:
+        return cells[0]
+    exact = np.logical_or.reduce([cell.exact for cell in good])
+    return replace(
+        good[0],
+        estimate=np.mean([cell.estimate for cell in good], axis=0),
+        influence=np.mean([cell.influence for cell in good], axis=0),
+        present=exact,
+        exact=exact,
+    )
+
+
+def mean_by_motion(
+    values: FloatArray, bound: NDArray[np.int_], motions: NDArray[np.intp], count: int
+) -> Jackknifed:
+    """Return the mean over motions, an estimate of shape ().
+
+    Args:
+        values: Values or bounds, shape (n,).
+        bound: 0 where the value is exact, 1 where it is a lower bound, -1 an upper bound.
+        motions: Number of the motion of each value, 0 .. count - 1.
+        count: Number of motions, including those without a value.
+
+    Returns:
+        NaN where fewer than three motions have an exact value.
+    """
+    line = _by_motion(np.ones((values.size, 1)), values, bound, motions, count)
+    return replace(line, estimate=line.estimate[0], influence=line.influence[:, 0])
+
+
+def line_by_motion(
+    x: FloatArray,
+    values: FloatArray,
+    bound: NDArray[np.int_],
+    motions: NDArray[np.intp],
+    count: int,
+) -> Jackknifed:
+    """Return the value at x = 0 and the slope of a regression on x, an estimate of shape (2,).
+
+    ``x`` has shape (n,), the other arguments are those of `mean_by_motion`. NaN where fewer than
+    four motions have an exact value, or these have no slope without one of them.
+    """
+    return _by_motion(np.column_stack([np.ones(x.size), x]), values, bound, motions, count)
+
+
+def _by_motion(
+    design: FloatArray,
+    values: FloatArray,
+    bound: NDArray[np.int_],
+    motions: NDArray[np.intp],
+    count: int,
+) -> Jackknifed:
+    """Return the coefficients of a regression with the influence of each motion, shape (p,)."""
+    parameters = design.shape[1]
+    present, exact = np.zeros((2, count), dtype=np.bool_)
+    present[motions] = True
+    exact[motions[bound == 0]] = True
+    coefficients = np.full((1 + count, parameters), np.nan)
+    if np.count_nonzero(exact) >= MIN_EXACT + parameters - 1:
+        kept = motions != np.arange(-1, count)[:, None]
+        weights = kept / np.bincount(motions)[motions]
+        coefficients = bounded_regression(design, values, bound, weights)
+    return Jackknifed.of(coefficients, present, exact, parameters=parameters)
+
+
+def bounded_regression(
+    design: FloatArray, values: FloatArray, bound: NDArray[np.int_], weights: FloatArray
+) -> FloatArray:
+    """Return the coefficients of a normal regression for each of R sets of weights.
+
+    Without bounds these are weighted least squares. With them each bound counts by its expected
+    value, given the line and the scatter that are found; the scatter has the divisor of a sample,
+    sum of weights - p, without which it is too small with few motions.
+
+    Args:
+        design: Columns of the regression, the first one of ones, shape (n, p).
+        values: Values or bounds, shape (n,).
+        bound: 0 where the value is exact, 1 where it is a lower bound, -1 an upper bound.
+        weights: Shape (R, n).
+
+    Returns:
+        Shape (R, p); NaN where the exact values do not determine every line.
+    """
+    (n, p), exact = design.shape, bound == 0
+    products = (design[:, :, None] * design[:, None, :]).reshape(n, p * p)
+    of_exact = (weights[:, exact] @ products[exact]).reshape(-1, p, p)
+    size = np.prod(np.diagonal(of_exact, axis1=1, axis2=2), axis=1)
+    if np.any(np.linalg.det(of_exact) <= _SINGULAR * size):
+        return np.full((len(weights), p), np.nan)
+    # values about the mean of the exact ones, so that nothing cancels in their squares
+    centre = np.mean(values[exact]) * np.eye(1, p)[0]
+    u = values - centre[0]
+    if np.all(exact):
+        right = weights @ (design * u[:, None])
+        return np.linalg.solve(of_exact, right[:, :, None])[:, :, 0] + centre
+    inverse = np.linalg.inv((weights @ products).reshape(-1, p, p))
+    limits, side, at_bounds = u[~exact], bound[~exact], design[~exact]
+    completed = np.broadcast_to(u, weights.shape).copy()
+    dof = np.maximum(weights.sum(axis=1) - p, 0.5)
+    # where all exact values agree, the scatter starts from the bounds
+    floor = 1e-9 * (1.0 + float(np.max(np.abs(values))))
+    scatter = np.maximum(np.sqrt(weights[:, exact] @ u[exact] ** 2 / of_exact[:, 0, 0]), floor)
+    coefficients = np.zeros((len(weights), p))
+    for _ in range(_MAX_ITERATIONS):
+        mean = coefficients @ at_bounds.T
+        z = side * (limits - mean) / scatter[:, None]
+        ratio = mills_ratio(-z)
+        completed[:, ~exact] = mean + side * scatter[:, None] * ratio
+        left = np.maximum(1.0 + z * ratio - ratio**2, 0.0) * scatter[:, None] ** 2
+        new = np.einsum("rij,rj->ri", inverse, (weights * completed) @ design)
+        squares = np.sum(weights * (completed - new @ design.T) ** 2, axis=1)
+        squares += np.sum(weights[:, ~exact] * left, axis=1)
+        moved = np.max(np.abs((new - coefficients) / scatter[:, None]))
+        coefficients, scatter = new, np.maximum(np.sqrt(squares / dof), floor)
+        if moved < _TOLERANCE:
+            break
+    return coefficients + centre

@@ -1,0 +1,169 @@
+"""Does the maximum-likelihood estimate exist? Asked before any optimiser, and what is known if not.
+
+References:
+    Albert and Anderson (1984), Biometrika 71(1):1-10: separation in binary regression.
+    Clopper and Pearson (1934), Biometrika 26(4):404-413: exact binomial limits.
+    Firth (1993), Biometrika 80(1):27-38: penalised likelihood that always has a maximum.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from skewbridge.fragility.old_likelihood.fit import FITTED
+from skewbridge.fragility.old_likelihood.links import FloatArray, link_terms, predictor
+
+NO_EXCEEDANCE: Final = "no_exceedance"
+ALL_EXCEED: Final = "all_exceed"
+SINGLE_LEVEL: Final = "single_level"
+COMPLETE_SEPARATION: Final = "complete_separation"
+QUASI_SEPARATION: Final = "quasi_separation"
+NON_INCREASING: Final = "non_increasing"
+NON_POSITIVE: Final = "non_positive_demand"
+NOT_APPLICABLE: Final = "not_applicable"
+NOT_CONVERGED: Final = "not_converged"
+NO_RUNS: Final = "no_runs"
+
+
+def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
+    """Name the kind of binomial data, by the table of separations.
+
+    With hi0 the largest level having a non-exceedance and lo1 the smallest having an exceedance:
+    hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation (both of the increasing kind); the
+    mirror image is ``non_increasing``. Otherwise the estimate exists and is unique, though its
+    slope can still be negative, which the fit reports as ``non_increasing`` too.
+
+    Arrays of shape (J,), of stripes with n > 0 only; fractions of k are allowed.
+    """
+    if np.sum(k) <= 0.0:
+        return NO_EXCEEDANCE
+    if np.sum(n - k) <= 0.0:
+        return ALL_EXCEED
+    if np.ptp(ln_im) == 0.0:
+        return SINGLE_LEVEL
+    with_none, with_some = ln_im[n - k > 0.0], ln_im[k > 0.0]
+    if np.max(with_none) < np.min(with_some):
+        return COMPLETE_SEPARATION
+    if np.max(with_none) == np.min(with_some):
+        return QUASI_SEPARATION
+    if np.max(with_some) <= np.min(with_none):
+        return NON_INCREASING
+    return FITTED
+
+
+def too_little(ln_im: FloatArray, least: int = 3) -> str:
+    """Name what runs lack for a line, fewer than ``least`` or at a single intensity."""
+    single = ln_im.size >= least and np.ptp(ln_im) == 0.0
+    return SINGLE_LEVEL if single else "too_few_runs"
+
+
+def batch_exists(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> NDArray[np.bool_]:
+    """Return for each replicate (rows of ``n`` and ``k``) whether an estimate exists."""
+    hi0 = np.max(np.where(n - k > 0.0, ln_im, -np.inf), axis=1)
+    lo0 = np.min(np.where(n - k > 0.0, ln_im, np.inf), axis=1)
+    lo1 = np.min(np.where(k > 0.0, ln_im, np.inf), axis=1)
+    hi1 = np.max(np.where(k > 0.0, ln_im, -np.inf), axis=1)
+    return (hi0 > lo1) & (hi1 > lo0)
+
+
+def clopper_pearson(k: FloatArray, n: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
+    """Return the exact limits of a proportion; one-sided where none or all exceed.
+
+    0 of 20 gives an upper limit of 0.1391 at 95 %.
+    """
+    tail = np.where((k <= 0.0) | (k >= n), 1.0 - level, (1.0 - level) / 2.0)
+    low = np.where(k <= 0.0, 0.0, special.betaincinv(np.maximum(k, 1e-9), n - k + 1.0, tail))
+    high = np.where(k >= n, 1.0, special.betaincinv(k + 1.0, np.maximum(n - k, 1e-9), 1.0 - tail))
+    return low, high
+
+
+def median_bound(
+    ln_im: FloatArray, n: FloatArray, *, beta: float, level: float, exceed: bool
+) -> float:
+    """Return the one-sided bound of the median when no run (or every run) exceeds.
+
+    The bound theta solves P(data | theta, beta) = 1 - level: a lower bound when nothing
+    exceeds, an upper bound when everything does.
+
+    ``exceed`` asks for the upper bound of data in which every run exceeds; ``beta`` is assumed.
+    """
+    sign = 1.0 if exceed else -1.0
+
+    def excess(ln_theta: float) -> float:
+        eta = sign * (ln_im - ln_theta) / beta
+        return float(np.sum(n * special.log_ndtr(eta)) - np.log(1.0 - level))
+
+    middle, reach = float(np.mean(ln_im)), float(np.ptp(ln_im)) + 40.0 * beta
+    root = optimize.brentq(excess, middle - reach, middle + reach, xtol=1e-13)
+    return float(np.exp(root))
+
+
+def separated_bounds(
+    ln_im: FloatArray, n: FloatArray, k: FloatArray, *, beta: float, level: float
+) -> tuple[float, float]:
+    """Return the one-sided lower and upper bound of the median of separated data.
+
+    The data alone say that it lies in the bracket between the last level without and the first with
+    an exceedance, whatever beta -> 0. For an assumed ``beta`` the likelihood of theta is concave
+    with one maximum; each bound is where twice its logarithm has dropped by the square of the
+    one-sided normal quantile.
+    """
+
+    def loglik(ln_theta: float) -> float:
+        eta = (ln_im - ln_theta) / beta
+        return float(np.sum(k * special.log_ndtr(eta) + (n - k) * special.log_ndtr(-eta)))
+
+    low, high = float(np.min(ln_im)) - 8.0 * beta, float(np.max(ln_im)) + 8.0 * beta
+    best = optimize.minimize_scalar(lambda t: -loglik(t), bounds=(low, high), method="bounded")
+    target = loglik(float(best.x)) - 0.5 * float(special.ndtri(level)) ** 2
+
+    def excess(ln_theta: float) -> float:
+        return loglik(ln_theta) - target
+
+    middle, reach = float(best.x), 40.0 * beta
+    first = optimize.brentq(excess, middle - reach, middle, xtol=1e-12)
+    last = optimize.brentq(excess, middle, middle + reach, xtol=1e-12)
+    return float(np.exp(first)), float(np.exp(last))
+
+
+def single_level_median(ln_im: float, n: float, k: float, beta: float, link: str) -> float:
+    """Return the median that one level implies for an assumed dispersion."""
+    return float(np.exp(ln_im - beta * (predictor(k / n, link) - predictor(0.5, link))))
+
+
+def firth(
+    ln_im: FloatArray, n: FloatArray, k: FloatArray, link: str = "probit"
+) -> tuple[float, float]:
+    """Return (a0, a1) that maximise l + 0.5 ln|I|, with I the expected information.
+
+    An estimate for separated data, to be labelled as such. It does not rescue data in which
+    nothing or everything exceeds.
+    """
+    centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
+    design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
+    terms_of = link_terms(link)
+
+    def negative(a: FloatArray) -> tuple[float, FloatArray]:
+        """Return the value to be minimised and its gradient."""
+        terms = terms_of(design @ a)
+        with np.errstate(all="ignore"):
+            density = np.exp(terms.log_p) * terms.d_log_p  # dF/d eta
+            weight = n * density**2 / np.maximum(np.exp(terms.log_p + terms.log_q), 1e-300)
+            growth = terms.d_log_p + 2.0 * terms.d2_log_p / terms.d_log_p - terms.d_log_q
+        information = design.T @ (weight[:, None] * design)
+        determinant = float(np.linalg.det(information))
+        if determinant <= 0.0:
+            return np.inf, np.zeros(2)
+        leverage = weight * np.sum(design @ np.linalg.inv(information) * design, axis=1)
+        score = k * terms.d_log_p + (n - k) * terms.d_log_q
+        score += 0.5 * leverage * np.where(weight > 0.0, growth, 0.0)
+        loglik = float(np.sum(k * terms.log_p + (n - k) * terms.log_q))
+        return -loglik - 0.5 * float(np.log(determinant)), -(score @ design)
+
+    found = optimize.minimize(
+        negative, np.array([0.0, 1.0]), jac=True, method="BFGS", options={"gtol": 1e-9}
+    )
+    a0, a1 = found.x
+    return float(a0 - a1 * centre / scale), float(a1 / scale)

@@ -1,0 +1,256 @@
+"""Fragility table for publication: medians, dispersions and ratios of medians, also as LaTeX."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import isnan, nan
+from typing import Any, Final
+
+import pandas as pd
+
+from skewbridge.fragility.demand_table import axis_names
+from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.joint import JointModel
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.reading.tables import records_of
+from skewbridge.units import split_unit
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.axes import AXES, Axis, axes_of
+
+#: Name of the rows of a joint model.
+JOINT: Final = "joint"
+#: Methods of the curves of a variant.
+METHODS: Final = ("cloud", "exceedance", "ida_interval")
+_ENDS: Final = ("", "_low", "_high")
+_STATE: Final = ("bridge", "abutment", "component", "limit_state")
+_NONE: Final = "--"
+
+
+def ratio_name(axis: Axis) -> str:
+    """Return the name of an axis in the columns of its ratios: its name without the unit."""
+    return split_unit(axis.name)[0]
+
+
+def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
+    """Return names and descriptions of the columns for a study with these axes."""
+    ends = dict(zip(_ENDS, ("estimate", "lower end", "upper end"), strict=True))
+    return {
+        "bridge": "catalogue entry",
+        "abutment": "abutment model",
+        "row": "name of the variant, or joint (joint model in the middle of the parameter range)",
+        **{
+            axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -")
+            + "; NaN in rows of a joint model"
+            for axis in axes
+        },
+        "component": "component of the limit state",
+        "limit_state": "degree of damage",
+        "im": "intensity measure",
+        "method": "fit of the row: cloud | exceedance | ida_interval | joint",
+        "theta": "median, in the unit of the intensity measure",
+        "theta_low": "lower end of its interval",
+        "theta_high": "upper end of its interval",
+        "beta": "record-to-record dispersion",
+        "beta_total": "dispersion including that of the capacity",
+        "beta_total_low": "lower end of its interval",
+        "beta_total_high": "upper end of its interval",
+        "n_exceed": "runs known to exceed",
+        "n_runs": "runs",
+        "methods_differ": "whether cloud and exceedance medians differ by more than 15 % or by "
+        "more than 2 standard errors",
+        **{
+            f"{ratio_name(axis)}_ratio{end}": f"{meaning} of the ratio of medians, this value of "
+            f"{axis.title} over the smallest one (joint: largest over smallest)"
+            for axis in reversed(axes)
+            for end, meaning in ends.items()
+        },
+    }
+
+
+PAPER_COLUMNS: Final = paper_columns(AXES)
+
+
+def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
+    """Return one curve per variant, component and limit state, in the order of the table.
+
+    Args:
+        curves: Table of curves.
+        method: Method of the curves; None for the preferred one, and the first where no method
+            has an estimate.
+    """
+    if method is not None:
+        return curves[curves["method"] == method]
+    first = curves.sort_values("preferred", ascending=False, kind="stable")
+    return first.drop_duplicates(["variant", "component", "limit_state"]).sort_index()
+
+
+def paper_table(
+    curves: pd.DataFrame,
+    medians: pd.DataFrame,
+    joint: pd.DataFrame,
+    settings: FitSettings = DEFAULTS,
+) -> pd.DataFrame:
+    """Return a row per variant and limit state, and one per joint model.
+
+    Limit states without any estimate are left out. Ratios have the confidence level of effects,
+    medians that of fits.
+
+    Args:
+        curves: Curves of the variants; of several methods the preferred one counts.
+        medians: Paired ratios of their medians.
+        joint: Joint models.
+        settings: Confidence levels.
+
+    Returns:
+        Table with the columns `paper_columns` of the axes of the study.
+    """
+    axes = _axes(curves)
+    rows = [*_variant_rows(curves, medians, axes), *_joint_rows(joint, settings.effect_confidence)]
+    table = pd.DataFrame(rows, columns=list(paper_columns(axes)))
+    table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
+    order = {key: place for place, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
+    places = [order.get(key, len(order)) for key in map(tuple, table[[*_STATE]].to_numpy())]
+    return (
+        table.assign(_place=places)
+        .sort_values("_place", kind="stable", ignore_index=True)
+        .drop(columns="_place")
+    )
+
+
+def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:
+    """Return the axes of a table, the core axes always included."""
+    return axes_of([*(axis.name for axis in AXES), *axis_names(table)])
+
+
+def _variant_rows(
+    curves: pd.DataFrame, medians: pd.DataFrame, axes: Sequence[Axis]
+) -> Iterator[dict[str, Any]]:
+    names = axis_names(curves)
+
+    def key_of(row: Mapping[str, Any], state: str, axis: str, value: float) -> tuple[Any, ...]:
+        others = [float(row[name]) for name in names if name != axis]
+        return (row["bridge"], row["abutment"], state, axis, float(value), *others)
+
+    pairs = records_of(medians[medians["scope"] == "variant"])
+    ratios = {key_of(row, row["demand"], row["axis"], row["to_value"]): row for row in pairs}
+    columns = paper_columns(axes)
+    for row in records_of(chosen_curves(curves)):
+        out = {name: row[name] for name in columns if name in row} | {"row": row["variant"]}
+        state = f"{row['component']}/{row['limit_state']}"
+        for axis in names:
+            pair = ratios.get(key_of(row, state, axis, row[axis]), {})
+            out |= _ratio(axis, [pair.get(name, nan) for name in ("ratio", "ci_low", "ci_high")])
+        yield out
+
+
+def _joint_rows(joint: pd.DataFrame, level: float) -> Iterator[dict[str, Any]]:
+    for row in records_of(joint[joint["status"] == FITTED]):
+        model = JointModel.of_row(row)
+        limits = model.axis_range.limits
+        middle = {name: 0.5 * (low + high) for name, (low, high) in limits.items()}
+        out = {name: value for name, value in row.items() if name in PAPER_COLUMNS}
+        out |= {"row": JOINT, "method": JOINT}
+        for axis, (low, high) in limits.items():
+            if low < high:
+                out |= _ratio(axis, model.ratio(middle | {axis: low}, middle | {axis: high}, level))
+        yield out
+
+
+def _ratio(axis: str, values: Sequence[float]) -> dict[str, float]:
+    name = ratio_name(axes_of([axis])[0])
+    return {f"{name}_ratio{end}": value for end, value in zip(_ENDS, values, strict=True)}
+
+
+def ratio_names(table: pd.DataFrame) -> list[str]:
+    """Return the axes that have a ratio in some row of the table of a paper, without units."""
+    names = (ratio_name(axis) for axis in reversed(_axes(table)))
+    return [name for name in names if table[f"{name}_ratio"].notna().any()]
+
+
+def variant_in_words(row: Mapping[str, Any]) -> str:
+    """Return the values of the axes of a variant, such as ``skew 30 deg, gap 51 mm, friction 0.5``.
+
+    Args:
+        row: Values by column; axes that the abutment model lacks are left out.
+    """
+    traits = ABUTMENTS.get(str(row["abutment"]))
+    optional = {axis for known in ABUTMENTS.values() for axis in known.axes}
+    lacking = set() if traits is None else optional - traits.axes
+    return ", ".join(
+        f"{axis.label.lower()} {row[axis.name]:g} {axis.unit}".removesuffix(" -")
+        for axis in axes_of(row)
+        if axis.name not in lacking and not isnan(row[axis.name])
+    )
+
+
+def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
+    """Return the rows as texts by the heads of the columns.
+
+    Ratios that no row has are left out; an asterisk marks medians on which the methods differ.
+    """
+    ratios = ratio_names(table)
+    return [
+        {
+            "model": f"{row['bridge']} {row['abutment']}".replace("_", " "),
+            "variant": "joint model" if row["row"] == JOINT else variant_in_words(row),
+            "state": f"{row['component']}, {row['limit_state']}".replace("_", " "),
+            "theta": with_interval([row[f"theta{end}"] for end in _ENDS])
+            + (" *" if row["methods_differ"] is True else ""),
+            "total": with_interval([row[f"beta_total{end}"] for end in _ENDS]),
+            "beta": _number(row["beta"]),
+            "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
+            **{
+                name: with_interval([row[f"{name}_ratio{end}"] for end in _ENDS]) for name in ratios
+            },
+        }
+        for row in records_of(table)
+    ]
+
+
+_LATEX_HEADS: Final = {
+    "model": "Bridge",
+    "variant": "Variant",
+    "state": "Component, state",
+    "theta": r"$\theta$ [interval]",
+    "total": r"$\beta_\mathrm{total}$ [interval]",
+    "beta": r"$\beta_\mathrm{records}$",
+    "exceed": "exceed",
+}
+
+
+def latex_table(table: pd.DataFrame) -> str:
+    """Return the table for LaTeX (packages booktabs and longtable)."""
+    rows = printed_rows(table)
+    names = list(rows[0]) if rows else list(_LATEX_HEADS)
+    head = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)
+    units = ", ".join(sorted(set(table["im"].astype(str))))
+    return "\n".join(
+        [
+            r"% needs \usepackage{booktabs,longtable}",
+            f"% medians in {units}; ratios of medians to the smallest value of each axis",
+            "% beta_total: dispersion of the curve, including that of the capacity;",
+            "% beta_records: record-to-record dispersion",
+            "% *: cloud and exceedance medians differ by more than 15 % or 2 standard errors",
+            rf"\begin{{longtable}}{{lll{'r' * (len(names) - 3)}}}",
+            r"\toprule",
+            head + r" \\",
+            r"\midrule",
+            r"\endhead",
+            *(" & ".join(map(_escaped, row.values())) + r" \\" for row in rows),
+            r"\bottomrule",
+            r"\end{longtable}",
+            "",
+        ]
+    )
+
+
+def with_interval(values: Sequence[float]) -> str:
+    """Return an estimate with its interval as text, from the value and both ends."""
+    middle, low, high = map(_number, values)
+    return middle if _NONE in (middle, low) else f"{middle} [{low}, {high}]"
+
+
+def _number(value: float) -> str:
+    return _NONE if pd.isna(value) else f"{value:.3g}"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("_", r"\_").replace("%", r"\%").replace("&", r"\&")

@@ -1,0 +1,351 @@
+"""System fragility of the variants: any component at a degree of damage or a more severe one.
+
+A component whose states lack a degree takes part with its next more severe state. A component that
+fails at ln x = ln theta_i + beta_i e_i, with correlated standard normal e_i, makes the system fail
+at the smallest of these intensities: their distribution over quasi-random e is the system curve.
+
+References:
+    Nielson and DesRoches (2007), EESD 36(6):823-839: component demands as joint lognormals.
+    Owen (1998), J. Complexity 14(4):466-489: scrambled Sobol points.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from math import nan
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from scipy import special
+
+from skewbridge.errors import InputError
+from skewbridge.fragility import existence
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.demand_table import (
+    is_beyond_model,
+    motion_codes,
+    spread,
+    variant_values,
+    variants_of,
+)
+from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.fits import exp_end, motion_weights
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.lines import Lines, fit_lines
+from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.statuses import COLLAPSE
+
+#: Runs of a variant, and complete ones of a component, without which there is no system curve.
+MIN_RUNS: Final = 8
+MIN_COMPLETE: Final = 4
+_POINTS: Final = 2**13  # error of the median of the system below 0.1 %
+_POINTS_OF_REPLICATES: Final = 2**11
+_LEVELS: Final = special.ndtr(np.array([-1.0, 0.0, 1.0]))
+
+SYSTEM_COLUMNS: Final[dict[str, str]] = {
+    "limit_state": "degree of damage of the bridge",
+    "components": "components that take part, with the name of their state where it differs",
+    "left_out": "components that do not, with the reason",
+    "status": "ok, or the reason why there is no estimate",
+    "theta": "median of the system",
+    "beta": "dispersion of the system with that of the capacities, half the distance of its 16 and "
+    "84 % points",
+    "theta_low": "lower end of the interval of theta (jackknife by motion)",
+    "theta_high": "upper end",
+    "beta_low": "lower end of the interval of beta",
+    "beta_high": "upper end",
+    "level": "confidence level of the intervals",
+    "max_dp": "largest distance of the lognormal curve to the system curve",
+    "theta_correlated": "median if the components were fully correlated",
+    "theta_independent": "median if they were independent",
+    "weakest": "component that fails first most often below the median",
+    "theta_weakest": "median of that component",
+    "share_weakest": "share of the failures below the median in which it fails first",
+    "theta_bound": "one-sided bound of the median where no run, or every run, exceeds",
+    "n_runs": "runs of the variant",
+    "n_exceed": "runs in which a component is known to exceed",
+    "n_unknown": "runs whose outcome is unknown",
+    "n_collapse": "collapsed runs",
+    "n_beyond_model": "runs in which a column failed",
+}
+
+
+def system_curves(
+    demands: pd.DataFrame,
+    limit_states: Sequence[LimitState],
+    settings: FitSettings = DEFAULTS,
+    *,
+    jobs: int = 1,
+) -> pd.DataFrame:
+    """Return the system curve of every variant and degree of damage.
+
+    A component takes part if some run of the variant, and not every run, exceeds its state and its
+    demand rises with the intensity. Runs that ended early are censored demands (Tobit).
+
+    Args:
+        demands: Runs, as `demand_table.prepared` returns them.
+        limit_states: The limit states.
+        settings: Intensity measure, level and seed.
+        jobs: Number of processes.
+
+    Returns:
+        One row per (variant, degree): variant, bridge, abutment, axes and `SYSTEM_COLUMNS`.
+
+    Raises:
+        InputError: The degrees of damage of the components have no common order.
+    """
+    members = system_members([state for state in limit_states if state.system_degree])
+    columns = dict.fromkeys(state.demand for states in members.values() for state in states)
+    rows = spread(
+        partial(_variant_rows, members=members, settings=settings),
+        variants_of(demands, [settings.im, *columns]),
+        jobs,
+    )
+    return pd.DataFrame([row for part in rows for row in part])
+
+
+def system_members(states: Sequence[LimitState]) -> dict[str, list[LimitState]]:
+    """Return per degree of damage the state with which each component takes part.
+
+    The degrees are ordered as the components order them, mild to severe. A component takes part
+    with its mildest state of that degree or of one that is more severe.
+
+    Raises:
+        InputError: Two components order the degrees differently.
+    """
+    by_component: dict[str, list[LimitState]] = {state.component: [] for state in states}
+    for state in sorted(states, key=lambda item: item.threshold):
+        by_component[state.component].append(state)
+    degrees = list(dict.fromkeys(state.system_degree for state in states))
+    beyond: dict[str, set[str]] = {name: set() for name in degrees}
+    for _ in degrees:  # transitive closure
+        for own in by_component.values():
+            names = [state.system_degree for state in own]
+            for first, mild in enumerate(names):
+                for severe in names[first + 1 :]:
+                    beyond[mild] |= {severe} | beyond[severe]
+    for name in degrees:
+        if name in beyond[name]:
+            raise InputError(f"components put the degree of damage {name!r} in different orders")
+    members: dict[str, list[LimitState]] = {}
+    for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
+        reach = {degree} | beyond[degree]
+        chosen = [
+            next((state for state in own if state.system_degree in reach), None)
+            for own in by_component.values()
+        ]
+        members[degree] = [state for state in chosen if state is not None]
+    return members
+
+
+@dataclass(frozen=True, slots=True)
+class _Member:
+    """A component that takes part: its state, outcomes and lines by motion."""
+
+    state: LimitState
+    outcomes: DemandOutcomes
+    lines: Lines
+
+
+def _variant_rows(
+    part: pd.DataFrame, *, members: Mapping[str, Sequence[LimitState]], settings: FitSettings
+) -> list[dict[str, Any]]:
+    """Return the rows of one variant, one per degree of damage."""
+    weights = motion_weights(motion_codes(part))
+    ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
+    cache: dict[tuple[str, float], _Member | str] = {}
+
+    def member(state: LimitState) -> _Member | str:
+        key = state.demand, state.threshold
+        if key not in cache:
+            cache[key] = _member(part, state, ln_im, weights)
+        return cache[key]
+
+    rows: list[dict[str, Any]] = []
+    for degree, states in members.items():
+        taking: list[_Member] = []
+        left_out: list[str] = []
+        for state in states:
+            found = member(state)
+            if isinstance(found, str):
+                left_out.append(f"{state.component}: {found}")
+            else:
+                taking.append(_Member(state, found.outcomes, found.lines))
+        row = dict.fromkeys(SYSTEM_COLUMNS, nan) | {
+            "limit_state": degree,
+            "components": ";".join(
+                s.component if degree == s.name else f"{s.component} ({s.name})"
+                for s in (m.state for m in taking)
+            ),
+            "left_out": ";".join(left_out),
+            "weakest": "",
+            "level": settings.confidence,
+            "n_runs": len(part),
+            "n_collapse": int(np.sum(part["status"] == COLLAPSE)),
+            "n_beyond_model": int(np.sum(is_beyond_model(part))),
+        }
+        rows.append(variant_values(part) | row | _system(taking, ln_im, weights, settings))
+    return rows
+
+
+def _member(
+    part: pd.DataFrame, state: LimitState, ln_im: FloatArray, weights: FloatArray
+) -> _Member | str:
+    """Return a component with its lines, or why it takes no part."""
+    outcomes = demand_outcomes(part, [state])
+    exceed, used = outcomes.exceed(state), outcomes.used
+    if np.sum(outcomes.complete & used) < MIN_COMPLETE:
+        return "too few complete runs"
+    if not np.any(exceed):
+        return "not reached"
+    if np.all(exceed | outcomes.unknown(state)):
+        return "exceeded in every run"
+    with np.errstate(divide="ignore"):
+        low, high = np.log(outcomes.lower[used]), np.log(outcomes.upper[used])
+    lines = fit_lines(ln_im[used], low, high, weights[:, used])
+    return _Member(state, outcomes, lines) if np.isfinite(lines.b[0]) else "demand does not grow"
+
+
+def _system(
+    members: Sequence[_Member], ln_im: FloatArray, weights: FloatArray, settings: FitSettings
+) -> dict[str, Any]:
+    """Return the estimate of one system, or the reason why there is none."""
+    exceed, unknown = np.zeros((2, ln_im.size), dtype=np.bool_)
+    for member in members:
+        exceed |= member.outcomes.exceed(member.state)
+        unknown |= member.outcomes.unknown(member.state)
+    unknown &= ~exceed
+    row: dict[str, Any] = {"n_exceed": int(exceed.sum()), "n_unknown": int(unknown.sum())}
+    if not members or ln_im.size < MIN_RUNS:
+        return row | {"status": "too_few_runs" if members else "no_component"}
+    if np.all(exceed | unknown):
+        bound = existence.median_bound(
+            ln_im[exceed],
+            np.ones(int(exceed.sum())),
+            beta=settings.assumed_beta,
+            level=settings.confidence,
+            exceed=True,
+        )
+        return row | {"status": existence.ALL_EXCEED, "theta_bound": bound}
+    ln_theta = np.column_stack([m.lines.ln_theta(m.state.threshold) for m in members])
+    records = np.column_stack([m.lines.beta() for m in members])
+    beta = np.column_stack([m.lines.beta(m.state.dispersion) for m in members])
+    # ASSUME capacities of components independent of each other and of the demands
+    share = np.divide(records, beta, out=np.zeros_like(beta), where=beta > 0.0)
+    correlation = _correlation(members, ln_im, weights) * share[:, :, None] * share[:, None, :]
+    size = len(members)
+    correlation[:, np.arange(size), np.arange(size)] = 1.0
+    first = _failures(ln_theta[0], beta[0], correlation[0], _POINTS, settings.seed)
+    ln_x = np.min(first, axis=1)
+    low, middle, high = np.quantile(ln_x, _LEVELS)
+    dispersion = 0.5 * (high - low)
+    ordered = np.sort(ln_x)
+    empirical = (np.arange(ordered.size) + 0.5) / ordered.size
+    weak = first[ln_x <= middle]
+    leading = np.bincount(np.argmin(weak, axis=1), minlength=size) / len(weak)
+    weakest = int(np.argmax(leading))
+    row |= {
+        "status": FITTED,
+        "theta": exp_end(float(middle)),
+        "beta": float(dispersion),
+        "max_dp": float(np.max(np.abs(special.ndtr((ordered - middle) / dispersion) - empirical))),
+        "theta_correlated": exp_end(float(np.min(ln_theta[0]))),
+        "theta_independent": exp_end(
+            float(
+                np.median(
+                    np.min(
+                        _failures(ln_theta[0], beta[0], np.eye(size), _POINTS, settings.seed),
+                        axis=1,
+                    )
+                )
+            )
+        ),
+        "weakest": members[weakest].state.component,
+        "theta_weakest": exp_end(float(ln_theta[0, weakest])),
+        "share_weakest": float(leading[weakest]),
+    }
+    return row | _intervals(ln_theta, beta, correlation, (middle, dispersion), settings)
+
+
+def _intervals(
+    ln_theta: FloatArray,
+    beta: FloatArray,
+    correlation: FloatArray,
+    estimate: tuple[float, float],
+    settings: FitSettings,
+) -> dict[str, float]:
+    """Return the intervals of theta and beta by the jackknife by motion; arrays (1 + M, ...)."""
+    values: list[tuple[float, float]] = []
+    for r in range(1, len(ln_theta)):
+        if not (np.all(np.isfinite(ln_theta[r])) and np.all(np.isfinite(beta[r]))):
+            continue
+        draws = _failures(
+            ln_theta[r], beta[r], correlation[r], _POINTS_OF_REPLICATES, settings.seed
+        )
+        low, middle, high = np.quantile(np.min(draws, axis=1), _LEVELS)
+        values.append((float(middle), float(np.log(0.5 * (high - low)))))
+    count = len(values)
+    if count < 4:
+        return {}
+    t = float(special.stdtrit(count - 2, 0.5 + 0.5 * settings.confidence))
+    reach = [exp_end(t * sd * np.sqrt(count - 1)) for sd in np.std(values, axis=0)]
+    theta, dispersion = exp_end(float(estimate[0])), float(estimate[1])
+    return {
+        "theta_low": theta / reach[0],
+        "theta_high": theta * reach[0],
+        "beta_low": dispersion / reach[1],
+        "beta_high": dispersion * reach[1],
+    }
+
+
+def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the correlation of the residuals of ln demand by replicate, shape (R, m, m).
+
+    Pairwise over the runs in which both demands are known; the nearest correlation matrix where
+    these differ.
+    """
+    count, size = weights.shape[0], len(members)
+    known = np.column_stack([m.outcomes.lower == m.outcomes.upper for m in members])
+    y = np.column_stack([np.log(np.maximum(m.outcomes.lower, 1e-300)) for m in members])
+    matrix = np.broadcast_to(np.eye(size), (count, size, size)).copy()
+    for i in range(size):
+        for j in range(i):
+            both = known[:, i] & known[:, j]
+            w, residuals = weights[:, both], []
+            for k in (i, j):
+                line = members[k].lines
+                fitted = line.ln_a[:, None] + line.b[:, None] * ln_im[both]
+                residual = y[both, k] - fitted
+                mean = np.sum(w * residual, axis=1) / np.maximum(w.sum(axis=1), 1.0)
+                residuals.append(residual - mean[:, None])
+            products = [
+                np.sum(w * residuals[a] * residuals[b], axis=1) for a, b in ((0, 1), (0, 0), (1, 1))
+            ]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                rho = products[0] / np.sqrt(products[1] * products[2])
+            rho = np.where(both.sum() < MIN_COMPLETE, 0.0, np.clip(np.nan_to_num(rho), -1.0, 1.0))
+            matrix[:, i, j] = matrix[:, j, i] = rho
+    values, vectors = np.linalg.eigh(matrix)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    root /= np.linalg.norm(root, axis=2, keepdims=True)
+    return root @ np.swapaxes(root, 1, 2)
+
+
+def _failures(
+    ln_theta: FloatArray, beta: FloatArray, correlation: FloatArray, points: int, seed: int
+) -> FloatArray:
+    """Return ln of the intensity at which each component fails, shape (points, m)."""
+    values, vectors = np.linalg.eigh(correlation)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return ln_theta + beta * (_normals(ln_theta.size, points, seed) @ root.T)
+
+
+@lru_cache(maxsize=32)
+def _normals(size: int, points: int, seed: int) -> FloatArray:
+    """Return quasi-random standard normal vectors, shape (points, size)."""
+    from scipy.stats import qmc  # imported here: it takes longer to load than all the rest
+
+    uniform = qmc.Sobol(size, rng=np.random.default_rng(seed)).random(points)
+    return np.asarray(special.ndtri(np.clip(uniform, 1e-12, 1.0 - 1e-12)))

@@ -1,0 +1,306 @@
+"""Verdicts of effects against their margins, and the motions needed to decide them.
+
+References:
+    Schuirmann (1987), J. Pharmacokin. Biopharm. 15(6):657-680: two one-sided tests.
+    Holm (1979), Scand. J. Stat. 6(2):65-70: claims that hold together.
+"""
+
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping
+from math import ceil, isfinite, nan
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import special
+
+from skewbridge.demands.columns import demands_for
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, models_of
+from skewbridge.fragility.limit_states import HEADLINE_STATES
+
+LOWER: Final = "lower"
+HIGHER: Final = "higher"
+NEGLIGIBLE: Final = "negligible"
+DETECTABLE: Final = "detectable"
+UNDECIDED: Final = "undecided"
+#: All verdicts with their meaning; the first that applies is given.
+VERDICTS: Final = {
+    LOWER: "the interval lies below the margin",
+    HIGHER: "the interval lies above the margin",
+    NEGLIGIBLE: "the interval lies inside the margin",
+    DETECTABLE: "the interval excludes no change; whether the change exceeds the margin is open",
+    UNDECIDED: "none of these",
+}
+#: Verdicts that place an effect against its margin.
+DECIDED: Final = (LOWER, HIGHER, NEGLIGIBLE)
+OK: Final = "ok"
+NOT_ESTIMABLE: Final = "not_estimable"
+#: Ratio of the ends of an interval above which a ratio is not an answer.
+MAX_WIDTH: Final = 10.0
+#: Largest share of pairs with a demand on one side only, for `NEGLIGIBLE`.
+MAX_DISCORDANT: Final = 0.05
+RATIO: Final = "ratio"
+DIFFERENCE: Final = "difference"
+DEMAND: Final = "demand"
+MEDIAN_CAPACITY: Final = "median_capacity"
+_RATIOS: Final = ("ratio", "ci_low", "ci_high")
+_DIFFERENCES: Final = ("difference", "difference_low", "difference_high")
+
+#: Probability that the needed motions decide an effect of the size estimated now.
+POWER: Final = 0.8
+#: Upper limit of the search; an effect that needs more lies on the margin.
+MOST_MOTIONS: Final = 1000
+DECIDED_NOW: Final = "decided"
+MORE: Final = "more motions"
+ON_MARGIN: Final = "on the margin"
+UNKNOWN: Final = "unknown"
+NEEDED_COLUMNS: Final[dict[str, str]] = {
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
+    "demand": "headline demand, or component/limit_state of a median capacity",
+    "quantity": f"{DEMAND} | {MEDIAN_CAPACITY}",
+    "axis": "axis of the effect, pooled over all others",
+    "from_value": "value of the axis in the denominator",
+    "to_value": "value of the axis in the numerator",
+    "verdict": "verdict of the interval with the motions of the study",
+    "forecast": f"{DECIDED_NOW} | {MORE} | {ON_MARGIN} (more than {MOST_MOTIONS} motions) | "
+    f"{UNKNOWN} (no interval)",
+    "n_motions": "motions of the suite",
+    "needed_motions": "motions of the suite with which the verdict against the margin is reached "
+    f"with probability {POWER:g}, if effect, scatter and share of usable motions stay the same",
+    "more_analyses": "additional analyses, over all variants of the bridge and abutment model",
+    "more_core_hours": "their cost in core-hours, at the mean of the finished analyses",
+}
+
+
+def judged(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of effects with status, verdict, direction and family-wise verdict.
+
+    The verdict is that of the row's own interval. The family-wise verdict holds together with those
+    of its family: rows of one bridge, abutment model, axis, scope and quantity, of the headline
+    demands and states or of the others. For each kind of claim (outside the margin, inside it, a direction)
+    the p-values are adjusted after Holm, so that with probability 1 - level, or half of it for a
+    claim on one side, any of the claims is wrong.
+
+    ``table`` has ratio, ci_low, ci_high, margin, level, dof, n_discordant and n_pairs; difference,
+    difference_low, difference_high and difference_margin where ``judged_by`` is the difference. A
+    ratio whose interval is wider than a factor of 10 is set to NaN. A ``status`` that is given is
+    kept.
+    """
+    wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
+    table = table.assign(**{name: table[name].mask(wide) for name in _RATIOS})
+    by_difference = (table["judged_by"] == DIFFERENCE).to_numpy()
+    missing = np.where(by_difference, table["difference_low"].isna(), table["ci_low"].isna())
+    status = pd.Series(np.where(missing, NOT_ESTIMABLE, OK), index=table.index, dtype=object)
+    if "status" in table:
+        status = table["status"].astype(object).fillna(status)
+    value, low, high, below, above = _on_scale(table)
+    possible = may_be_negligible(table)
+    headline = table["demand"].isin((*demands_for("headline"), *HEADLINE_STATES))
+    keys = (*BRIDGE_COLUMNS, "axis", "scope", "quantity")
+    family = [*(table[name].astype(str) for name in keys), headline]
+    tail = 1.0 - table["level"].to_numpy(dtype=np.float64)
+    holds = {
+        claim: p.groupby(family, group_keys=False).transform(_holm).to_numpy() <= tail * share
+        for claim, (p, share) in _p_values(table, value, low, high, below, above).items()
+    }
+    in_family = np.select(
+        [
+            holds["outside"] & (value < 0.0),
+            holds["outside"] & (value > 0.0),
+            holds["inside"] & possible,
+            holds["direction"],
+        ],
+        [LOWER, HIGHER, NEGLIGIBLE, DETECTABLE],
+        default=UNDECIDED,
+    )
+    zero = np.zeros_like(value)
+    return table.assign(
+        status=status,
+        verdict=verdicts_of(low, below, zero, above, high, possible=possible),
+        direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
+        verdict_family=in_family,
+    )
+
+
+def may_be_negligible(table: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return for each effect whether enough of its pairs have a demand on both sides."""
+    # ASSUME changes of the other pairs say nothing about those in which one side has no demand
+    return (table["n_discordant"] <= MAX_DISCORDANT * table["n_pairs"]).to_numpy(dtype=np.bool_)
+
+
+def verdicts_of(
+    low: FloatArray,
+    below: FloatArray,
+    zero: FloatArray,
+    above: FloatArray,
+    high: FloatArray,
+    *,
+    possible: NDArray[np.bool_],
+) -> NDArray[np.str_]:
+    """Return the verdicts of intervals low..high against margins below..above around no change.
+
+    ``possible`` states where an effect may be called negligible.
+    """
+    return np.select(
+        [
+            high < below,
+            low > above,
+            (low >= below) & (high <= above) & possible,
+            (low > zero) | (high < zero),
+        ],
+        [LOWER, HIGHER, NEGLIGIBLE, DETECTABLE],
+        default=UNDECIDED,
+    )
+
+
+def _on_scale(
+    table: pd.DataFrame,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return estimate, interval ends and margins around zero: ln ratio, or the difference."""
+    plain = (table["judged_by"] == DIFFERENCE).to_numpy()
+    with np.errstate(divide="ignore"):
+        logs = [np.log(table[name].to_numpy(dtype=np.float64)) for name in _RATIOS]
+    differences = [table[name].to_numpy(dtype=np.float64) for name in _DIFFERENCES]
+    margin = table["margin"].to_numpy(dtype=np.float64)
+    limit = table["difference_margin"].to_numpy(dtype=np.float64)
+    value, low, high = (np.where(plain, d, r) for d, r in zip(differences, logs, strict=True))
+    below, above = (
+        np.where(plain, -limit, np.log1p(-margin)),
+        np.where(plain, limit, np.log1p(margin)),
+    )
+    return value, low, high, below, above
+
+
+def _p_values(
+    table: pd.DataFrame,
+    value: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    below: FloatArray,
+    above: FloatArray,
+) -> dict[str, tuple[pd.Series, float]]:
+    """Return p-values by kind of claim, and the share of 1 - level at which it is tested.
+
+    They are those of Student's t, with the error that the interval has on the side in question.
+    """
+    dof = np.maximum(table["dof"].to_numpy(dtype=np.float64), 1.0)
+    t = special.stdtrit(dof, 0.5 + 0.5 * table["level"].to_numpy(dtype=np.float64))
+
+    def steps(distance: FloatArray, error: FloatArray) -> FloatArray:
+        """Return distances in standard errors; 0 for no distance, even without an error."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(distance == 0.0, 0.0, distance / error)
+
+    def is_below(limit: FloatArray) -> FloatArray:
+        return special.stdtr(dof, steps(value - limit, (high - value) / t))
+
+    def is_above(limit: FloatArray) -> FloatArray:
+        return special.stdtr(dof, steps(limit - value, (value - low) / t))
+
+    zero = np.zeros_like(value)
+    inside = np.maximum(is_below(above), is_above(below))
+    outside = np.minimum(is_below(below), is_above(above))
+    direction = np.minimum(1.0, 2.0 * np.minimum(is_below(zero), is_above(zero)))
+    known = np.isfinite(low) & np.isfinite(high)
+    claims = {"outside": (outside, 0.5), "inside": (inside, 0.5), "direction": (direction, 1.0)}
+    return {
+        claim: (pd.Series(np.where(known, p, np.nan), index=table.index), share)
+        for claim, (p, share) in claims.items()
+    }
+
+
+def _holm(p: pd.Series) -> pd.Series:
+    """Return p-values adjusted after Holm; missing ones do not count."""
+    ordered = p.dropna().sort_values()
+    steps = np.arange(ordered.size, 0, -1)
+    adjusted = np.minimum(1.0, np.maximum.accumulate(ordered.to_numpy() * steps))
+    return pd.Series(adjusted, index=ordered.index, dtype=np.float64).reindex(p.index)
+
+
+def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
+    """Return how many motions would decide each pooled effect on a headline demand or median.
+
+    Args:
+        effects: Rows of `paired_effects`, of median effects, or of both.
+        demands: Demands of the same study; ``cpu_s`` is the cost of an analysis in s.
+
+    Returns:
+        Rows with the columns `NEEDED_COLUMNS`.
+    """
+    asked = effects["demand"].isin(demands_for("headline")) | (
+        effects["quantity"] == MEDIAN_CAPACITY
+    )
+    headline = effects[asked & (effects["scope"] == "pooled")]
+    return pd.DataFrame(_forecasts(headline, demands), columns=list(NEEDED_COLUMNS))
+
+
+def _forecasts(headline: pd.DataFrame, demands: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    """Yield the rows of `NEEDED_COLUMNS`."""
+    for model, runs in models_of(demands):
+        suite = int(runs["motion_id"].nunique())
+        cpu_s = float(runs["cpu_s"].mean()) if "cpu_s" in runs else nan
+        of_model = (headline[list(BRIDGE_COLUMNS)] == pd.Series(model)).all(axis=1)
+        for row in headline[of_model].to_dict("records"):
+            exact = motions_to_decide(row)
+            # motions without an exact pair stay as frequent as they are now
+            needed = ceil(exact * suite / (row["dof"] + 1)) if isfinite(exact) else exact
+            more = max(needed - suite, 0) * len(runs) / suite
+            forecast = MORE if isfinite(needed) else UNKNOWN if np.isnan(needed) else ON_MARGIN
+            if row["verdict"] in DECIDED:
+                forecast, more = DECIDED_NOW, 0.0
+            yield {str(name): row[name] for name in NEEDED_COLUMNS if name in row} | {
+                "forecast": forecast,
+                "n_motions": suite,
+                "needed_motions": needed if isfinite(needed) else nan,
+                "more_analyses": more if isfinite(more) else nan,
+                "more_core_hours": more * cpu_s / 3600 if isfinite(more) else nan,
+            }
+
+
+def motions_to_decide(effect: Mapping[Any, Any]) -> float:
+    """Return the number of motions with an exact pair that decide an effect.
+
+    It is the smallest number with which the interval, with probability `POWER`, lies inside the
+    margin for an effect inside it, or beyond the margin on the side of the effect.
+
+    Args:
+        effect: A row of effects with ratio or difference, its margin, level and scatter.
+
+    Returns:
+        Infinite for an effect on the margin, NaN without an interval.
+    """
+    if effect["judged_by"] == DIFFERENCE:
+        value, above = effect["difference"], effect["difference_margin"]
+        below = -above
+    else:
+        value = np.log(effect["ratio"])
+        below, above = np.log1p(-effect["margin"]), np.log1p(effect["margin"])
+    if not isfinite(value) or not isfinite(effect["scatter"]):
+        return nan
+    numbers = range(3, MOST_MOTIONS + 1)
+    scatter, tail = max(effect["scatter"], 1e-12), 0.5 * (1.0 - effect["level"])
+
+    def is_enough(motions: int) -> bool:
+        steps = np.sqrt(motions) / scatter
+        return _power(motions - 1, (below - value) * steps, (above - value) * steps, tail) >= POWER
+
+    first = bisect_left(numbers, True, key=is_enough)
+    return float(numbers[first]) if first < len(numbers) else np.inf
+
+
+def _power(dof: int, below: float, above: float, tail: float) -> float:
+    """Return the probability that an interval lies on the side of the margin of the effect.
+
+    ``below`` and ``above`` are the distances from the effect to the margins in standard errors.
+    """
+    t = special.stdtrit(dof, 1.0 - tail)
+    if below > 0.0 or above < 0.0:  # one test: noncentral t; beyond 30 errors it is certain
+        return float(1.0 - special.nctdtr(dof, min(max(below, -above), 30.0), t))
+    # two tests at once: normal in the mean, chi in the scatter of the sample, by its quantiles
+    quantiles = (np.arange(400) + 0.5) / 400
+    reach = t * np.sqrt(special.chdtri(dof, quantiles) / dof)
+    inside = special.ndtr(above - reach) - special.ndtr(below + reach)
+    return float(np.mean(np.maximum(inside, 0.0)))

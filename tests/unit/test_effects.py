@@ -1,0 +1,541 @@
+"""Paired effects on demands: means over motions, bounds, verdicts, intensities, needed motions."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import optimize, stats
+from statsmodels.stats.multitest import multipletests
+
+from fragility_tables import IM, several_models, synthetic_demands, verdict_of
+from skewbridge.errors import InputError
+from skewbridge.fragility.effects import (
+    EFFECT_COLUMNS,
+    INTENSITY_COLUMNS,
+    effect_tables,
+    paired_effects,
+)
+from skewbridge.fragility.motion_means import (
+    Jackknifed,
+    average,
+    bounded_regression,
+    line_by_motion,
+    mean_by_motion,
+)
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.verdicts import (
+    DETECTABLE,
+    NEGLIGIBLE,
+    judged,
+    motions_to_decide,
+    needed_motions,
+    verdicts_of,
+)
+from skewbridge.reading import checked
+
+DEMAND = "deck_disp_m"
+MODEL = ["bridge", "abutment"]
+
+
+def friction(effects, demand=DEMAND, scope="variant"):
+    return effects[
+        (effects["demand"] == demand)
+        & (effects["axis"] == "friction")
+        & (effects["scope"] == scope)
+    ]
+
+
+def friction_cell(table, demand=DEMAND, settings=None):
+    return friction(paired_effects(table, [demand], settings or FitSettings()), demand).iloc[0]
+
+
+def pairs(ln_ratios, **options) -> pd.DataFrame:
+    """Return a study of two variants, friction 0 and 0.5, with these ratios of a demand."""
+    table = synthetic_demands(
+        motions=len(ln_ratios), skews=(0,), gaps=(25,), run_scatter=0.0, **options
+    )
+    with_friction = table["friction"] > 0.0
+    without = table.loc[~with_friction, DEMAND].to_numpy()
+    table.loc[with_friction, DEMAND] = without * np.exp(ln_ratios)
+    return table
+
+
+def rows_of(ratios, errors, *, dof=15, margin=0.05, level=0.9, axis="friction", demand="other"):
+    """Return rows of ratios with Student's intervals, for `judged`."""
+    reach = stats.t.ppf(0.5 + level / 2, dof) * np.asarray(errors)
+    logs = np.log(ratios)
+    table = pd.DataFrame({"ratio": ratios, "ci_low": np.exp(logs - reach)})
+    names = ("difference", "difference_low", "difference_high", "difference_margin")
+    return table.assign(
+        ci_high=np.exp(logs + reach),
+        level=level,
+        margin=margin,
+        dof=dof,
+        judged_by="ratio",
+        n_pairs=16,
+        n_discordant=0,
+        bridge="osb1",
+        abutment="contact",
+        axis=axis,
+        scope="pooled",
+        quantity="demand",
+        demand=demand,
+        **dict.fromkeys(names, np.nan),
+    )
+
+
+# --- means and lines over motions
+
+
+def test_interval_of_a_ratio_is_that_of_student():
+    values = np.array([0.10, 0.02, 0.07, 0.16, 0.05])
+    row = friction_cell(pairs(values))
+    reach = 2.131847 * values.std(ddof=1) / np.sqrt(5)  # t of 4 degrees of freedom at 0.95
+    assert np.log(row["ci_low"]) == pytest.approx(values.mean() - reach, rel=1e-5)
+    assert np.log(row["ci_high"]) == pytest.approx(values.mean() + reach, rel=1e-5)
+    assert row["scatter"] == pytest.approx(values.std(ddof=1))
+
+
+def test_a_motion_counts_once_however_often_it_ran():
+    values = np.array([0.1, 0.3, 0.2, 0.6, 0.5, 0.7])
+    motions = np.array([0, 0, 1, 2, 2, 4])
+    mean = mean_by_motion(values, np.zeros(6, dtype=int), motions, 5)
+    own = np.array([0.2, 0.2, 0.55, 0.7])
+    assert mean.estimate == pytest.approx(own.mean())
+    assert mean.influence[3] == 0.0
+    assert mean.error == pytest.approx(stats.sem(own))
+    assert mean.dof == 3
+
+
+def test_average_of_cells_has_the_error_of_the_averaged_motions():
+    rng = np.random.default_rng(1)
+    table = 0.1 * rng.normal(size=(12, 3)) + rng.normal(size=(12, 1))
+    none, motions = np.zeros(12, dtype=int), np.arange(12)
+    cells = [mean_by_motion(values, none, motions, 12) for values in table.T]
+    empty = mean_by_motion(np.zeros(0), none[:0], motions[:0], 12)
+    mean = average([*cells, empty])
+    expected = stats.t.interval(0.9, 11, table.mean(), stats.sem(table.mean(axis=1)))
+    assert mean.interval(0.9) == pytest.approx(expected)
+    assert np.isnan(average([empty]).estimate)
+
+
+def test_replicates_without_one_motion_give_the_same_interval_as_values():
+    values = np.array([0.1, 0.4, 0.2, 0.7, 0.3])
+    without = [np.delete(values, k).mean() for k in range(5)]
+    replicates = np.array([values.mean(), *without[:3], values.mean(), *without[3:]])
+    present = np.array([True, True, True, False, True, True])  # the fourth motion has no value
+    mean = Jackknifed.of(replicates, present)
+    assert mean.interval(0.95) == pytest.approx(stats.t.interval(0.95, 4, 0.34, stats.sem(values)))
+
+
+def test_line_without_bounds_is_that_of_least_squares_without_each_motion():
+    rng = np.random.default_rng(4)
+    x, motions = rng.normal(size=20), np.repeat(np.arange(10), 2)
+    y = 0.2 + 0.3 * x + 0.1 * rng.normal(size=20)
+    line = line_by_motion(x, y, np.zeros(20, dtype=int), motions, 10)
+    full = np.polyfit(x, y, 1)[::-1]
+    assert line.estimate == pytest.approx(full)
+    without = [np.polyfit(x[motions != k], y[motions != k], 1)[::-1] for k in range(10)]
+    assert line.error == pytest.approx(np.sqrt(0.9 * np.sum((without - full) ** 2, axis=0)))
+    assert line.dof == 8
+    at_half = line.combined(np.array([[1.0], [0.5]]))
+    assert at_half.estimate[0] == pytest.approx(full[0] + 0.5 * full[1])
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.7])
+def test_regression_with_bounds_is_that_of_maximum_likelihood(slope):
+    rng = np.random.default_rng(2)
+    x = rng.normal(size=400)
+    values = rng.normal(0.3, 1.0, 400) + slope * x
+    bound = np.select([values > 1.0, values < -1.0], [1, -1], default=0)
+    values = np.clip(values, -1.0, 1.0)
+    design = np.column_stack([np.ones(400), x])[:, : 2 if slope else 1]
+
+    def minus(parameters):
+        z = (values - design @ parameters[:-1]) / np.exp(parameters[-1])
+        terms = [stats.norm.logsf(z), stats.norm.logcdf(z)]
+        exact = stats.norm.logpdf(z) - parameters[-1]
+        return -np.sum(np.select([bound == 1, bound == -1], terms, exact))
+
+    best = optimize.minimize(minus, np.zeros(design.shape[1] + 1)).x[:-1]
+    coefficients = bounded_regression(design, values, bound, np.ones((1, 400)))[0]
+    # the divisor of a sample instead of that of maximum likelihood: 1/400 of the scatter
+    assert coefficients == pytest.approx(best, abs=3e-3)
+
+
+def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
+    exact, bound = np.array([0.2, 0.5, 0.9]), 0.7
+    values = np.append(exact, bound)
+    sides = np.array([0, 0, 0, 1])
+    mean = bounded_regression(np.ones((4, 1)), values, sides, np.ones((1, 4)))[0, 0]
+
+    def moments(scatter):
+        above = stats.truncnorm((bound - mean) / scatter, np.inf, loc=mean, scale=scatter)
+        return float(above.mean()), float(above.var())
+
+    def missing(scatter):
+        middle, variance = moments(scatter)
+        squares = np.sum((exact - mean) ** 2) + (middle - mean) ** 2 + variance
+        return float(scatter**2 - squares / 3)
+
+    scatter = optimize.brentq(missing, 0.05, 5.0)
+    assert mean == pytest.approx((np.sum(exact) + moments(scatter)[0]) / 4, rel=1e-6)
+
+
+def test_equal_values_without_one_motion_have_a_mean_without_it():
+    # three agree, one does not, one is a bound: without the fourth only rounding scatters
+    values, bound = np.array([0.1, 0.1, 0.1, 0.5, -0.1]), np.array([0, 0, 0, 0, 1])
+    mean = mean_by_motion(values, bound, np.arange(5), 5)
+    assert mean.estimate - mean.influence[3] * 5 / 4 == pytest.approx(0.1, abs=1e-6)
+
+
+@pytest.mark.parametrize("x", [[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+def test_no_line_without_two_intensities_in_every_replicate(x):
+    values = np.array([0.1, 0.2, 0.3, 0.4])
+    line = line_by_motion(np.array(x), values, np.zeros(4, dtype=int), np.arange(4), 4)
+    assert np.isnan(line.estimate).all()
+
+
+# --- verdicts
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "verdict"),
+    [
+        (1.06, 1.2, "higher"),
+        (0.8, 0.94, "lower"),
+        (0.96, 1.04, "negligible"),
+        (1.01, 1.04, "negligible"),  # the direction is clear, the size is negligible
+        (1.01, 1.2, "detectable"),
+        (0.9, 0.99, "detectable"),
+        (0.96, 1.06, "undecided"),
+        (0.9, 1.0, "undecided"),  # an interval that ends at no change does not exclude it
+        (np.nan, np.nan, "undecided"),
+    ],
+)
+def test_an_interval_has_the_first_verdict_that_applies(low, high, verdict):
+    assert verdict_of(low, high) == verdict
+
+
+def test_discordant_pairs_prevent_the_verdict_negligible():
+    ends = [np.array([value]) for value in (-0.1, -0.1, 0.0, 0.1, 0.1)]
+    assert verdicts_of(*ends, possible=np.array([True])).tolist() == [NEGLIGIBLE]
+    assert verdicts_of(*ends, possible=np.array([False])).tolist() == ["undecided"]
+
+
+@pytest.mark.parametrize(("apart", "verdict"), [(1, NEGLIGIBLE), (2, DETECTABLE)])
+def test_negligible_needs_a_demand_on_both_sides_of_all_but_one_in_twenty(apart, verdict):
+    table = pairs(np.full(20, 0.001))
+    table.loc[table.index[table["friction"] > 0.0][:apart], DEMAND] = 0.0
+    row = friction_cell(table)
+    assert (row["n_discordant"], row["verdict"]) == (apart, verdict)
+
+
+def test_a_family_of_one_has_the_verdict_of_its_interval():
+    for ratio in (0.9, 0.97, 1.0, 1.03, 1.06, 1.2):
+        row = judged(rows_of([ratio], [0.015])).iloc[0]
+        assert row["verdict_family"] == row["verdict"]
+
+
+def test_family_wise_verdicts_agree_with_holm_of_statsmodels():
+    rng = np.random.default_rng(3)
+    ratios, errors = np.exp(rng.normal(0, 0.1, 40)), rng.uniform(0.01, 0.04, 40)
+    table = judged(rows_of(ratios, errors))
+    logs = np.log(ratios)
+    below = stats.t.cdf((logs - np.log(0.95)) / errors, 15)
+    above = stats.t.cdf((np.log(1.05) - logs) / errors, 15)
+    outside = multipletests(np.minimum(below, above), alpha=0.05, method="holm")[0]
+    assert 0 < outside.sum() < table["verdict"].isin(["lower", "higher"]).sum()
+    assert table["verdict_family"].isin(["lower", "higher"]).tolist() == outside.tolist()
+
+
+@pytest.mark.parametrize(
+    ("other", "weakened"),
+    [({}, True), ({"axis": "gap_mm"}, False), ({"demand": "unseating_m"}, False)],
+)
+def test_families_are_split_by_axis_and_headline(other, weakened):
+    clear, noise = rows_of([1.12], [0.03]), rows_of(np.full(60, 1.0), np.full(60, 0.2), **other)
+    table = judged(pd.concat([clear, noise], ignore_index=True))
+    assert table["verdict"][0] == "higher"
+    assert (table["verdict_family"][0] != "higher") is weakened
+
+
+def test_intervals_wider_than_a_factor_of_ten_are_not_estimable_and_weaken_no_family():
+    clear, wide = rows_of([1.12], [0.03]), rows_of(np.full(50, 6.77), np.full(50, 1.4))
+    table = judged(pd.concat([clear, wide], ignore_index=True))
+    assert table["verdict_family"].tolist() == ["higher", *["undecided"] * 50]
+    assert table["status"].tolist() == ["ok", *["not_estimable"] * 50]
+    assert table.loc[1:, ["ratio", "ci_low", "ci_high"]].isna().to_numpy().all()
+
+
+# --- tables of effects
+
+
+def test_effect_of_the_generator_is_found_and_nothing_else():
+    effects = paired_effects(synthetic_demands())
+    assert list(effects.columns) == list(EFFECT_COLUMNS)
+    rotation = friction(effects, "deck_rotation_rad")
+    assert len(rotation) == 6
+    assert set(rotation["direction"]) == {-1}
+    assert rotation["ratio"].to_numpy() == pytest.approx(np.exp(-0.1), abs=0.04)
+    pooled = friction(effects, "deck_rotation_rad", "pooled").iloc[0]
+    # 96 ratios of 3 % x root 2 scatter: standard error 0.4 %
+    assert pooled["ratio"] == pytest.approx(np.exp(-0.1), abs=0.012)
+    assert set(friction(effects)["verdict"]) == {"negligible"}
+
+
+def test_pooled_rows_come_first_and_are_the_average_of_their_cells():
+    effects = paired_effects(synthetic_demands(), [DEMAND, "unseating_m"])
+    assert effects["scope"].tolist() == sorted(effects["scope"])
+    pooled, cells = friction(effects, scope="pooled").iloc[0], friction(effects)
+    assert pooled["n_cells"] == len(cells) == 6
+    assert np.log(pooled["ratio"]) == pytest.approx(np.log(cells["ratio"]).mean())
+    assert pooled["slope"] == pytest.approx(cells["slope"].mean())
+    assert pooled["ci_high"] - pooled["ci_low"] < (cells["ci_high"] - cells["ci_low"]).min()
+
+
+def test_effects_do_not_depend_on_the_order_of_rows():
+    table = synthetic_demands(skews=(0, 30), gaps=(51,))
+    first, second = (
+        effect_tables(rows, reference_im={("osb1", "contact_friction"): 0.4})
+        for rows in (table, table.sample(frac=1.0, random_state=1))
+    )
+    pd.testing.assert_frame_equal(first.effects, second.effects)
+    pd.testing.assert_frame_equal(first.intensities, second.intensities)
+
+
+def test_each_bridge_and_abutment_has_the_effects_it_has_alone():
+    table = several_models(motions=8)
+    demands = [DEMAND, "unseating_m"]
+    effects = paired_effects(table, demands)
+    axes = effects.groupby(MODEL)["axis"].unique().map(set)
+    assert len(axes) == 10
+    for (_, abutment), names in axes.items():
+        expected = {"skew_deg"} | ({"gap_mm"} if abutment != "roller" else set())
+        assert names == expected | ({"friction"} if abutment == "contact_friction" else set())
+    one = (table["bridge"] == "osb2s") & (table["abutment"] == "spring")
+    own = effects[(effects["bridge"] == "osb2s") & (effects["abutment"] == "spring")]
+    alone = paired_effects(table[one], demands)
+    pd.testing.assert_frame_equal(alone, own.reset_index(drop=True), check_dtype=False)
+    needed = needed_motions(effects, table)
+    assert set(map(tuple, needed[MODEL].to_numpy())) == set(axes.index)
+
+
+def test_zeros_are_left_out_and_counted_and_ended_runs_are_bounds():
+    table = synthetic_demands(skews=(0,), gaps=(51,))
+    table.loc[0, "status"] = "timeout"
+    table.loc[1, "status"] = "collapse"
+    table.loc[2, DEMAND] = 0.0
+    row = friction_cell(table)
+    assert (row["n_motions"], row["n_bounds"], row["dof"]) == (15, 2, 12)
+    assert (row["n_left_out"], row["n_discordant"], row["n_collapse_from"]) == (1, 1, 1)
+    # the others agree within 5 %, which says nothing about the pair without a ratio
+    assert (row["ci_low"] > 0.95) & (row["ci_high"] < 1.05)
+    assert row["verdict"] == "undecided"
+
+
+def test_no_effect_at_all_has_an_interval_of_no_width():
+    row = friction_cell(synthetic_demands(skews=(0,), gaps=(51,), run_scatter=0.0))
+    assert (row["ratio"], row["ci_low"], row["ci_high"]) == pytest.approx((1, 1, 1))
+    assert row["verdict"] == "negligible"
+
+
+def test_a_demand_that_is_always_zero_is_not_estimable():
+    table = synthetic_demands(skews=(0,), gaps=(51,)).assign(friction_force_kn=0.0)
+    row = friction_cell(table, "friction_force_kn")
+    assert (row["status"], row["verdict"], row["n_motions"]) == ("not_estimable", "undecided", 0)
+
+
+def test_a_doubled_run_is_refused():
+    table = synthetic_demands(skews=(0,), gaps=(51,))
+    with pytest.raises(InputError, match="occurs twice"):
+        paired_effects(table.loc[[*table.index, 0]])
+
+
+def test_rotation_and_abutments_are_judged_by_their_difference_in_mrad_and_mm():
+    table = synthetic_demands(skews=(0,), gaps=(51,), friction_effect=0.0)
+    moved = table["friction"] == 0.5
+    table.loc[moved, "abutment_passive_m"] = (
+        table.loc[~moved, "abutment_passive_m"].to_numpy() + 0.012
+    )
+    row = friction_cell(table, "abutment_passive_m")
+    assert (row["judged_by"], row["unit"], row["verdict"]) == ("difference", "mm", "higher")
+    assert (row["difference"], row["difference_low"]) == pytest.approx((12.0, 12.0))
+    assert 1.0 < row["ci_low"] < row["ratio"] < row["ci_high"]
+    rotation = friction_cell(table, "deck_rotation_rad")
+    assert (rotation["unit"], rotation["difference_margin"]) == ("mrad", 0.1)
+
+
+def test_zeros_have_a_difference_but_no_ratio():
+    table = synthetic_demands(skews=(0,), gaps=(51,)).assign(abutment_active_m=0.0)
+    row = friction_cell(table, "abutment_active_m")
+    assert np.isnan(row["ratio"])
+    assert np.isnan(row["slope"])
+    assert (row["difference"], row["verdict"], row["n_left_out"]) == (0.0, "negligible", 0)
+    assert row["status"] == "ok"
+
+
+def test_margins_of_single_demands_override_the_common_one():
+    table = synthetic_demands(skews=(0,), gaps=(51,))
+    wide = FitSettings(margin=0.2, margins={"unseating_m": 0.01, "deck_rotation_rad": 100.0})
+    assert friction_cell(table, DEMAND, wide)["margin"] == 0.2
+    assert friction_cell(table, "unseating_m", wide)["margin"] == 0.01
+    assert friction_cell(table, "unseating_m", wide)["verdict"] != "negligible"
+    assert friction_cell(table, "deck_rotation_rad", wide)["verdict"] == "negligible"
+
+
+@pytest.mark.parametrize(
+    ("margins", "message"),
+    [({"deck_dips_m": 0.1}, "deck_dips_m"), ({"unseating_m": 1.5}, "must be < 1")],
+)
+def test_an_impossible_margin_is_refused(margins, message):
+    with pytest.raises(InputError, match=message):
+        checked(FitSettings, {"margins": margins}, "fragility")
+
+
+def test_collapses_on_one_side_pull_the_effect_to_that_side():
+    rows = []
+    for seed in range(8):
+        table = synthetic_demands(skews=(0,), gaps=(51,), motions=40, seed=seed, run_scatter=0.05)
+        table.loc[table["friction"] == 0.5, DEMAND] *= 1.5
+        limit = table[DEMAND].quantile(0.85)
+        table.loc[table[DEMAND] > limit, "status"] = "collapse"
+        table[DEMAND] = table[DEMAND].clip(upper=limit)
+        rows.append(friction_cell(table))
+    assert all(row["n_bounds"] > 2 for row in rows)
+    # 8 x 40 pairs of 7 % scatter; leaving the bounds out would select the pairs that grew less
+    logs = [np.log(row["ratio"]) for row in rows]
+    assert np.mean(logs) == pytest.approx(np.log(1.5), abs=0.02)
+    assert {row["verdict"] for row in rows} == {"higher"}
+
+
+@pytest.mark.parametrize("ended", [{"status": "collapse"}, {"beyond_model": "shear"}])
+@pytest.mark.parametrize("demand", [DEMAND, "column_drift_ratio"])
+def test_runs_that_end_early_can_take_a_verdict_away(ended, demand):
+    table = synthetic_demands(skews=(0,), gaps=(51,), motions=12, seed=5).assign(beyond_model="")
+    assert friction_cell(table, demand)["verdict"] == "negligible"
+    # three runs with friction ended at 1.3 times the demand without friction
+    last = table.index[table["friction"] == 0.5][-3:]
+    same = table.index[table["friction"] == 0.0][-3:]
+    for name, value in ended.items():
+        table.loc[last, name] = value
+    table.loc[last, demand] = 1.3 * table.loc[same, demand].to_numpy()
+    row = friction_cell(table, demand)
+    assert (row["n_bounds"], row["dof"]) == (3, 8)
+    assert row["ratio"] > 1.05
+    assert row["verdict"] != "negligible"
+
+
+# --- effects by intensity
+
+
+def sloped(slope, motions=24, seed=6):
+    """Return a study in which the effect of friction is 1.3 at 0.4 g, with a slope over ln im."""
+    noise = 0.03 * np.random.default_rng(seed).normal(size=motions)
+    x = np.log(np.geomspace(0.1, 1.5, motions) / 0.4)
+    return pairs(np.log(1.3) + slope * x + noise)
+
+
+def test_an_effect_that_depends_on_intensity_has_a_slope_and_a_line():
+    tables = effect_tables(sloped(-0.2), [DEMAND], reference_im={("osb1", "contact_friction"): 0.4})
+    row = friction(tables.effects).iloc[0]
+    assert row["slope_low"] < -0.2 < row["slope_high"]
+    assert row["p_slope"] < 1e-6
+    assert (row["im_low"], row["im_high"]) == pytest.approx((0.1, 1.5))
+    lines = tables.intensities
+    assert list(lines.columns) == list(INTENSITY_COLUMNS)
+    assert len(lines) == 10
+    assert lines["im"][:9].to_numpy() == pytest.approx(np.geomspace(0.1, 1.5, 9))
+    truth = 1.3 * (lines["im"] / 0.4) ** -0.2
+    assert (lines["ci_low"] < truth).all() & (truth < lines["ci_high"]).all()
+    reference = lines[lines["at_reference"]].iloc[0]
+    assert (reference["im"], reference["clipped"], reference["verdict"]) == (0.4, False, "higher")
+    flat = friction(paired_effects(sloped(0.0), [DEMAND])).iloc[0]
+    assert flat["p_slope"] > 0.05
+
+
+def test_reference_intensity_outside_the_pairs_is_clipped_and_flagged():
+    table = sloped(-0.2)
+    strongest = table["motion_id"].isin(table.nlargest(8, IM)["motion_id"])
+    table.loc[strongest, "status"] = "collapse"  # both runs: these motions enter no pair
+    tables = effect_tables(table, [DEMAND], reference_im={("osb1", "contact_friction"): 1.4})
+    highest = table.loc[~strongest, IM].max()
+    assert tables.effects["im_high"].unique() == pytest.approx([highest])
+    reference = tables.intensities.iloc[-1]
+    assert (reference["im"], reference["clipped"]) == (highest, True)
+
+
+def test_a_table_without_the_intensity_measure_has_effects_without_slopes():
+    tables = effect_tables(sloped(-0.2).drop(columns=IM), [DEMAND])
+    assert tables.effects["ratio"].notna().all()
+    assert tables.effects["slope"].isna().all()
+    assert tables.intensities.empty
+
+
+# --- needed motions
+
+POWER_ROW = {"judged_by": "ratio", "margin": 0.05, "level": 0.9}
+
+
+def simulated_power(effect, scatter, motions, rng, studies=40_000):
+    """Return how often Student's interval decides an effect against a margin of 5 %."""
+    mean = effect + scatter / np.sqrt(motions) * rng.normal(size=studies)
+    found = scatter * np.sqrt(rng.chisquare(motions - 1, studies) / (motions - 1))
+    reach = stats.t.ppf(0.95, motions - 1) * found / np.sqrt(motions)
+    low, high = np.log(0.95), np.log(1.05)
+    if low <= effect <= high:
+        return np.mean((mean - reach >= low) & (mean + reach <= high))
+    return np.mean(mean - reach > high) if effect > high else np.mean(mean + reach < low)
+
+
+@pytest.mark.parametrize("scatter", [0.06, 0.15, 0.3])
+@pytest.mark.parametrize("change", [0.0, 0.01, 0.03, 0.08, -0.03, -0.08])
+def test_needed_motions_decide_with_a_probability_of_four_in_five(change, scatter):
+    effect = np.log1p(change)
+    motions = motions_to_decide(POWER_ROW | {"ratio": 1.0 + change, "scatter": scatter})
+    rng = np.random.default_rng(1)
+    if not np.isfinite(motions):
+        assert simulated_power(effect, scatter, 1000, rng) < 0.8
+        return
+    # the power at n and n - 1 motions encloses 0.80, and n is the first with 0.80
+    power, less = (simulated_power(effect, scatter, motions - k, rng) for k in (0, 1))
+    assert less < 0.81
+    assert power > 0.79
+    if motions > 30:
+        assert 0.78 <= power <= 0.82
+
+
+def test_needed_motions_of_effects_on_the_margin_or_without_interval():
+    assert motions_to_decide(POWER_ROW | {"ratio": 1.0501, "scatter": 0.06}) == np.inf
+    assert np.isnan(motions_to_decide(POWER_ROW | {"ratio": np.nan, "scatter": 0.06}))
+    difference = {"judged_by": "difference", "difference": 0.2, "difference_margin": 0.1}
+    assert motions_to_decide(POWER_ROW | difference | {"scatter": 0.1}) < 15
+
+
+def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
+    few = synthetic_demands(motions=16, run_scatter=0.3, seed=8)
+    few.loc[few["friction"] == 0.5, "unseating_m"] *= 1.03
+    few["cpu_s"] = 36.0
+    few.loc[few["motion_id"].isin(few["motion_id"].unique()[:4]), "status"] = "timeout"
+    effects = paired_effects(few, ["unseating_m", "deck_rotation_rad"])
+    needed = needed_motions(effects, few)
+    assert set(needed["demand"]) == {"unseating_m"}
+    row = needed.set_index("axis").loc["friction"]
+    assert (row["forecast"], row["n_motions"]) == ("more motions", 16)
+    exact = motions_to_decide(friction(effects, "unseating_m", "pooled").iloc[0].to_dict())
+    assert row["needed_motions"] == np.ceil(exact * 16 / 12)
+    more = row["needed_motions"] - 16
+    assert row["more_analyses"] == more * 12
+    assert row["more_core_hours"] == pytest.approx(more * 12 / 100)
+
+
+def test_needed_motions_cover_headline_demands_and_pooled_medians():
+    table = synthetic_demands(motions=12, run_scatter=0.1)
+    effects = paired_effects(table)
+    median = friction(effects, scope="pooled").assign(
+        quantity="median_capacity", demand="unseating/slight"
+    )
+    needed = needed_motions(pd.concat([effects, median], ignore_index=True), table)
+    assert "column_shear_dcr" in set(needed["demand"])
+    assert needed.loc[needed["quantity"] == "median_capacity", "demand"].tolist() == [
+        "unseating/slight"
+    ]
