@@ -10,9 +10,8 @@ from skewbridge.demands.schema import demands_schema, to_table
 from skewbridge.variant.axes import OPTION_AXES
 from skewbridge.variant.variant import parse_slug
 
-ROW = {
-    column.name: {"text": "x", "integer": 1, "number": 1.0}[column.kind] for column in COLUMNS
-} | {"status": "ok"}
+VALUES = {"text": "x", "integer": 1, "number": 1.0, "boolean": True}
+ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"}
 
 
 def test_every_field_carries_unit_and_description() -> None:

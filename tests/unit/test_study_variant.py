@@ -115,7 +115,7 @@ def test_a_bridge_of_an_own_file_is_named_by_the_file() -> None:
     [
         ("arrays1", "got 'arrays'"),
         ("wall-dashpot-ratio2", "wall_dashpot_ratio must be within 0..1, got 2"),
-        ("backwall-points5p5", "backwall_points must be in whole steps of 1, got 5.5"),
+        ("backwall-points5p5", "backwall_points must be whole, got 5.5"),
     ],
 )
 def test_a_name_with_a_wrong_option_is_refused(part: str, words: str) -> None:
