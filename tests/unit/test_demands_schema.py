@@ -64,5 +64,20 @@ def test_an_axis_of_a_modelling_option_has_its_column_after_the_core_axes() -> N
     assert table.schema.field("transverse_gap_mm").metadata[b"unit"] == b"mm"
 
 
+def test_axes_and_completeness_keep_their_values_and_types() -> None:
+    variant = parse_slug("osb1_cf_skew22p5_gap025p4_mu037p5")
+    plain = parse_slug("osb1_cf_skew30_gap051_mu050")
+    rows = [
+        ROW | key_values(plain, "syn001", 1.0, 0.0) | {"complete": False},
+        ROW | key_values(variant, "syn001", 1.0, 0.0),
+    ]
+    table = to_table(rows, {}).to_pandas()
+    assert table["skew_deg"].tolist() == [22.5, 30.0]
+    assert table["gap_mm"].tolist() == [25.4, 51.0]
+    assert table["friction"].tolist() == [0.375, 0.5]
+    assert table["complete"].dtype == bool
+    assert table["complete"].tolist() == [True, False]
+
+
 def test_no_modelling_option_has_the_name_of_a_column() -> None:
     assert not {axis.name for axis in OPTION_AXES} & {column.name for column in COLUMNS}

@@ -53,7 +53,7 @@ class Search:
         search then goes on at lower levels, where it can be believed, and the fit sees the row with
         its own status.
         """
-        is_complete = completed(row["status"], row[BEYOND_MODEL])
+        is_complete = completed(row["status"], row.get(BEYOND_MODEL) or "")
         return bool(not is_complete or row[self.demand] >= self.threshold)
 
 
