@@ -10,6 +10,13 @@ import pandas as pd
 import pyarrow as pa
 
 from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.completeness import (
+    BEYOND_MODEL,
+    COLUMN_FAILURE_RATIO,
+    COMPLETE,
+    column_failure_ratio,
+    completed,
+)
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
 from skewbridge.demands.schema import demands_schema
 from skewbridge.statuses import COLLAPSE, OK
@@ -99,11 +106,13 @@ def synthetic_rows(variants: int, motions: int, seed: int = SEED) -> pd.DataFram
     found["status"] = np.where(collapsed, COLLAPSE, OK)
     for column in COLUMNS:
         if column.name not in found:
-            empty = {"text": "", "integer": 0, "number": 0.0}
+            empty = {"text": "", "integer": 0, "number": 0.0, "boolean": False}
             found[column.name] = empty[column.kind]
     table = pd.DataFrame(found)
     resultant = np.hypot(table["column_shear_x_kn"], table["column_shear_y_kn"])
     table["column_shear_kn"] = resultant
+    table[COLUMN_FAILURE_RATIO] = column_failure_ratio(table)
+    table[COMPLETE] = completed(table["status"], table[BEYOND_MODEL])
     table["steps_by_rung"] = "1000"
     table["run_key"] = [f"{number:064x}" for number in range(rows)]
     return table[[column.name for column in COLUMNS]]

@@ -121,7 +121,7 @@ def test_a_collapse_is_a_result(pair, tmp_path):
         (["--skew-deg", "75"], "skew_deg must be within -60..60, got 75"),
         (["--gap-mm", "-5"], "gap_mm"),
         (["--friction", "-0.1"], "friction"),
-        (["--friction", "0.123"], "whole steps of 0.01"),
+        (["--friction", "0.1234567"], "friction must have at most 5 decimals, got 0.1234567"),
         (["--abutment", "magic"], "abutment must be one of"),
         (["--bridge", "nowhere"], "nowhere"),
         (["--scheme", "best"], "'best' is not one of 'default', 'paper'"),

@@ -57,7 +57,7 @@ def test_a_model_is_drawn_and_written(tmp_path: Path) -> None:
         (("modal", "--skew-deg", "75"), "skew_deg must be within -60..60, got 75"),
         (("modal", "--gap-mm", "-1"), "gap_mm must be within"),
         (("modal", "--friction", "-0.1"), "friction"),
-        (("modal", "--friction", "0.505"), "whole steps of 0.01"),
+        (("modal", "--gap-mm", "25.4321"), "gap_mm must have at most 3 decimals, got 25.4321"),
         (("modal", "--abutment", "seat"), "abutment must be one of"),
         (("modal", "--set", "column_integration=simpson"), "column_integration: must be 'hinge"),
         (("pushover", "--direction", "z", "--out", "."), "'z' is not one of 'x', 'y'"),

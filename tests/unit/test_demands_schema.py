@@ -10,9 +10,8 @@ from skewbridge.demands.schema import demands_schema, to_table
 from skewbridge.variant.axes import OPTION_AXES
 from skewbridge.variant.variant import parse_slug
 
-ROW = {
-    column.name: {"text": "x", "integer": 1, "number": 1.0}[column.kind] for column in COLUMNS
-} | {"status": "ok"}
+VALUES = {"text": "x", "integer": 1, "number": 1.0, "boolean": True}
+ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"}
 
 
 def test_every_field_carries_unit_and_description() -> None:
@@ -63,6 +62,21 @@ def test_an_axis_of_a_modelling_option_has_its_column_after_the_core_axes() -> N
     row = table.to_pylist()[0]
     assert (row["transverse_gap_mm"], row["backwall_points"]) == (25.4, 9)
     assert table.schema.field("transverse_gap_mm").metadata[b"unit"] == b"mm"
+
+
+def test_axes_and_completeness_keep_their_values_and_types() -> None:
+    variant = parse_slug("osb1_cf_skew22p5_gap025p4_mu037p5")
+    plain = parse_slug("osb1_cf_skew30_gap051_mu050")
+    rows = [
+        ROW | key_values(plain, "syn001", 1.0, 0.0) | {"complete": False},
+        ROW | key_values(variant, "syn001", 1.0, 0.0),
+    ]
+    table = to_table(rows, {}).to_pandas()
+    assert table["skew_deg"].tolist() == [22.5, 30.0]
+    assert table["gap_mm"].tolist() == [25.4, 51.0]
+    assert table["friction"].tolist() == [0.375, 0.5]
+    assert table["complete"].dtype == bool
+    assert table["complete"].tolist() == [True, False]
 
 
 def test_no_modelling_option_has_the_name_of_a_column() -> None:

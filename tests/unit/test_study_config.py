@@ -61,9 +61,9 @@ def test_the_file_config_says_what_the_models_say() -> None:
         ({"grid": {"skew_deg": [75]}}, r"grid\.skew_deg\.0: must be within -60\.\.60, got 75$"),
         ({"grid": {"gap_mm": [-1]}}, r"grid\.gap_mm\.0: .* 0\.\.999, got -1$"),
         ({"grid": {"friction": [-0.1]}}, r"grid\.friction\.0: .* 0\.\.1\.5, got -0\.1"),
-        ({"grid": {"friction": [0.123]}}, r"grid\.friction\.0: .*steps of 0\.01, got 0\.123"),
+        ({"grid": {"friction": [0.1234567]}}, r"friction\.0: .*most 5 decimals, got 0\.1234567"),
         ({"grid": {"skew_deg": []}}, r"grid\.skew_deg: .*at least 1"),
-        ({"grid": {"skew_deg": [7.5]}}, r"grid\.skew_deg\.0: .*whole steps of 1, got 7\.5"),
+        ({"grid": {"skew_deg": [7.5001]}}, r"skew_deg\.0: .*most 3 decimals, got 7\.5001"),
         (
             {"model": {"cohesion_n": "2e7"}},
             r"model\.cohesion_n: .*got '2e7' \(it is text.*2\.0e\+7",
@@ -87,7 +87,7 @@ def test_the_file_config_says_what_the_models_say() -> None:
             r"fixed at 0\.005 .* got 0\.01",
         ),
         ({"grid": {"transverse_gap_mm": [-1]}}, r"grid\.transverse_gap_mm\.0: .*100000, got -1$"),
-        ({"grid": {"backwall_points": [5.5]}}, r"backwall_points\.0: .*steps of 1, got 5\.5"),
+        ({"grid": {"backwall_points": [5.5]}}, r"backwall_points\.0: must be whole, got 5\.5"),
         ({"grid": {"arrays": ["rigid"]}}, r"grid\.arrays: unknown key"),
         (
             {"grid": {"cohesion_n": ["2e7"]}},

@@ -1,7 +1,10 @@
 """Names of variants."""
 
 import re
+from dataclasses import asdict
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,13 +15,21 @@ from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.variant import SLUG_PATTERN, Variant, parse_slug
 
+
+def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[float]:
+    """Whole numbers, and numbers with up to so many decimals, between two limits."""
+    factor = 10**decimals
+    fine = st.integers(low * factor, high * factor).map(lambda count: count / factor)
+    return st.integers(low, high) | fine
+
+
 variants = st.builds(
     Variant,
     bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
     abutment=st.sampled_from(sorted(ABUTMENTS)),
-    skew_deg=st.integers(-60, 60),
-    gap_mm=st.integers(0, 999),
-    friction_pct=st.integers(0, 150),
+    skew_deg=with_decimals(-60, 60),
+    gap_mm=with_decimals(0, 999),
+    friction_pct=with_decimals(0, 150),
     options=st.dictionaries(
         st.sampled_from(["transverse_gap_mm", "wall_dashpot_ratio", "cohesion_n"]),
         st.floats(0.0, 1.0),
@@ -31,6 +42,84 @@ def test_a_name_tells_the_whole_variant(variant: Variant) -> None:
     assert parse_slug(variant.slug) == variant
     assert re.fullmatch(SLUG_PATTERN, variant.slug)
     assert "." not in variant.slug
+    assert parse_slug(variant.slug).slug == variant.slug
+
+
+@given(st.from_regex(SLUG_PATTERN, fullmatch=True))
+def test_a_name_is_that_of_its_variant_or_refused(slug: str) -> None:
+    try:
+        variant = parse_slug(slug)
+    except InputError:
+        return
+    assert variant.slug == slug
+
+
+@given(with_decimals(0, 1, decimals=5))
+def test_the_friction_of_a_variant_is_the_number_given(friction: float) -> None:
+    values = {"skew_deg": 0, "gap_mm": 51, "friction": friction}
+    variant = Variant.at("osb1", "contact_friction", values)
+    assert variant.friction == friction
+    assert parse_slug(variant.slug).friction == friction
+
+
+@pytest.mark.parametrize(
+    ("skew_deg", "gap_mm", "friction", "slug"),
+    [
+        (30, 51, 0.5, "osb1_cf_skew30_gap051_mu050"),
+        (22.5, 25.4, 0.375, "osb1_cf_skew22p5_gap025p4_mu037p5"),
+        (-30.0, 0, 0.29, "osb1_cf_skewm30_gap000_mu029"),
+        (-22.5, 0.001, 1.00001, "osb1_cf_skewm22p5_gap000p001_mu100p001"),
+        (-0.0, 999, 0.07, "osb1_cf_skew00_gap999_mu007"),
+        (-0.5, 5.25, 0.005, "osb1_cf_skewm00p5_gap005p25_mu000p5"),
+    ],
+)
+def test_decimals_are_coded_with_p(
+    skew_deg: float, gap_mm: float, friction: float, slug: str
+) -> None:
+    grid = {"skew_deg": [skew_deg], "gap_mm": [gap_mm], "friction": [friction]}
+    (variant,) = expand_grid(GridConfig.model_validate({"bridge": ["osb1"], **grid}))
+    assert variant.slug == slug
+    assert variant.values() == {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
+
+
+@pytest.mark.parametrize("kind", [int, float, np.int64, np.float64])
+def test_whole_values_are_integers_whatever_their_type(kind: Any) -> None:
+    """The digest of an analysis holds the numbers of its variant as text."""
+    variant = Variant(
+        bridge="osb1",
+        abutment="contact_friction",
+        skew_deg=kind(30),
+        gap_mm=kind(51),
+        friction_pct=kind(29),
+    )
+    own = {name: repr(value) for name, value in asdict(variant).items()}
+    assert own == {
+        "bridge": "'osb1'",
+        "abutment": "'contact_friction'",
+        "skew_deg": "30",
+        "gap_mm": "51",
+        "friction_pct": "29",
+        "options": "()",
+    }
+    assert repr(variant.friction) == "0.29"
+
+
+def test_values_that_differ_by_rounding_are_one_variant() -> None:
+    grid = {"bridge": ["osb1"], "skew_deg": [0], "gap_mm": [51], "friction": [0.3, 0.1 + 0.2]}
+    assert len(expand_grid(GridConfig.model_validate(grid))) == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "osb1_cf_skewm00_gap051_mu050",
+        "osb1_cf_skew22p50_gap051_mu050",
+        "osb1_cf_skew30p0_gap051_mu050",
+    ],
+)
+def test_a_second_name_of_a_variant_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match=r"not a variant name: .* is named osb1_cf_skew"):
+        parse_slug(text)
 
 
 def test_the_name_is_the_documented_one() -> None:
@@ -53,6 +142,10 @@ def test_axes_that_an_abutment_lacks_are_zero() -> None:
         ("skew_deg", 75, "skew_deg must be within -60..60, got 75"),
         ("gap_mm", -1, "gap_mm must be within 0..999, got -1"),
         ("friction_pct", -10, "friction must be within 0..1.5, got -0.1"),
+        ("skew_deg", float("nan"), "skew_deg must be within -60..60, got nan"),
+        ("skew_deg", 22.1234, "skew_deg must have at most 3 decimals, got 22.1234"),
+        ("gap_mm", 25.40001, "gap_mm must have at most 3 decimals, got 25.40001"),
+        ("friction_pct", 37.5001, "friction must have at most 5 decimals, got 0.375001"),
         ("abutment", "seat", "abutment must be one of .* got 'seat'"),
     ],
 )
@@ -115,7 +208,7 @@ def test_a_bridge_of_an_own_file_is_named_by_the_file() -> None:
     [
         ("arrays1", "got 'arrays'"),
         ("wall-dashpot-ratio2", "wall_dashpot_ratio must be within 0..1, got 2"),
-        ("backwall-points5p5", "backwall_points must be in whole steps of 1, got 5.5"),
+        ("backwall-points5p5", "backwall_points must be whole, got 5.5"),
     ],
 )
 def test_a_name_with_a_wrong_option_is_refused(part: str, words: str) -> None:

@@ -104,9 +104,8 @@ def test_shares_per_rung_count_steps_and_the_highest_rung_of_an_analysis() -> No
 
 def row(**changed: object) -> dict[str, object]:
     """Return a row of an analysis: every column but the one that is decided later."""
-    plain = {
-        column.name: {"text": "x", "integer": 0, "number": 0.0}[column.kind] for column in COLUMNS
-    }
+    empty = {"text": "x", "integer": 0, "number": 0.0, "boolean": True}
+    plain = {column.name: empty[column.kind] for column in COLUMNS}
     del plain["suspect"]
     return plain | {"status": "ok", "steps_by_rung": "10 0 1"} | changed
 

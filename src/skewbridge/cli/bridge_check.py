@@ -26,7 +26,9 @@ def check(
         Path | None,
         typer.Option("--out", help="Folder for model.png, else results/bridges and the name."),
     ] = None,
-    skew_deg: Annotated[int, typer.Option("--skew-deg", help="Of the bridge in the picture.")] = 30,
+    skew_deg: Annotated[
+        float, typer.Option("--skew-deg", help="Skew of the bridge in the picture.")
+    ] = 30,
     units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
@@ -61,7 +63,7 @@ def check(
     messages.print(f"{'no doubts; ' if not found.findings else ''}picture: {picture}")
 
 
-def _draw(bridge: str, skew_deg: int, folder: Path) -> Path:
+def _draw(bridge: str, skew_deg: float, folder: Path) -> Path:
     """Write the picture of a bridge with contact at its abutments; return its path."""
     from skewbridge.analysis.step_loop import solver_log
     from skewbridge.bridge.geometry import model_geometry

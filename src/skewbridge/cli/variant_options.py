@@ -77,7 +77,7 @@ class VariantChoice:
         """Return the variant, or the same one with another abutment model.
 
         Raises:
-            InputError: A value is outside its limits or between two steps.
+            InputError: A value is outside its limits or has too many decimals.
         """
         return Variant.at(self.bridge, (abutment or self.abutment).replace("-", "_"), self.values)
 
@@ -156,7 +156,6 @@ def _option(name: str, annotation: Any, default: Any) -> Parameter:
 
 
 def _axis_option(axis: Axis) -> Parameter:
-    kind = int if axis.is_whole else float
     text = f"{axis.description[0].upper()}{axis.description[1:]}, {axis.low:g} to {axis.high:g}."
     option = typer.Option(f"--{axis.name.replace('_', '-')}", help=text)
-    return _option(axis.name, Annotated[kind, option], kind(axis.usual))
+    return _option(axis.name, Annotated[float, option], axis.usual)

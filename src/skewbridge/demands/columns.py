@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Any, Final
 
 from skewbridge.analysis.suspect import SEPARATOR, SUSPECT
+from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, Role
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import AXES, Axis, axes_of
@@ -35,12 +36,18 @@ COLUMNS: Final = (
     *DEMAND_COLUMNS,
     Column("status", kind="text", description=f"one of {', '.join(STATUSES)}"),
     Column(
+        COMPLETE,
+        kind="boolean",
+        description="whether all demands are peaks over the whole motion: status ok, and no column "
+        "failed (beyond_model)",
+    ),
+    Column(
         "collapse_criterion",
         kind="text",
         description="limit whose passing is the collapse, or why it failed",
     ),
     Column(
-        "beyond_model",
+        BEYOND_MODEL,
         kind="text",
         description="empty, or how a column reached its capacity: shear (demand/capacity 1) or "
         "flexure (drift over capacity 1); the demands of the row are the peaks up to that step",

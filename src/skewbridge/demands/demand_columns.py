@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import Final, Literal
 
-type Kind = Literal["text", "integer", "number"]
+from skewbridge.demands.completeness import COLUMN_FAILURE_RATIO
+
+type Kind = Literal["text", "integer", "number", "boolean"]
 #: What a study does with a demand: paired effects and factors; fragility curves and clouds in the
 #: report; comparison of the numerics.
 type Role = Literal["effect", "headline", "sensitivity"]
@@ -101,6 +103,8 @@ DEMAND_COLUMNS: Final = (
     Column("drift_over_capacity", label="Drift over capacity", symbol=r"\delta/\delta_c",
            description="peak of column drift over the SDC displacement capacity of its bent",
            roles=("effect",)),
+    Column(COLUMN_FAILURE_RATIO, label="Column demand over capacity",
+           description="larger of column_shear_dcr and drift_over_capacity; a column fails at 1"),
     Column("column_curvature_ductility", label="Curvature ductility", symbol=r"\mu_\phi",
            description="peak curvature over yield curvature", roles=("effect",)),
     Column("column_residual_drift_ratio", label="Residual drift ratio", symbol=r"\delta_r",

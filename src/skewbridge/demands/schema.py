@@ -9,7 +9,12 @@ from skewbridge.demands.columns import COLUMNS, KEY, columns_with
 from skewbridge.demands.demand_columns import Column
 from skewbridge.statuses import STATUSES
 
-_TYPES: Final = {"text": pa.string(), "integer": pa.int64(), "number": pa.float64()}
+_TYPES: Final = {
+    "text": pa.string(),
+    "integer": pa.int64(),
+    "number": pa.float64(),
+    "boolean": pa.bool_(),
+}
 
 
 def demands_schema(

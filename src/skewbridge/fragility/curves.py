@@ -20,16 +20,11 @@ from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.demands.columns import label_of
+from skewbridge.demands.completeness import is_beyond_model
 from skewbridge.errors import InputError
 from skewbridge.fragility import existence
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import (
-    is_beyond_model,
-    motion_codes,
-    spread,
-    variant_values,
-    variants_of,
-)
+from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.fits import (
     ALL_CENSORED,

@@ -11,10 +11,15 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from skewbridge.analysis.suspect import SUSPECT
+from skewbridge.demands.completeness import (
+    BEYOND_MODEL,
+    COMPLETE,
+    is_complete,
+    with_derived_columns,
+)
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
-from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.limit_states import ANY_FAILURE_DEMAND, FAILURE_DEMANDS
+from skewbridge.fragility.limit_states import ANY_FAILURE_DEMAND
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES, Status
 from skewbridge.variant.axes import axes_of
@@ -23,43 +28,9 @@ BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
 LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
 KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
-#: Column with the mode of a column failure; empty where no column failed.
-BEYOND_MODEL: Final = "beyond_model"
-KINDS: Final = ("shear", "flexure")
 _UNKNOWN: Status = "numerical_failure"
 # ASSUME starting a process takes about a second and an item some tenths
 _WORTH_PROCESSES: Final = 24
-
-
-def failure_kinds(table: pd.DataFrame) -> NDArray[np.str_]:
-    """Return the mode of the column failure of each row, empty without one, shape (n,)."""
-    if BEYOND_MODEL not in table.columns:
-        return np.full(len(table), "", dtype=np.str_)
-    return table[BEYOND_MODEL].fillna("").to_numpy(dtype=str)
-
-
-def is_beyond_model(table: pd.DataFrame) -> NDArray[np.bool_]:
-    """Return for each row whether a column failed during the run, shape (n,)."""
-    return np.asarray(failure_kinds(table) != "", dtype=np.bool_)
-
-
-def is_complete(table: pd.DataFrame) -> NDArray[np.bool_]:
-    """Return for each row whether its demands are peaks over the whole motion, shape (n,).
-
-    That is: status ``ok`` and no column failure.
-    """
-    return (table["status"] == OK).to_numpy() & ~is_beyond_model(table)
-
-
-def column_failure_ratio(table: pd.DataFrame) -> FloatArray:
-    """Return the larger of column shear and column drift over their capacities, shape (n,).
-
-    NaN where neither is known.
-    """
-    ratios = [
-        table[name].to_numpy(dtype=np.float64) for name in FAILURE_DEMANDS.values() if name in table
-    ]
-    return np.fmax.reduce(ratios) if ratios else np.full(len(table), np.nan)
 
 
 def axis_names(table: pd.DataFrame) -> list[str]:
@@ -96,7 +67,7 @@ def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.Da
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
     """Return key, axes and status of the runs with some columns, to send to another process."""
-    names = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, *columns)
+    names = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, COMPLETE, *columns)
     return demands[[name for name in dict.fromkeys(names) if name in demands.columns]]
 
 
@@ -173,8 +144,7 @@ def prepared(
         table.loc[suspect, names] = np.nan
         table.loc[suspect, "status"] = _UNKNOWN
         table.loc[suspect, BEYOND_MODEL] = ""
-    if ANY_FAILURE_DEMAND not in table:
-        table = table.assign(**{ANY_FAILURE_DEMAND: column_failure_ratio(table)})
+    table = with_derived_columns(table)
     im = table[settings.im].to_numpy(dtype=np.float64)
     usable = np.isfinite(im) & (im > 0.0)
     notes = [

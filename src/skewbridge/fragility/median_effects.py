@@ -16,11 +16,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from skewbridge.demands.completeness import is_beyond_model
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import (
     axis_names,
     demand_columns,
-    is_beyond_model,
     models_of,
     motion_codes,
     spread,

@@ -13,8 +13,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from skewbridge.demands.completeness import failure_kinds, is_complete
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import failure_kinds, is_complete
 from skewbridge.fragility.limit_states import (
     ANY_FAILURE_DEMAND,
     COLLAPSE_EXCEEDS,

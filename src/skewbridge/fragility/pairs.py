@@ -8,15 +8,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from skewbridge.demands.completeness import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.errors import InputError
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import (
-    BEYOND_MODEL,
     BRIDGE_COLUMNS,
     LOADING_COLUMNS,
     axis_names,
-    is_beyond_model,
-    is_complete,
     models_of,
     motion_codes,
     varying_axes,

@@ -13,17 +13,16 @@ from joblib import cpu_count
 from pydantic import BaseModel, ConfigDict, Field
 
 from skewbridge.demands.columns import demands_for, unit_of
+from skewbridge.demands.completeness import BEYOND_MODEL, is_complete
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.fragility.columns import as_column, require_all
 from skewbridge.fragility.demand_table import (
-    BEYOND_MODEL,
     BRIDGE_COLUMNS,
     IDENTITY_COLUMNS,
     KEY_COLUMNS,
     LOADING_COLUMNS,
     axis_names,
-    is_complete,
     models_of,
     need_columns,
     prepared,

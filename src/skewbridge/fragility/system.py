@@ -19,16 +19,11 @@ import numpy as np
 import pandas as pd
 from scipy import special
 
+from skewbridge.demands.completeness import is_beyond_model
 from skewbridge.errors import InputError
 from skewbridge.fragility import existence
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import (
-    is_beyond_model,
-    motion_codes,
-    spread,
-    variant_values,
-    variants_of,
-)
+from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.fits import exp_end, motion_weights
 from skewbridge.fragility.limit_states import LimitState

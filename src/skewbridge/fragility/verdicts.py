@@ -80,9 +80,9 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
     The verdict is that of the row's own interval. The family-wise verdict holds together with those
     of its family: rows of one bridge, abutment model, axis, scope and quantity, of the headline
-    demands and states or of the others. For each kind of claim (outside the margin, inside it, a direction)
-    the p-values are adjusted after Holm, so that with probability 1 - level, or half of it for a
-    claim on one side, any of the claims is wrong.
+    demands and states or of the others. For each kind of claim (outside the margin, inside it, a
+    direction) the p-values are adjusted after Holm, so that with probability 1 - level, or half of
+    it for a claim on one side, any of the claims is wrong.
 
     ``table`` has ratio, ci_low, ci_high, margin, level, dof, n_discordant and n_pairs; difference,
     difference_low, difference_high and difference_margin where ``judged_by`` is the difference. A

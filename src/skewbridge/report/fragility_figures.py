@@ -12,10 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import label_of
+from skewbridge.demands.completeness import is_beyond_model, is_complete
 from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.fragility.old_likelihood.intervals import curve, curve_band
 from skewbridge.fragility.old_likelihood.links import FloatArray
-from skewbridge.fragility.tables.beyond_model import is_beyond_model, is_complete, is_of_column
+from skewbridge.fragility.tables.beyond_model import is_of_column
 from skewbridge.fragility.tables.limit_states import COLLAPSE_EXCEEDS
 from skewbridge.report.axis_layout import VariantLayout, line_of, threshold_text
 from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks, plain_number

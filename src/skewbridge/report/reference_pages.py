@@ -58,6 +58,10 @@ that is to be kept a folder of its own.
   `fragility.limit_states`.
 - **Another axis**: any numeric key of `model` can stand under `grid:` with a list of values, for
   example `transverse_gap_mm: [6.4, 25.4]`; it then replaces the value under `model:`.
+- **Skew, gap and friction** take any real number within their limits, with up to three decimals of
+  a degree or millimetre and five of the friction coefficient. In the names of variants and files
+  friction is in hundredths and `p` stands for the decimal point: 22.5 degrees, 25.4 mm and 0.375
+  give `osb1_cf_skew22p5_gap025p4_mu037p5`; a negative skew is written `skewm22p5`.
 - **Editors** that know `yaml-language-server` check keys and values while you write: each file
   names its schema in the first line.
 

@@ -6,12 +6,11 @@ from math import sqrt
 from pathlib import Path
 from typing import Final
 
-from skewbridge.fragility.tables.beyond_model import BEYOND_MODEL
+from skewbridge.demands.completeness import BEYOND_MODEL, completed
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import bracket_capacity
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.settings import LEVEL_MEASURE
-from skewbridge.statuses import OK
 from skewbridge.study.journal import open_journal
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task
@@ -54,8 +53,8 @@ class Search:
         search then goes on at lower levels, where it can be believed, and the fit sees the row with
         its own status.
         """
-        is_complete = row["status"] == OK and not row.get(BEYOND_MODEL)
-        return not is_complete or bool(row[self.demand] >= self.threshold)
+        is_complete = completed(row["status"], row.get(BEYOND_MODEL) or "")
+        return bool(not is_complete or row[self.demand] >= self.threshold)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ from typing import Final
 import pandas as pd
 
 from skewbridge.analysis.transient import analyse
-from skewbridge.fragility.tables.beyond_model import is_complete
+from skewbridge.demands.completeness import is_complete
 from skewbridge.provenance.tables import provenance, read_frame, write_frame
 from skewbridge.study.setup import StudySetup
 from skewbridge.variant.variant import Variant, parse_slug

@@ -16,6 +16,13 @@ from skewbridge.analysis.rungs import as_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Progress
 from skewbridge.analysis.transient import analyse
+from skewbridge.demands.completeness import (
+    BEYOND_MODEL,
+    COLUMN_FAILURE_RATIO,
+    COMPLETE,
+    column_failure_ratio,
+    completed,
+)
 from skewbridge.errors import InputError
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.statuses import RAN
@@ -85,9 +92,11 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
     reason = "" if result.status in RAN else "; ".join(result.messages)
     return {
         **result.demands,
+        COLUMN_FAILURE_RATIO: float(column_failure_ratio(result.demands)),
         "status": result.status,
+        COMPLETE: bool(completed(result.status, result.model_end.mode)),
         "collapse_criterion": result.collapse_criterion or reason,
-        "beyond_model": result.model_end.mode,
+        BEYOND_MODEL: result.model_end.mode,
         "beyond_model_s": result.model_end.time_s,
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
@@ -103,8 +112,9 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
     """Return the columns, other than demands, of an analysis that has no result."""
     return {
         "status": status,
+        COMPLETE: bool(completed(status, "")),
         "collapse_criterion": reason,
-        "beyond_model": "",
+        BEYOND_MODEL: "",
         "beyond_model_s": float("nan"),
         "time_reached_s": 0.0,
         "duration_s": float("nan"),

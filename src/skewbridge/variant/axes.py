@@ -15,6 +15,9 @@ from skewbridge.errors import InputError
 from skewbridge.units import split_unit
 from skewbridge.variant.options import ModelOptions
 
+#: Difference from a value with few decimals that counts as a rounding error.
+_ROUNDING: Final = 1e-9
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
@@ -28,9 +31,10 @@ class Axis:
         code: Letters before the number in the name of a variant.
         low: Smallest value.
         high: Largest value.
-        step: Values are whole multiples of it, so that names never depend on rounding; None for
-            a modelling option that takes any number.
-        digits: Digits of that multiple in the name; 0 writes the value as it is.
+        decimals: Largest number of decimals of a value, so that different values have different
+            names; None for a modelling option that takes any number.
+        name_factor: Factor on the value in the name; friction is named in hundredths.
+        digits: Digits before the decimals in the name; 0 writes the value as it is.
         usual: Value of the command line where none is given.
         symbol: Stands for the label beside a value in figures.
     """
@@ -42,9 +46,10 @@ class Axis:
     code: str
     low: float
     high: float
-    step: float | None
+    decimals: int | None
+    name_factor: int = 1
     digits: int = 0
-    usual: float = 0.0
+    usual: float = 0
     symbol: str = ""
 
     @property
@@ -60,48 +65,55 @@ class Axis:
     @property
     def is_whole(self) -> bool:
         """Whether the values are whole numbers."""
-        return self.step == 1.0
+        return self.decimals == 0
 
     def complaint(self, value: float) -> str | None:
         """Return in words what a value must be, None if it is on the axis."""
         if not self.low <= value <= self.high:
             return f"must be within {self.low:g}..{self.high:g}"
-        steps = 0.0 if self.step is None else value / self.step
-        if abs(steps - round(steps)) > 1e-9:
-            return f"must be in whole steps of {self.step:g}"
-        return None
+        if self.decimals is None or abs(value - round(value, self.decimals)) <= _ROUNDING:
+            return None
+        return f"must have at most {self.decimals} decimals" if self.decimals else "must be whole"
 
     def checked(self, value: float) -> float:
-        """Return a value of the axis, an integer where all of them are.
+        """Return a value of the axis, without rounding errors beyond its decimals.
+
+        Integers are returned where all values of the axis are whole numbers.
 
         Raises:
-            InputError: It is outside the limits or between two steps.
+            InputError: It is outside the limits or has too many decimals.
         """
         if complaint := self.complaint(value):
-            raise InputError(f"{self.name} {complaint}, got {value:g}")
-        return round(value) if self.is_whole else float(value)
+            raise InputError(f"{self.name} {complaint}, got {float(value):.10g}")
+        return float(value) if self.decimals is None else round(value, self.decimals or None)
 
-    def steps(self, value: float) -> int:
-        """Return a value as a multiple of the step.
+    def count(self, value: float) -> float:
+        """Return a value times the factor of its name, as an integer where that is whole.
 
         Raises:
-            InputError: It is outside the limits or between two steps.
+            InputError: It is outside the limits or has too many decimals.
         """
-        return round(self.checked(value) / (self.step or 1.0))
+        count = round(self.checked(value) * self.name_factor, self.decimals)
+        return int(count) if count == int(count) else float(count)
 
     def in_name(self, value: float) -> str:
-        """Return the part of a variant's name that tells the value."""
+        """Return the part of a variant's name that holds the value."""
         if not self.digits:
             plain = f"{value!r}".removesuffix(".0").replace("+", "").replace(".", "p")
             return f"{self.code}{plain}"
-        steps = self.steps(value)
-        return f"{self.code}{'m' if steps < 0 else ''}{abs(steps):0{self.digits}d}"
+        count = self.count(value)
+        whole, _, decimals = f"{abs(count)!r}".partition(".")
+        sign, end = "m" if count < 0 else "", f"p{decimals}" if decimals else ""
+        return f"{self.code}{sign}{whole:0>{self.digits}}{end}"
 
     def from_name(self, text: str) -> float:
-        """Return the value that the part of a name after the letters tells."""
-        if not self.digits:
-            return self.checked(float(text.replace("p", ".")))
-        return int(text.replace("m", "-")) * (self.step or 1.0)
+        """Return the value in the part of a variant's name after the letters.
+
+        Raises:
+            InputError: It is outside the limits or has too many decimals.
+        """
+        number = float(text.replace("m", "-").replace("p", "."))
+        return self.checked(number / self.name_factor)
 
 
 AXES: Final = (
@@ -113,7 +125,7 @@ AXES: Final = (
         code="skew",
         low=-60.0,
         high=60.0,
-        step=1.0,
+        decimals=3,
         digits=2,
     ),
     Axis(
@@ -124,7 +136,7 @@ AXES: Final = (
         code="gap",
         low=0.0,
         high=999.0,
-        step=1.0,
+        decimals=3,
         digits=3,
         usual=51,  # source: Rahman & Mackie, section 4
     ),
@@ -136,7 +148,8 @@ AXES: Final = (
         code="mu",
         low=0.0,
         high=1.5,
-        step=0.01,
+        decimals=5,
+        name_factor=100,
         digits=3,
         usual=0.5,  # source: Rahman & Mackie, section 4
         symbol="μ",
@@ -192,7 +205,7 @@ def _option_axis(name: str, field: Mapping[str, Any]) -> Axis | None:
         code=name.replace("_", "-"),
         low=number["minimum"],
         high=number["maximum"],
-        step=1.0 if number["type"] == "integer" else None,
+        decimals=0 if number["type"] == "integer" else None,
     )
 
 

@@ -17,7 +17,8 @@ _NAMES: Final = {traits.code: name for name, traits in ABUTMENTS.items()}
 #: Pattern of the name of a bridge, which begins the name of its variants.
 BRIDGE_PATTERN: Final = r"[a-z][a-z0-9_]{0,59}"
 _CORE: Final = "".join(
-    rf"_{axis.code}{'m?' if axis.low < 0 else ''}\d{{{axis.digits}}}" for axis in AXES
+    rf"_{axis.code}{'m?' if axis.low < 0 else ''}\d{{{axis.digits}}}(?:p\d{{1,3}})?"
+    for axis in AXES
 )
 _SLUG: Final = (
     rf"(?P<bridge>{BRIDGE_PATTERN})_(?P<code>{'|'.join(_NAMES)})"
@@ -29,25 +30,25 @@ SLUG_PATTERN: Final = re.sub(r"\(\?P<\w+>", "(?:", _SLUG)
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
 class Variant:
-    """One bridge of the grid, in whole numbers so that names and keys never depend on floats.
+    """One bridge of the grid; a whole value is an integer, whatever type it is given as.
 
     Attributes:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
         abutment: Abutment model, a name in `skewbridge.variant.abutments`.
-        skew_deg: Skew of the abutment line from the transverse axis, whole degrees.
-        gap_mm: Opening of the joint at rest, whole millimetres (`normal_gap_m`).
-        friction_pct: Coulomb coefficient at the contacts, whole hundredths.
+        skew_deg: Skew of the abutment line from the transverse axis, degrees.
+        gap_mm: Opening of the joint at rest, millimetres (`normal_gap_m`).
+        friction_pct: Coulomb coefficient at the contacts, hundredths.
         options: Modelling options that are axes of the grid, with their values, sorted.
 
     Raises:
-        InputError: A value is outside its limits.
+        InputError: A value is outside its limits or has too many decimals.
     """
 
     bridge: str
     abutment: str
-    skew_deg: int
-    gap_mm: int
-    friction_pct: int
+    skew_deg: float
+    gap_mm: float
+    friction_pct: float
     options: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
@@ -55,7 +56,15 @@ class Variant:
             raise InputError(
                 f"abutment must be one of {', '.join(ABUTMENTS)}, got {self.abutment!r}"
             )
-        for name, value in self.values().items():
+        given = {
+            "skew_deg": self.skew_deg,
+            "gap_mm": self.gap_mm,
+            "friction_pct": self.friction_pct / 100,
+        }
+        # the key of an analysis holds these numbers as text, so 30 and 30.0 must be one number
+        for core, (field, value) in zip(AXES, given.items(), strict=True):
+            object.__setattr__(self, field, core.count(value))
+        for name, value in self.options:
             axis(name).checked(value)
 
     @classmethod
@@ -70,7 +79,7 @@ class Variant:
         Raises:
             InputError: An axis is unknown or a value is not on it.
         """
-        core = {core.name: core.steps(values[core.name]) for core in AXES}
+        core = {core.name: core.count(values[core.name]) for core in AXES}
         options = {name: axis(name).checked(values[name]) for name in values if name not in core}
         return cls(
             bridge=bridge,
@@ -93,7 +102,7 @@ class Variant:
     @property
     def friction(self) -> float:
         """Coulomb coefficient."""
-        return self.friction_pct / 100
+        return axis("friction").checked(self.friction_pct / 100)
 
     @property
     def bridge_name(self) -> str:
@@ -129,7 +138,7 @@ def parse_slug(slug: str) -> Variant:
     """Return the variant that a slug names.
 
     Raises:
-        InputError: The text is not a slug.
+        InputError: The text is not the slug of a variant.
     """
     match = re.fullmatch(_SLUG, slug)
     if match is None:
@@ -139,4 +148,7 @@ def parse_slug(slug: str) -> Variant:
     core = zip(AXES, match["core"].removeprefix("_").split("_"), strict=True)
     values = {axis.name: axis.from_name(part.removeprefix(axis.code)) for axis, part in core}
     values |= dict(map(option_in_name, match["options"].split("_")[1:]))
-    return Variant.at(match["bridge"], _NAMES[match["code"]], values)
+    variant = Variant.at(match["bridge"], _NAMES[match["code"]], values)
+    if variant.slug != slug:
+        raise InputError(f"not a variant name: {slug!r} (the variant is named {variant.slug})")
+    return variant

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import KEY, column_of
+from skewbridge.demands.completeness import is_complete
 from skewbridge.fragility.old_likelihood.fit import FITTED
-from skewbridge.fragility.tables.beyond_model import is_complete
 from skewbridge.fragility.tables.key_columns import BRIDGE_COLUMNS
 from skewbridge.fragility.tables.verdicts import DIFFERENCE, may_be_negligible
 from skewbridge.report.axis_layout import named_value, shown_axes, value_text

@@ -9,7 +9,7 @@ import pandas as pd
 from skewbridge.analysis.suspect import SUSPECT
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.tables.beyond_model import KINDS, failure_kinds
+from skewbridge.demands.completeness import KINDS, failure_kinds
 from skewbridge.report.axis_layout import value_text
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import axes_of
