@@ -1,4 +1,4 @@
-"""Studies as a whole: system curves, factor summary, crossing curves."""
+"""Studies as a whole: system curves, crossing curves."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +12,6 @@ from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
 from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS, factor_summary
 from skewbridge.fragility.tables.im_quality import measure_table, rank_measures
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.fragility.tables.ordered_curves import ordered_curves
@@ -100,18 +99,6 @@ def test_system_that_no_run_damages_has_no_median():
     found = system_curves(table, [state("column_drift", "complete")], IM).iloc[0]
     assert found["status"] == "no_exceedance"
     assert np.isnan(found["theta"])
-
-
-def test_summary_ranks_factors_and_measures_the_prediction():
-    table = synthetic_demands()
-    table["unseating_m"] = 0.0
-    found = factor_summary(table, ["deck_rotation_rad", "deck_disp_m", "unseating_m"])
-    assert list(found.columns) == list(SUMMARY_COLUMNS)
-    assert set(found["demand"]) == {"deck_rotation_rad", "deck_disp_m"}
-    rotation = found[found["demand"] == "deck_rotation_rad"].set_index("factor")
-    assert rotation["first_order"].idxmax() == "skew_deg"
-    assert rotation.loc["friction", "p_value"] < 1e-6
-    assert rotation["worst_prediction"].iloc[0] < 0.05
 
 
 def test_curves_that_cross_inside_the_range_are_flagged():

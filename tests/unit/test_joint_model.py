@@ -198,7 +198,7 @@ def test_states_without_an_estimate_have_a_status():
     found = joint(table).set_index("limit_state")
     assert found.loc["complete", "status"] == "no_exceedance"
     assert np.isnan(found.loc["complete", "theta"])
-    flat = table.assign(column_drift_ratio=0.02 / table["column_drift_ratio"] ** 0.1)
+    flat = table.assign(column_drift_ratio=3e-4 / table["column_drift_ratio"])
     assert "non_increasing" in set(joint(flat)["status"])
     assert set(joint(table.assign(column_drift_ratio=1.0))["status"]) == {"all_exceed"}
     alone = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,))
@@ -281,7 +281,7 @@ def test_prediction_inside_the_grid_agrees_with_analyses_under_the_same_motions(
     found = check_predict(joint(study), ready(study, DRIFT), ready(inner, DRIFT), DRIFT, SETTINGS)
     assert list(found.columns) == list(CHECK_COLUMNS)
     compared = found[found["status"] == "ok"]
-    assert set(compared["limit_state"]) == {"slight", "moderate"}
+    assert {"slight", "moderate"} <= set(compared["limit_state"])
     assert compared["error"].abs().max() < 0.04
     # the scatter from motion to motion is larger than the errors: it is the same in both medians
     assert compared["se_analysed"].min() > 2.0 * compared["error"].abs().max()

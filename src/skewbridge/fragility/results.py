@@ -299,10 +299,9 @@ def statistics_of(
     table, states, left_out, measure = _usable_states(demands, limit_states, im)
     margins = {} if margin is None else {"margin": margin, "median_margin": margin}
     settings = replace(DEFAULTS, im=measure, **margins)
-    columns = list(dict.fromkeys(state.demand for state in states))
-    notes = prepared(table, columns, settings).notes
     tables = fragility_tables(table, states, settings, jobs=cpu_count())
     write_tables(tables, writable_folder(out))
+    notes = tables["input_notes"]
     return {
         "tables": {name: len(rows) for name, rows in tables.items()},
         "status": tables["curves"]["status"].value_counts().to_dict(),

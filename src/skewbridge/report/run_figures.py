@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from skewbridge.fragility.tables.frequency_content import (
+from skewbridge.report.frequency_content import (
     DEFAULT_BAND_HZ,
     fourier_amplitude,
     fourier_ratio,

@@ -1,4 +1,4 @@
-"""Does friction change the frequency content: mean periods and Fourier ratios of histories.
+"""Frequency content of histories: mean periods and Fourier ratios with and without friction.
 
 References:
     Rathje, Abrahamson and Bray (1998), J. Geotech. Geoenviron. Eng. 124(2):150-159: mean period.
@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.old_likelihood.links import FloatArray
+from skewbridge.fragility.columns import FloatArray
 
 DEFAULT_BAND_HZ: Final = (0.1, 10.0)
 _BANDWIDTH: Final = 40.0  # source: Konno and Ohmachi (1998), their b for engineering use

@@ -1,0 +1,211 @@
+"""Quality of intensity measures: efficiency, practicality, proficiency, sufficiency, ranking.
+
+References:
+    Luco and Cornell (2007), Earthquake Spectra 23(2):357-392: efficiency and sufficiency.
+    Padgett, Nielson and DesRoches (2008), EESD 37(5):711-725: practicality and proficiency.
+    Jalayer, Beck and Zareian (2012), J. Eng. Mech. 138(3):307-316: relative sufficiency.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import special
+
+from skewbridge.demands.columns import demands_for
+from skewbridge.demands.completeness import is_complete
+from skewbridge.fragility import existence
+from skewbridge.fragility.columns import FloatArray, require_all
+from skewbridge.fragility.demand_table import models_of, motion_codes, need_columns
+from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.lines import fit_lines, tested_line
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
+
+# Measures with ground-motion models and hazard curves in common use.
+HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
+NON_POSITIVE: Final = "non_positive_im"
+#: Properties of a motion on which the residuals must not depend, by name in the columns.
+SUFFICIENCY: Final = {
+    "magnitude": "magnitude",
+    "ln_distance": "ln of the source distance",
+    "ln_scale": "ln of the scale factor",
+    "ln_duration": "ln of the significant duration D5-75",
+    "ln_shape": "ln of the spectral shape Sa(T1)/Sa_avg",
+}
+MEASURE_COLUMNS: Final[dict[str, str]] = {
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
+    "demand": "demand column",
+    "im": "intensity measure",
+    "status": "ok | single_level | non_positive_im",
+    "recommended": "hazard-computable measure with the smallest geometric mean of efficiency over "
+    "the headline demands of the bridge",
+    "efficiency": "scatter s of ln demand about its line on ln intensity; smaller is better",
+    "practicality": "slope b of that line",
+    "proficiency": "s/b; smaller is better",
+    "r2": "coefficient of determination",
+    "n_runs": "completed runs",
+    "hazard_computable": "whether hazard curves of the measure are in common use",
+    **{f"p_{name}": f"p-value of the residual on {text}" for name, text in SUFFICIENCY.items()},
+    **{
+        f"effect_{name}": f"change of ln demand per standard deviation of {text}"
+        for name, text in SUFFICIENCY.items()
+    },
+    "p_best_efficiency": "share of bootstrap replicates by motion in which its efficiency is best",
+    "p_best_proficiency": "the same of the proficiency",
+    "relative_sufficiency_nats": "mean log-density of ln demand less that of the best measure",
+}
+# ASSUME a property that varies by less than this, relatively, is constant but for rounding
+_CONSTANT: Final = 1e-6
+
+
+def rank_measures(
+    demands: pd.DataFrame,
+    column: str,
+    measures: Sequence[str] | None = None,
+    motions: pd.DataFrame | None = None,
+    settings: FitSettings = DEFAULTS,
+) -> pd.DataFrame:
+    """Rank intensity measures for one demand.
+
+    Args:
+        demands: Demands table; completed runs of one or more variants are used.
+        column: Demand, positive in completed runs.
+        measures: Columns of intensities; None for all ``im_`` columns.
+        motions: motion_id, magnitude and distance_km of the suite, for sufficiency.
+        settings: Replicates and seed of the bootstrap by motion, because a rank by point value
+            hides ties.
+
+    Returns:
+        One row per measure with columns of `MEASURE_COLUMNS`, best proficiency first; unusable
+        measures last with a status.
+
+    Raises:
+        InputError: A column is missing or the demand is not positive.
+    """
+    names = [c for c in demands if str(c).startswith("im_")] if measures is None else measures
+    names = [str(name) for name in names]
+    need_columns(demands, (column, "motion_id", "status", *names))
+    table = demands[is_complete(demands)].reset_index(drop=True)
+    demand = table[column].to_numpy(dtype=np.float64)
+    require_all(demand > 0.0, column, "must be > 0 in completed runs", demand)
+    y, codes = np.log(demand), motion_codes(table)
+    count = int(codes.max()) + 1
+    rng = np.random.default_rng(settings.seed)
+    drawn = rng.multinomial(count, np.full(count, 1.0 / count), size=settings.bootstrap)
+    weights = drawn[:, codes].astype(np.float64)
+    properties = _properties(table, codes, motions)
+    rows: list[dict[str, Any]] = []
+    replicates: dict[str, FloatArray] = {}
+    scores: dict[str, float] = {}
+    for name in names:
+        im = table[name].to_numpy(dtype=np.float64)
+        bad = bool(np.any(~(im > 0.0)))
+        if bad or np.ptp(im) == 0.0:
+            reason = NON_POSITIVE if bad else existence.SINGLE_LEVEL
+            rows.append({"im": name, "status": reason, "proficiency": np.nan})
+            continue
+        x = np.log(im)
+        line = tested_line(x, y)
+        residual = y - line.ln_a - line.b * x
+        again = fit_lines(x, y, y, weights)
+        falls = ~np.isfinite(again.b)
+        replicates[name] = np.stack([again.sigma, again.sigma / again.b])
+        replicates[name][:, falls] = np.inf
+        scores[name] = float(np.mean(-0.5 * (residual / line.sigma) ** 2) - np.log(line.sigma))
+        row: dict[str, Any] = {
+            "im": name,
+            "status": FITTED,
+            "efficiency": line.sigma,
+            "practicality": line.b,
+            "proficiency": line.sigma / line.b if line.b > 0.0 else np.nan,
+            "r2": line.r2,
+            "n_runs": line.n,
+            "hazard_computable": name.startswith(HAZARD_KNOWN),
+        }
+        by_motion = np.bincount(codes, residual) / np.bincount(codes)
+        for key, values in properties.items():
+            row[f"p_{key}"], row[f"effect_{key}"] = _dependence(values, by_motion)
+        rows.append(row)
+    if replicates:
+        best = np.argmin(np.stack(list(replicates.values())), axis=0)
+        for number, name in enumerate(replicates):
+            row = next(row for row in rows if row["im"] == name)
+            shares = np.mean(best == number, axis=1)
+            row["p_best_efficiency"], row["p_best_proficiency"] = shares.tolist()
+            row["relative_sufficiency_nats"] = scores[name] - max(scores.values())
+    out = pd.DataFrame(rows)
+    return out.sort_values("proficiency", na_position="last").reset_index(drop=True)
+
+
+def _properties(
+    table: pd.DataFrame, codes: NDArray[np.intp], motions: pd.DataFrame | None
+) -> dict[str, FloatArray]:
+    """Return the properties of `SUFFICIENCY` that are known, mean by motion, each of shape (M,)."""
+    columns: dict[str, FloatArray] = {}
+    if motions is not None:
+        joined = table[["motion_id"]].merge(motions, on="motion_id", how="left")
+        distance = joined["distance_km"].to_numpy(dtype=np.float64)
+        columns["magnitude"] = joined["magnitude"].to_numpy(dtype=np.float64)
+        columns["ln_distance"] = np.log(np.where(distance > 0.0, distance, np.nan))
+    logs = {"ln_scale": ("scale",), "ln_duration": ("im_d5_75_s",)}
+    logs["ln_shape"] = ("im_sa_t1_rotd50_g", "im_saavg_rotd50_g")
+    for name, sources in logs.items():
+        if all(source in table for source in sources):
+            values = [table[source].to_numpy(dtype=np.float64) for source in sources]
+            ratio = values[0] / (values[1] if len(values) > 1 else 1.0)
+            columns[name] = np.log(np.where(ratio > 0.0, ratio, np.nan))
+    runs = np.bincount(codes)
+    return {name: np.bincount(codes, values) / runs for name, values in columns.items()}
+
+
+def _dependence(values: FloatArray, residual: FloatArray) -> tuple[float, float]:
+    """Return p-value and effect per standard deviation of the residuals on a property, (M,).
+
+    Runs of one motion are not independent: both are means by motion. NaN for a constant property.
+    """
+    good = np.isfinite(values)
+    spread = np.ptp(values[good]) if np.any(good) else 0.0
+    if np.sum(good) < 4 or spread <= _CONSTANT * (1.0 + float(np.max(np.abs(values[good])))):
+        return np.nan, np.nan
+    line = tested_line(values[good], residual[good])
+    t = line.b / (line.sigma / np.sqrt(line.sxx))
+    p = float(2.0 * special.stdtr(line.n - 2, -abs(t)))
+    return p, line.b * float(np.std(values[good]))
+
+
+def measure_table(
+    demands: pd.DataFrame, motions: pd.DataFrame, settings: FitSettings = DEFAULTS
+) -> pd.DataFrame:
+    """Rank the intensity measures of a study for its headline demands.
+
+    Per bridge and abutment model, over the completed runs of all its variants; a demand that is
+    missing or zero in one of them is left out.
+
+    Args:
+        demands: Demands table.
+        motions: Table of the suite: motion_id and, if known, magnitude and distance_km.
+        settings: Replicates and seed of the bootstrap.
+    """
+    known = {"motion_id", "magnitude", "distance_km"} <= set(motions.columns)
+    suite = motions[["motion_id", "magnitude", "distance_km"]] if known else None
+    tables: list[pd.DataFrame] = []
+    for model, part in models_of(demands[is_complete(demands)]):
+        ranked: list[pd.DataFrame] = []
+        for column in demands_for("headline", demands.columns):
+            if (part[column] > 0.0).all():
+                table = rank_measures(part, column, motions=suite, settings=settings)
+                ranked.append(table.assign(**model, demand=column))
+        if not ranked:
+            continue
+        table = pd.concat(ranked, ignore_index=True)
+        usable = table[(table["status"] == FITTED) & table["hazard_computable"].eq(other=True)]
+        mean = usable.assign(ln=np.log(usable["efficiency"])).groupby("im")["ln"].mean()
+        best = mean.idxmin() if len(mean) else None
+        tables.append(table.assign(recommended=(table["im"] == best)))
+    if not tables:
+        return pd.DataFrame(columns=list(MEASURE_COLUMNS))
+    table = pd.concat(tables, ignore_index=True)
+    return table[[name for name in MEASURE_COLUMNS if name in table]]
