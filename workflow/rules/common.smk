@@ -13,7 +13,7 @@ from snakemake_interface_executor_plugins.settings import ExecMode
 
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.errors import InputError
-from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.provenance.digests import digest_of, opensees_version, source_digest
 from skewbridge.provenance.files import writable_folder
 from skewbridge.provenance.syntax import SourceMemory

@@ -6,6 +6,10 @@ rule fit_fragility:
     output:
         curves=FOLDER.fragility("curves"),
         medians=FOLDER.fragility("median_effects"),
+        effects=FOLDER.fragility("effects"),
+        intensity_effects=FOLDER.fragility("intensity_effects"),
+        needed_motions=FOLDER.fragility("needed_motions"),
+        input_notes=FOLDER.fragility("input_notes"),
         system=FOLDER.fragility("system"),
         measures=FOLDER.fragility("measures"),
         joint=FOLDER.fragility("joint"),
@@ -21,20 +25,3 @@ rule fit_fragility:
         ),
     script:
         "../scripts/fit_fragility.py"
-
-
-rule paired_effects:
-    input:
-        demands=rules.collect_demands.output.demands,
-    output:
-        effects=FOLDER.fragility("effects"),
-        factors=FOLDER.fragility("factors"),
-        needed_motions=FOLDER.fragility("needed_motions"),
-    log:
-        FOLDER.log("paired_effects"),
-    threads: workflow.cores
-    params:
-        fragility=section("fragility"),
-        digest=script_digest("paired_effects", rules.collect_demands),
-    script:
-        "../scripts/paired_effects.py"

@@ -4,7 +4,7 @@ rule figures:
         suite=rules.prepare_motions.output.suite,
         friction_pair=rules.friction_pair.output.histories,
         curves=rules.fit_fragility.output.curves,
-        effects=rules.paired_effects.output.effects,
+        effects=rules.fit_fragility.output.effects,
     output:
         folder=directory(FOLDER.figures),
         captions=FOLDER.captions,
@@ -20,7 +20,6 @@ rule figures:
             rules.collect_demands,
             rules.friction_pair,
             rules.fit_fragility,
-            rules.paired_effects,
             shown=True,
         ),
     script:
@@ -31,7 +30,7 @@ rule check_results:
     input:
         demands=rules.collect_demands.output.demands,
         curves=rules.fit_fragility.output.curves,
-        effects=rules.paired_effects.output.effects,
+        effects=rules.fit_fragility.output.effects,
         suite=rules.prepare_motions.output.suite,
     output:
         checks=FOLDER.checks,
@@ -49,7 +48,6 @@ rule check_results:
             rules.prepare_motions,
             rules.collect_demands,
             rules.fit_fragility,
-            rules.paired_effects,
         ),
     script:
         "../scripts/check_results.py"
@@ -63,9 +61,10 @@ rule report:
         intensities=rules.prepare_motions.output.intensities,
         gate=rules.verify_contact.output.table,
         curves=rules.fit_fragility.output.curves,
-        effects=rules.paired_effects.output.effects,
-        factors=rules.paired_effects.output.factors,
-        needed_motions=rules.paired_effects.output.needed_motions,
+        effects=rules.fit_fragility.output.effects,
+        needed_motions=rules.fit_fragility.output.needed_motions,
+        intensity_effects=rules.fit_fragility.output.intensity_effects,
+        input_notes=rules.fit_fragility.output.input_notes,
         medians=rules.fit_fragility.output.medians,
         system=rules.fit_fragility.output.system,
         measures=rules.fit_fragility.output.measures,
@@ -87,7 +86,6 @@ rule report:
             rules.verify_contact,
             rules.collect_demands,
             rules.fit_fragility,
-            rules.paired_effects,
             rules.check_results,
             rules.sensitivity,
             shown=True,

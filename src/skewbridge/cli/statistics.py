@@ -95,11 +95,11 @@ def predict(
 
     From the joint model over skew, gap and friction; outside the box of the study there is none.
     """
-    from skewbridge.fragility.old_joint.predict import Place, predict_states
+    from skewbridge.fragility.predict import Point, predict_states
 
     values = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
     given = {name: value for name, value in values.items() if value is not None}
-    place = Place(
+    point = Point(
         bridge=bridge,
         abutment=abutment,
         values=given | _further(axis or []),
@@ -107,14 +107,14 @@ def predict(
         state=state,
         at=at,
     )
-    rows = predict_states(results, place)
+    rows = predict_states(results, point)
     shown = [
         {
             "state": f"{row['component']}/{row['state']}",
             "theta": f"{row['theta']:.3g}",
             "interval": "{:.3g}..{:.3g}".format(*row["ci_theta"]),
-            "beta": f"{row['beta']:.2f}",
-            "total": "" if isnan(row["beta_total"]) else f"{row['beta_total']:.2f}",
+            "beta": f"{row['beta_total']:.2f}",
+            "records": f"{row['beta']:.2f}",
             **({} if at is None else {"P": f"{row['p']:.3f}"}),
             "left out": "" if isnan(row["loo_error"]) else f"{row['loo_error']:.1%}",
         }

@@ -6,7 +6,7 @@ from pathlib import Path
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
 from skewbridge.errors import InputError, raise_all
-from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.content import content_digest
 from skewbridge.reading import shortened
 from skewbridge.study.chosen_variants import chosen_variants

@@ -16,9 +16,10 @@ from scipy.special import ndtr
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
-from skewbridge.fragility.methods.cloud import SATURATING
-from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.lines import SATURATING
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.record import Vector
 from skewbridge.motions.scaling import FACTOR_LIMITS, block_factors
@@ -164,7 +165,9 @@ def run_pilot(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
             on_finished=log_failure,
         )
     states = load_limit_states(Path(config.fragility.limit_states))
-    curves = fit_study(pd.DataFrame(rows), states, config.fragility.im, config.fragility)
+    columns = list(dict.fromkeys(state.demand for state in states))
+    runs = prepared(pd.DataFrame(rows), columns, config.fragility).table
+    curves = fit_study(runs, states, config.fragility)
     low_g, high_g = config.motions.level_range_g
     return propose(curves, _strengths(setup), (low_g, high_g)), rows
 
