@@ -1,14 +1,21 @@
 """Synthetic demands tables in the contract of results/demands.parquet."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
-from skewbridge.fragility.limit_states import limit_states_of
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
+from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import verdicts_of
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.variant import Variant
 
 IM = "im_saavg_rotd50_g"
+STATES = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
+SETTINGS = FitSettings(im=IM, bootstrap=199)
 DRIFT = limit_states_of(
     [
         {
@@ -41,6 +48,21 @@ DEMAND_MODELS = {
     "shear_key_force_kn": (np.log(1500.0), 0.4, 0.3),
     "shear_key_disp_m": (np.log(0.05), 1.0, 0.5),
 }
+
+
+def states_of(component):
+    """Return the states of the configuration of one component, mild to severe."""
+    return [state for state in STATES if state.component == component]
+
+
+def ready(table, states):
+    """Return the rows of a table that fits use."""
+    return prepared(table, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
+
+
+def curves_of(table, states):
+    """Return the table of curves."""
+    return fit_study(ready(table, states), states, SETTINGS)
 
 
 def several_models(motions: int = 16) -> pd.DataFrame:

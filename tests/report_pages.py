@@ -14,7 +14,7 @@ from skewbridge.fragility.tables.all_tables import effect_tables, fit_tables
 from skewbridge.fragility.tables.limit_states import limit_states_of
 from skewbridge.provenance.tables import write_frame
 from skewbridge.reading import merged
-from skewbridge.report.figure_cases import CURVES
+from skewbridge.report.study_figures import CURVES
 from skewbridge.report.html.page import write_report
 
 STATES = [

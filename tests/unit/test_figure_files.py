@@ -16,7 +16,7 @@ from skewbridge.fragility.tables.curves import fit_study
 from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import limit_states_of
 from skewbridge.provenance.tables import write_frame
-from skewbridge.report.figure_files import save_figure
+from skewbridge.report.study_figures import save_figure
 from skewbridge.study.figure_settings import FigureSettings
 from skewbridge.study.starter import write_starter
 

@@ -12,7 +12,7 @@ from skewbridge.fragility.tables.effects import paired_effects
 from skewbridge.fragility.tables.limit_states import load_limit_states
 from skewbridge.report import sampled_runs
 from skewbridge.report.axis_layout import MARKS
-from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
+from skewbridge.report.effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.run_figures import frequency_figure
 

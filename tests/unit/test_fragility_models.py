@@ -20,7 +20,7 @@ from skewbridge.fragility.methods import goodness, system
 from skewbridge.fragility.methods.ida import brackets_of_runs, fit_brackets, fit_capacities
 from skewbridge.fragility.methods.ordered import crossing, fit_ordered
 from skewbridge.fragility.methods.stripes import fit_stripes
-from skewbridge.report.frequency_content import fourier_ratio, mean_period_s
+from skewbridge.report.run_figures import fourier_ratio, mean_period_s
 
 
 @pytest.mark.parametrize(

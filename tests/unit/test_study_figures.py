@@ -15,8 +15,8 @@ from skewbridge.fragility.tables.limit_states import limit_states_of
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance.tables import write_frame
 from skewbridge.report.axis_layout import VariantLayout, shown_axes
-from skewbridge.report.figure_cases import CLOUDS
-from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
+from skewbridge.report.study_figures import CLOUDS
+from skewbridge.report.effect_figures import paired_ratios, verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.study_figures import (
     MODEL_FIGURES,

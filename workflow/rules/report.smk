@@ -4,7 +4,9 @@ rule figures:
         suite=rules.prepare_motions.output.suite,
         friction_pair=rules.friction_pair.output.histories,
         curves=rules.fit_fragility.output.curves,
+        medians=rules.fit_fragility.output.medians,
         effects=rules.fit_fragility.output.effects,
+        intensity_effects=rules.fit_fragility.output.intensity_effects,
     output:
         folder=directory(FOLDER.figures),
         captions=FOLDER.captions,

@@ -105,7 +105,7 @@ def plot(
 
     from skewbridge.provenance.files import writable_folder
     from skewbridge.reading import checked
-    from skewbridge.report.single_figures import draw_figures, finished_figures
+    from skewbridge.report.study_figures import draw_figures, finished_figures
     from skewbridge.study.config import load_config
     from skewbridge.study.figure_settings import FigureSettings, check_font
 

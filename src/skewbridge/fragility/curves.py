@@ -259,9 +259,18 @@ class DemandFits:
                 "n_unknown": int(np.sum(outcomes.unknown(state))),
             }
             fits = {"cloud": clouds[j], "exceedance": exceedance.fits[j]}
+            bounds: list[dict[str, tuple[float, float]]] = []
             for number, method in enumerate(fits):
-                bounds = {name: bounded[name][number][j] for name in TREATMENTS}
-                fits[method] = self._judged(fits[method], bounds, known["n_unknown"])
+                # the exceedance fit leaves unknown outcomes out by itself
+                same = () if known["n_unknown"] else TREATMENTS
+                same = same or (TREATMENTS[:1] if number else ())
+                bounds.append(
+                    {
+                        name: medians[number][j] if name in same else bounded[name][number][j]
+                        for name in TREATMENTS
+                    }
+                )
+                fits[method] = self._judged(fits[method], bounds[number], known["n_unknown"])
             comparison = self._compared(
                 fits, exceedance.ln_theta[j] - lines.ln_theta(state.threshold), known
             )
@@ -276,7 +285,7 @@ class DemandFits:
                 row = self._row(method, state, fit, known) | comparison.get(method, {})
                 if method in METHODS[:2]:
                     for name in TREATMENTS:
-                        theta, beta = bounded[name][number][j]
+                        theta, beta = bounds[number][name]
                         row |= {f"theta_{name}": theta, f"beta_{name}": beta}
                 rows.append(row | self._total_dispersion(fit, state, *shares[method]))
         return rows
@@ -329,7 +338,13 @@ class DemandFits:
             self._stripes(known[:, j], exceed[:, j], intervals=intervals)
             for j in range(len(self._states))
         ]
-        usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
+        estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
+        # states that no run tells apart share an intercept: the first of them represents all
+        first: dict[int, int] = {}
+        for before, j in zip([None, *estimable], estimable, strict=False):
+            apart = before is None or np.any(exceed[:, before] & known[:, j] & ~exceed[:, j])
+            first[j] = j if before is None or apart else first[before]
+        usable = sorted(set(first.values()))
         if not usable:
             return self._common_slope(fits, usable, None, intervals=intervals)
         passed = exceed[:, usable].sum(axis=1)  # usable states that are exceeded
@@ -351,7 +366,11 @@ class DemandFits:
                 observed=np.zeros(x.size, dtype=np.bool_),
             )
 
-        return self._common_slope(fits, usable, kernel, intervals=intervals)
+        common = self._common_slope(fits, usable, kernel, intervals=intervals)
+        for j, same in first.items():
+            common.ln_theta[j] = common.ln_theta[same]
+            common.fits[j] = replace(common.fits[same], details=fits[j].details)
+        return common
 
     def _stripes(
         self, known: NDArray[np.bool_], exceed: NDArray[np.bool_], *, intervals: bool

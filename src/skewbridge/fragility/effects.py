@@ -111,6 +111,9 @@ INTENSITY_COLUMNS: Final[dict[str, str]] = {
     "ci_low": "lower end of its interval at this intensity, clustered by motion (-)",
     "ci_high": "upper end of its interval (-)",
     "level": "confidence level (-)",
+    "from_demand": "demand at from_value at this intensity, on the line through the runs of the "
+    "pairs (unit of the demand)",
+    "to_demand": "from_demand times ratio (unit of the demand)",
     "n_motions": "motions with an exact change",
     "verdict": _VERDICTS,
     "at_reference": "the row is that of the reference intensity of the bridge",
@@ -316,7 +319,10 @@ def demand_effects(
         pooled["n_cells"] = sum(bool(np.isfinite(cell.estimate)) for cell in judged_cells)
         if difference is None:
             at = reference_im.get((pooled.get("bridge", ""), pooled.get("abutment", "")))
-            by_intensity += _by_intensity(pooled, lines[0], at)
+            known = np.flatnonzero(exact & (reference > 0.0) & np.isfinite(ln_im))
+            x, y = ln_im[known], np.log(reference[known])
+            level = np.polyfit(x, y, 1) if np.unique(x).size > 1 else np.full(2, nan)
+            by_intensity += _by_intensity(pooled, lines[0], level, at)
     return rows, by_intensity
 
 
@@ -332,9 +338,19 @@ def _difference(mean: Jackknifed, settings: FitSettings) -> dict[str, Any]:
 
 
 def _by_intensity(
-    pooled: Mapping[str, Any], line: Jackknifed, reference_im: float | None
+    pooled: Mapping[str, Any],
+    line: Jackknifed,
+    level: FloatArray,
+    reference_im: float | None,
 ) -> Iterator[dict[str, Any]]:
-    """Yield the rows of `INTENSITY_COLUMNS` of a pooled effect with its line over ln intensity."""
+    """Yield the rows of `INTENSITY_COLUMNS` of a pooled effect.
+
+    Args:
+        pooled: The effect.
+        line: Its regression on ln intensity.
+        level: Slope and constant of ln demand at from_value over ln intensity, shape (2,).
+        reference_im: Intensity at which the effect is given as well.
+    """
     low, high = pooled["im_low"], pooled["im_high"]
     if not np.all(np.isfinite(line.estimate)) or not low < high:
         return
@@ -348,12 +364,15 @@ def _by_intensity(
     below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
     possible = np.repeat(may_be_negligible(pd.DataFrame([pooled])), im.size)
     verdicts = verdicts_of(ends[0], below, zero, above, ends[1], possible=possible)
+    ln_demand = np.polyval(level, np.log(im))
     for k in range(im.size):
         yield {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled} | {
             "im": float(im[k]),
             "ratio": float(np.exp(value[k])),
             "ci_low": float(np.exp(ends[0][k])),
             "ci_high": float(np.exp(ends[1][k])),
+            "from_demand": float(np.exp(ln_demand[k])),
+            "to_demand": float(np.exp(ln_demand[k] + value[k])),
             "n_motions": int(np.count_nonzero(effect.exact)),
             "verdict": str(verdicts[k]),
             "at_reference": k == _INTENSITIES,

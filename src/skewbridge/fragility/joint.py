@@ -54,6 +54,7 @@ from skewbridge.variant.axes import AXES, axis
 TOO_FEW_MOTIONS: Final = "too_few_motions"
 NO_AXIS: Final = "no_axis_varies"
 LARGE_ERROR: Final = "prediction_error_above_25_percent"
+UNCONFIRMED: Final = "no_variant_estimate"
 MAX_LEFT_OUT_ERROR: Final = 0.25
 MIN_MOTIONS: Final = 5
 SKEW: Final = "skew_deg"
@@ -329,7 +330,10 @@ def joint_table(
         for (component, demand), states in states_by_demand(limit_states).items()
     )
     rows = spread(_rows, items, jobs, least=_WORTH_PROCESSES)
-    return pd.DataFrame([row for part in rows for row in part], columns=list(JOINT_COLUMNS))
+    table = pd.DataFrame([row for part in rows for row in part], columns=list(JOINT_COLUMNS))
+    if curves is not None:  # a model that no variant's own fit confirms is not for use
+        table.loc[(table["status"] == FITTED) & table["loo_variants"].eq(0), "status"] = UNCONFIRMED
+    return table
 
 
 def _rows(

@@ -426,8 +426,10 @@ def profile_ends(
     for _ in range(_MAX_ITERATIONS):
         if np.all(endless | (np.abs(value) < 1e-10)):
             break
+        # the root of the drop is nearly linear in psi
         with np.errstate(divide="ignore", invalid="ignore"):
-            newton = psi - value / rate
+            root = np.sqrt(np.maximum(drop - 2.0 * value, 0.0))
+            newton = psi + (root - np.sqrt(drop)) * root / rate
         between = (side * newton > side * low) & (side * newton < side * high)
         psi = np.where(endless, psi, np.where(between, newton, 0.5 * (low + high)))
         value, rate = profiles.evaluate(psi)

@@ -79,8 +79,11 @@ def fit_lines(x: FloatArray, lower: FloatArray, upper: FloatArray, weights: Floa
         blank = np.full(weights.shape[0], np.nan)
         return Lines(blank, blank, blank)
     kernel = NormalKernel(np.column_stack([np.ones(x.size), x]), lower, upper, weights)
-    start = np.tile(tobit_start(x, lower, seen), (weights.shape[0], 1))
-    best = maximise(kernel, start, covariance=False)
+    start = tobit_start(x, lower, seen)
+    if weights.shape[0] > 1:  # the line through all runs is close to that of each replicate
+        whole = NormalKernel(np.column_stack([np.ones(x.size), x]), lower, upper)
+        start = maximise(whole, start, covariance=False).params
+    best = maximise(kernel, np.tile(start, (weights.shape[0], 1)), covariance=False)
     a0, a1, h = best.params.T
     good = best.converged & (a1 > FLATTEST_SLOPE)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -23,7 +23,9 @@ from skewbridge.fragility.likelihood import mills_ratio
 
 # Panels of the integral: nodes of each, and their ends in widths about the mode and in sigma about
 # the bounds of censored values, where the integrand changes fastest.
-_NODES: Final = 12
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_NORMAL_NODES, _HERMITE = np.polynomial.hermite_e.hermegauss(5)
+_NORMAL_WEIGHTS: Final = _HERMITE * np.exp(0.5 * _NORMAL_NODES**2)
 _REACH: Final = 7.0
 _SHOULDER: Final = 2.5
 _EDGE: Final = (-6.0, -1.0, 4.0)
@@ -280,6 +282,8 @@ class _Likelihood:
         ``above`` is the fitted value of each censored run less its bound, shape (h,).
         """
         mode, prior = mean.copy(), np.sqrt(variance)
+        if self._rows.size == 0:  # the integrand is normal times a polynomial of degree 4
+            return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS
         for _ in range(_MODE_STEPS):
             t = self._sign * (above + mode[self._motion]) / sigma
             ratio = mills_ratio(t)
@@ -303,8 +307,7 @@ class _Likelihood:
                 edges = [edge + share * sign * sigma for share in _EDGE]
                 ends += [np.clip(each, mode - far, mode + far) for each in edges]
         borders = np.sort(np.stack(ends, axis=1), axis=1)
-        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
         half, middle = 0.5 * np.diff(borders), 0.5 * (borders[:, 1:] + borders[:, :-1])
-        u = middle[:, :, None] + half[:, :, None] * nodes
+        u = middle[:, :, None] + half[:, :, None] * _NODES
         shape = (mean.size, -1)
-        return u.reshape(shape), (half[:, :, None] * weights).reshape(shape)
+        return u.reshape(shape), (half[:, :, None] * _WEIGHTS).reshape(shape)

@@ -213,11 +213,14 @@ def _p_values(
 
 
 def _holm(p: pd.Series) -> pd.Series:
-    """Return p-values adjusted after Holm; missing ones do not count."""
-    ordered = p.dropna().sort_values()
-    steps = np.arange(ordered.size, 0, -1)
-    adjusted = np.minimum(1.0, np.maximum.accumulate(ordered.to_numpy() * steps))
-    return pd.Series(adjusted, index=ordered.index, dtype=np.float64).reindex(p.index)
+    """Return p-values adjusted after Holm; missing ones do not count, equal claims count once.
+
+    Two states that the same runs reach (shear failure and any failure of a column) are one claim.
+    """
+    distinct = np.unique(p.dropna().to_numpy())
+    steps = np.arange(distinct.size, 0, -1)
+    adjusted = np.minimum(1.0, np.maximum.accumulate(distinct * steps))
+    return p.map(dict(zip(distinct.tolist(), adjusted.tolist(), strict=True))).astype(np.float64)
 
 
 def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:

@@ -16,7 +16,7 @@ import yaml
 
 from skewbridge.bridge.catalogue.loading import own_bridge_files
 from skewbridge.errors import InputError, SolutionError
-from skewbridge.fragility.exchange.loaded import load_results
+from skewbridge.fragility.results import load_results
 from skewbridge.provenance.closure import PACKAGE
 from skewbridge.provenance.files import writable_file, written_aside
 from skewbridge.provenance.licences import licence_of

@@ -1,5 +1,6 @@
-"""How the variants of a study are told apart in its figures, for any axes of the grid."""
+"""Style of the figures: panels, colours and dashes by variant, ticks, samples of runs."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -9,33 +10,75 @@ from typing import Any, Final, Self
 import numpy as np
 import pandas as pd
 import seaborn as sns
+from matplotlib.axis import Axis as DrawnAxis
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from skewbridge.demands.columns import unit_of
+from skewbridge.demands.columns import label_of, unit_of
+from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.variant.axes import Axis, axes_of
 
-#: Marks of the points of an analysis; a triangle is one that did not end.
+STYLE: Final[Any] = {
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "font.size": 9,
+    "legend.frameon": False,
+}
+#: Largest number of runs in a figure.
+MAX_SHOWN_RUNS: Final = 5000
+#: Marks of the runs in a cloud.
 MARKS: Final = ("o", "s", "D", "P", "X", "*")
 DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 _WIDEST, _THINNEST = 2.3, 1.0  # lines in points; those drawn later are thinner: both show
 _LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constant ones included
-_PANEL_LETTERS: Final = 34  # that stand above one panel
+_PANEL_LETTERS: Final = 34  # width of the title of a panel
+_MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
 
 _UNITS: Final = {"m": (1000.0, " mm"), "rad": (1000.0, " mrad")}
 
 type Values = tuple[float, ...]
 
 
-def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
-    """Return the axes that a figure of a table names, in the order of the axis table.
+def plain_log_ticks(axis: DrawnAxis) -> None:
+    """Label a logarithmic axis with plain numbers at 1, 2 and 5, over many decades at 1 only."""
+    low, high = axis.get_view_interval()
+    many = high > _MANY * low > 0.0
+    axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
+    axis.set_minor_formatter(NullFormatter())
 
-    These are the axes that vary in it, and as many constant ones as make three.
+
+def plain_number(value: float) -> str:
+    """Return a number of an axis without an exponent: 0.00002."""
+    return np.format_float_positional(value, precision=2, fractional=False, trim="-")
+
+
+def sampled_runs(demands: pd.DataFrame) -> pd.DataFrame:
+    """Return all runs, or `MAX_SHOWN_RUNS` of them drawn at random, in their order."""
+    if len(demands) <= MAX_SHOWN_RUNS:
+        return demands
+    return demands.sample(MAX_SHOWN_RUNS, random_state=DEFAULTS.seed).sort_index()
+
+
+def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
+    """Return the axes that the figures of a table name, in the order of the axis table.
+
+    These are the axes that vary in it, and constant ones up to a total of three.
     """
     present = axes_of(table.columns)
     constant = [axis for axis in present if table[axis.name].nunique() < 2]
     kept = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
     left_out = {axis.name for axis in constant[kept:]}
     return tuple(axis for axis in present if axis.name not in left_out)
+
+
+def plain_label(column: str) -> str:
+    """Return the label of a column without the marks of its formula."""
+    return re.sub(r"\$|\\mathrm|[{}_]", "", label_of(column).replace(r"\,", " "))
 
 
 def value_text(axis: Axis, value: float) -> str:
@@ -69,7 +112,7 @@ class VariantLayout:
     """Panels and line styles of the variants in a table.
 
     The first axis shown has a panel per value, the second dashes and marks, the third a colour and
-    a width. Every further axis multiplies the panels: nothing is averaged over.
+    a width. Every further axis multiplies the panels: no axis is averaged over.
 
     Attributes:
         panel_axes: Axes whose values have panels.

@@ -1,4 +1,4 @@
-"""Tornado of the modeller's choices beside friction, gap and skew, and what it says in words."""
+"""Modelling choices compared with friction, gap and skew: tornado figure and sentences."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, Final
@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from skewbridge.demands.columns import column_of, demands_for
-from skewbridge.report.fragility_style import STYLE
+from skewbridge.report.axis_layout import STYLE
 from skewbridge.study.choices import CHOICES
 from skewbridge.variant.axes import axis
 

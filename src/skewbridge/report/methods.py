@@ -1,4 +1,4 @@
-"""The methods of a study in the words of a paper, with citations, made from its configuration."""
+"""Methods of a study as paragraphs for a paper, with citations, from its configuration."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,25 +12,77 @@ import pandas as pd
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.fragility.limit_states import LimitState, load_limit_states
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.tables.limit_states import LimitState, load_limit_states
 from skewbridge.motions.settings import MotionsConfig
-from skewbridge.report.html.statements import plain_label
-from skewbridge.report.references import REFERENCES
+from skewbridge.report.axis_layout import plain_label
 from skewbridge.study.config import StudyConfig
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axis
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 
-_ABUTMENTS: Final = {
-    "roller": "on rollers",
-    "simplified": "as one bilinear spring with a gap at each corner of the deck",
-    "spring": "as elastomeric pads, backfill springs behind the joint gap and exterior shear keys, "
-    "without contact",
-    "contact": "as elastomeric pads, backfill and exterior shear keys that the deck meets in "
-    "frictionless contact",
-    "contact_friction": "as elastomeric pads, backfill and exterior shear keys that the deck meets "
-    "in contact with Coulomb friction",
+#: Full references by their key in the text.
+REFERENCES: Final = {
+    "Baker 2015": "Baker, J. W. (2015). Efficient analytical fragility function fitting using "
+    "dynamic structural analysis. Earthquake Spectra 31(1), 579-599.",
+    "Boore 2010": "Boore, D. M. (2010). Orientation-independent, nongeometric-mean measures of "
+    "seismic intensity from two horizontal components of motion. Bulletin of the Seismological "
+    "Society of America 100(4), 1830-1835.",
+    "Caltrans 2013": "Caltrans (2013). Seismic Design Criteria, version 1.7.",
+    "Caltrans 2019": "Caltrans (2019). Seismic Design Criteria, version 2.0.",
+    "Cornell et al. 2002": "Cornell, C. A., Jalayer, F., Hamburger, R. O., Foutch, D. A. (2002). "
+    "Probabilistic basis for 2000 SAC Federal Emergency Management Agency steel moment frame "
+    "guidelines. Journal of Structural Engineering 128(4), 526-533.",
+    "Dabaghi and Der Kiureghian 2018": "Dabaghi, M., Der Kiureghian, A. (2018). Simulation of "
+    "orthogonal horizontal components of near-fault ground motion for specified earthquake source "
+    "and site characteristics. Earthquake Engineering & Structural Dynamics 47(6), 1369-1393.",
+    "Eads et al. 2015": "Eads, L., Miranda, E., Lignos, D. G. (2015). Average spectral "
+    "acceleration as an intensity measure for collapse risk assessment. Earthquake Engineering & "
+    "Structural Dynamics 44(12), 2057-2073.",
+    "Efron and Tibshirani 1993": "Efron, B., Tibshirani, R. J. (1993). An Introduction to the "
+    "Bootstrap. Chapman & Hall.",
+    "Fieller 1954": "Fieller, E. C. (1954). Some problems in interval estimation. Journal of the "
+    "Royal Statistical Society B 16(2), 175-185.",
+    "Hausman 1978": "Hausman, J. A. (1978). Specification tests in econometrics. Econometrica "
+    "46(6), 1251-1271.",
+    "Hilber et al. 1977": "Hilber, H. M., Hughes, T. J. R., Taylor, R. L. (1977). Improved "
+    "numerical dissipation for time integration algorithms in structural dynamics. Earthquake "
+    "Engineering & Structural Dynamics 5(3), 283-292.",
+    "Holm 1979": "Holm, S. (1979). A simple sequentially rejective multiple test procedure. "
+    "Scandinavian Journal of Statistics 6(2), 65-70.",
+    "Houbolt 1950": "Houbolt, J. C. (1950). A recurrence matrix solution for the dynamic response "
+    "of elastic aircraft. Journal of the Aeronautical Sciences 17(9), 540-550.",
+    "Kowalsky and Priestley 2000": "Kowalsky, M. J., Priestley, M. J. N. (2000). Improved "
+    "analytical model for shear strength of circular reinforced concrete columns in seismic "
+    "regions. ACI Structural Journal 97(3).",
+    "Mander et al. 1988": "Mander, J. B., Priestley, M. J. N., Park, R. (1988). Theoretical "
+    "stress-strain model for confined concrete. Journal of Structural Engineering 114(8), "
+    "1804-1826.",
+    "McKenna et al. 2010": "McKenna, F., Scott, M. H., Fenves, G. L. (2010). Nonlinear "
+    "finite-element analysis software architecture using object composition. Journal of Computing "
+    "in Civil Engineering 24(1), 95-107.",
+    "Newmark 1959": "Newmark, N. M. (1959). A method of computation for structural dynamics. "
+    "Journal of the Engineering Mechanics Division 85(3), 67-94.",
+    "Paulay and Priestley 1992": "Paulay, T., Priestley, M. J. N. (1992). Seismic Design of "
+    "Reinforced Concrete and Masonry Buildings. Wiley.",
+    "Rahman and Mackie 2023": "Rahman, A., Mackie, K. R. (2023). Node-to-node contact-friction "
+    "problems using run-time parameter updates on a conventional force-deformation finite element. "
+    "Finite Elements in Analysis and Design 218.",
+    "Rahman and Mackie": "Rahman, A., Mackie, K. R. Modeling abutment contact-friction using "
+    "run-time parameter updates.",
+    "Schuirmann 1987": "Schuirmann, D. J. (1987). A comparison of the two one-sided tests "
+    "procedure and the power approach for assessing the equivalence of average bioavailability. "
+    "Journal of Pharmacokinetics and Biopharmaceutics 15(6), 657-680.",
+    "Scott and Fenves 2006": "Scott, M. H., Fenves, G. L. (2006). Plastic hinge integration "
+    "methods for force-based beam-column elements. Journal of Structural Engineering 132(2), "
+    "244-252.",
+    "Tobin 1958": "Tobin, J. (1958). Estimation of relationships for limited dependent variables. "
+    "Econometrica 26(1), 24-36.",
+    "Vamvatsikos and Cornell 2002": "Vamvatsikos, D., Cornell, C. A. (2002). Incremental dynamic "
+    "analysis. Earthquake Engineering & Structural Dynamics 31(3), 491-514.",
+    "Zhu et al. 2018": "Zhu, M., McKenna, F., Scott, M. H. (2018). OpenSeesPy: Python library for "
+    "the OpenSees finite element framework. SoftwareX 7, 6-11.",
 }
 #: Heads of the table of limit states.
 STATE_HEADS: Final = ("component", "demand", "median", "dispersion", "source")
@@ -43,12 +95,12 @@ _CONTACT: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Methods:
-    """The methods of a study as a paper describes them.
+    """Methods of a study.
 
     Attributes:
         parts: Paragraphs by their subject.
         states: Rows of the limit states: component, demand, medians, dispersion, source.
-        references: The works that the paragraphs cite, in full, sorted.
+        references: Cited works in full, sorted.
     """
 
     parts: Mapping[str, str]
@@ -56,37 +108,37 @@ class Methods:
     references: Sequence[str]
 
     def markdown(self) -> str:
-        """Return the whole as a page of Markdown."""
-        said = "\n".join(f"**{name}.** {text}\n" for name, text in self.parts.items())
+        """Return the methods as a page of Markdown."""
+        text = "\n".join(f"**{name}.** {text}\n" for name, text in self.parts.items())
         rows = [" | ".join(cell.replace("|", "/") for cell in row) for row in self.states]
         rules = " | ".join("---" for _ in STATE_HEADS)
         table = "\n".join(f"| {row} |" for row in (" | ".join(STATE_HEADS), rules, *rows))
         listed = "\n".join(f"- {work}" for work in self.references)
-        return f"# Methods\n\n{said}\n## Limit states\n\n{table}\n\n## References\n\n{listed}\n"
+        return f"# Methods\n\n{text}\n## Limit states\n\n{table}\n\n## References\n\n{listed}\n"
 
 
 def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Methods:
     """Return paragraphs on models, motions, analyses and statistics, and the references in them.
 
-    A reader fills in what a configuration does not know, the site and the purpose.
+    Site and purpose are not in a configuration; the reader adds them.
 
     Args:
         config: The study.
-        suite: Its motions as prepared, which say where they come from; None before.
+        suite: Table of the prepared motions with their sources; None before they are prepared.
 
     Raises:
         InputError: A bridge or the limit states of the study cannot be read.
     """
     sources = [] if suite is None else list(dict.fromkeys(suite["source"].astype(str)))
     bridges = [load_bridge(name) for name in config.grid.bridge]
-    told = {
+    paragraphs = {
         "Bridges": _bridges(bridges, config.analysis.model_options(config.model)),
         "Abutments": _abutments(config),
         "Ground motions": _motions(config.motions, "; ".join(filter(None, sources))),
         "Analyses": _analyses(config),
         "Statistics": _statistics(config.fragility, config.motions),
     }
-    parts = {name: " ".join(sentences) for name, sentences in told.items()}
+    parts = {name: " ".join(sentences) for name, sentences in paragraphs.items()}
     states = _limit_states(config)
     text = " ".join([*parts.values(), *chain(*states)])
     cited = sorted(key for key in REFERENCES if re.search(rf"{re.escape(key)}(?! \d)", text))
@@ -108,7 +160,7 @@ def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str
     if any(bridge.details == "surrogate" for bridge in bridges):
         yield (
             "Details that are not public (deck section, reinforcement, abutments) are surrogates; "
-            "the source of every number stands in the file of the bridge."
+            "the file of the bridge gives the source of every number."
         )
     if model.elastic_columns:
         columns = "The columns are elastic with cracked stiffness."
@@ -131,26 +183,27 @@ def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str
     else:
         yield "Column shear capacity is the revised UCSD model (Kowalsky and Priestley 2000)."
     if model.shear_failure == "flag":
-        yield "A column that reaches it is marked; the analysis counts as beyond the model then."
+        yield "An analysis in which a column reaches it counts as a shear failure of that column."
     else:
         yield "A column that reaches it loses its shear strength."
     ratios = sorted({model.damping_ratio or bridge.damping.ratio for bridge in bridges})
     shown = " and ".join(f"{100 * ratio:g} %" for ratio in ratios)
     yield f"Rayleigh damping of deck and columns is {shown} of critical at two periods."
     bases = "rigid ground" if model.foundation == "fixed" else "foundation springs"
-    yield f"Column bases stand on {bases}."
+    yield f"Column bases rest on {bases}."
 
 
 def _abutments(config: StudyConfig) -> Iterator[str]:
     names = list(config.grid.abutment)
-    yield f"The seat-type abutments are modelled {'; '.join(_ABUTMENTS[name] for name in names)}."
+    models = "; ".join(ABUTMENTS[name].description for name in names)
+    yield f"The seat-type abutments are modelled {models}."
     model = config.analysis.model_options(config.model)
     if any(name.startswith("contact") for name in names):
         update = "predicted at the end of each step"
         if model.coupling == "lagged":
             update = "of the last committed step"
         points = _count(model.backwall_points, "point")
-        yield f"{_CONTACT}, {update}; {points} lie along each backwall."
+        yield f"{_CONTACT}, {update}; {points} are placed along each backwall."
     if model.backfill == "sdc" and names != ["roller"]:
         yield "The backfill is bilinear (Caltrans 2019)."
     elif any(name not in ("roller", "simplified") for name in names):
@@ -169,7 +222,7 @@ def _abutments(config: StudyConfig) -> Iterator[str]:
 
 def _motions(motions: MotionsConfig, source: str) -> Iterator[str]:
     count = "All" if motions.count is None else f"{motions.count}"
-    known = f" ({_cited_source(source)})" if source else ""
+    cited = f" ({_cited_source(source)})" if source else ""
     low, high = motions.level_range_g
     scaled = {
         "scaled_cloud": f"each with one factor, the same for all bridges and variants, so that "
@@ -183,7 +236,7 @@ def _motions(motions: MotionsConfig, source: str) -> Iterator[str]:
     }
     suite = " of the suite" if motions.count is None else ""
     yield (
-        f"{count} two-component ground motions{suite}{known} act on every variant, "
+        f"{count} two-component ground motions{suite}{cited} act on every variant, "
         f"{scaled[motions.design]}, at an incidence of {_listed(motions.incidence_deg)} degrees."
     )
     if motions.shaking_s is not None:
@@ -221,30 +274,41 @@ def _integrator(analysis: AnalysisSettings) -> str:
 
 
 def _statistics(fits: FitSettings, motions: MotionsConfig) -> Iterator[str]:
-    level = f"{100 * fits.confidence:g} %"
+    level, effect = f"{100 * fits.confidence:g} %", f"{100 * fits.effect_confidence:g} %"
     yield (
-        "Fragility functions are lognormal in "
-        f"{plain_label(fits.im)}. Medians and dispersions come from cloud regression (Cornell et "
-        "al. 2002), in which runs that collapsed, failed or went beyond the model are censored "
-        "demands (Tobin 1958), and beside it from maximum likelihood on whether a state was "
-        "exceeded (Baker 2015)."
+        f"Fragility functions are lognormal in {plain_label(fits.im)}. Medians and dispersions "
+        "come from cloud regression (Cornell et al. 2002) with one slope for all states of a "
+        "demand. Runs that collapsed or failed, and runs after the failure of a column, give a "
+        "lower bound of every demand that the failure does not decide (Tobin 1958); a demand of "
+        "zero gives an upper bound. A second fit by "
+        "maximum likelihood uses only whether a state was exceeded (Baker 2015)."
+    )
+    yield (
+        "The median of the cloud is used unless the two differ by more than two standard errors "
+        "(Hausman 1978) and at least five runs lie on each side of the state. States that no run "
+        "of a bridge reached have no curve. The loss of a column, by shear or by flexure, is a "
+        "component of its own."
     )
     if motions.design in ("stripes", "ida"):
-        yield (
-            f"Intervals at {level} are by bootstrap of whole records, {fits.bootstrap} replicates "
-            "(Efron and Tibshirani 1993)."
-        )
+        yield f"Intervals at {level} are by jackknife over motions (Efron and Tibshirani 1993)."
     else:
         yield (
             f"Intervals at {level} are Fieller's for the regression (Fieller 1954) and profile "
-            "likelihood for the other."
+            "likelihood for the other fit."
         )
     yield (
-        "Effects of the axes are ratios of demands paired by motion (differences for rotations and "
-        "abutment deformations), with Student's t intervals at "
-        f"{100 * fits.effect_confidence:g} % over motions; a change within {100 * fits.margin:g} % "
-        "is called negligible where the whole interval lies inside (Schuirmann 1987), and verdicts "
-        "that hold together are adjusted (Holm 1979)."
+        "Effects of the axes are ratios of median capacities, with errors by jackknife over "
+        "motions, and ratios of demands paired by motion (differences for rotations and abutment "
+        f"deformations), both with Student's t intervals at {effect} and averaged over all pairs "
+        "of variants. A regression of the paired log ratios on log intensity gives the effect at "
+        "an intensity."
+    )
+    yield (
+        f"A change within {100 * fits.margin:g} % of a demand or {100 * fits.median_margin:g} % of "
+        "a median capacity is called negligible where the whole interval lies inside (Schuirmann "
+        "1987). The verdicts are adjusted for the number of comparisons (Holm 1979): those of a "
+        "bridge, abutment model and axis hold together, the headline demands and states as one "
+        "family and the others as another."
     )
 
 
@@ -265,7 +329,7 @@ def _limit_states(config: StudyConfig) -> list[tuple[str, ...]]:
 
 
 def _cited_source(source: str) -> str:
-    """Return the source of the motions as it is cited, where it is a work that we know."""
+    """Return the citation of the source of the motions, or the source itself if it has none."""
     if "Dabaghi and Der Kiureghian (2018)" in source:
         return "simulated, Dabaghi and Der Kiureghian 2018"
     return source
@@ -273,8 +337,8 @@ def _cited_source(source: str) -> str:
 
 def _count(number: int, what: str) -> str:
     words = ("no", "one", "two", "three", "four", "five", "six")
-    told = words[number] if number < len(words) else f"{number}"
-    return f"{told} {what}{'' if number == 1 else 's'}"
+    text = words[number] if number < len(words) else f"{number}"
+    return f"{text} {what}{'' if number == 1 else 's'}"
 
 
 def _listed(values: Sequence[float]) -> str:

@@ -1,4 +1,4 @@
-"""Pictures of ground motions: a page per record, the spectra of a suite."""
+"""Figures of ground motions: a page per record, the spectra of a suite."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from skewbridge.motions.intensity import arias_build_up, displacement, velocity
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.spectrum import component_psa, pair_psa
-from skewbridge.report.fragility_style import plain_log_ticks
+from skewbridge.report.axis_layout import plain_log_ticks
 from skewbridge.units import G_MPS2
 
 type Vector = NDArray[np.float64]
@@ -122,7 +122,7 @@ def suite_spectra(
         axis.set_xlim(float(periods[0]), float(periods[-1]))
         if model:
             _draw_model(axis, panels[0, 1], periods, log_psa, model)
-        _grid(axis, "0.92")  # last: drawing sets the tick labels anew
+        _grid(axis, "0.92")  # last: drawing resets the tick labels
         axis.legend(frameon=False, loc="lower left")
         figure.suptitle(title, x=0.01, ha="left", fontsize=10, parse_math=False)
         sns.despine(figure)

@@ -1,4 +1,4 @@
-"""Files written from the code: key table and JSON schemas of the configuration, data dictionary."""
+"""Configuration keys, JSON schemas and data dictionary, written from the code."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -11,25 +11,20 @@ from pydantic import TypeAdapter
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.bridge.catalogue.schema import bridge_schema
 from skewbridge.demands.columns import COLUMNS
-from skewbridge.fragility.old_joint.columns import JOINT_COLUMNS
-from skewbridge.fragility.tables.curve_rows import CURVE_COLUMNS
-from skewbridge.fragility.tables.effects import EFFECT_COLUMNS
-from skewbridge.fragility.tables.factors import SUMMARY_COLUMNS
-from skewbridge.fragility.tables.limit_states import LimitStateEntry
-from skewbridge.fragility.tables.needed_motions import NEEDED_COLUMNS
-from skewbridge.fragility.tables.paper_table import PAPER_COLUMNS
+from skewbridge.fragility.limit_states import LimitStateEntry
+from skewbridge.fragility.predict import CHECK_COLUMNS
+from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
 
 ROOT: Final = Path(__file__).parents[3]
 
 TABLES: Final = {
-    "fragility/curves": CURVE_COLUMNS,
-    "fragility/joint": JOINT_COLUMNS,
-    "fragility/effects": EFFECT_COLUMNS,
-    "fragility/factors": SUMMARY_COLUMNS,
-    "fragility/needed_motions": NEEDED_COLUMNS,
-    "fragility/table.csv": PAPER_COLUMNS,
+    **{
+        f"fragility/{name}{'.csv' if name == PAPER_TABLE else ''}": columns
+        for name, columns in DESCRIPTIONS.items()
+    },
+    "fragility/check_predict": CHECK_COLUMNS,
     "modelling_choices": CHOICE_COLUMNS,
 }
 
@@ -75,8 +70,8 @@ COLUMNS_HEAD: Final = """\
 
 One row per (variant, motion_id, scale, incidence_deg), sorted by that key. SI unless the name says
 otherwise. Displacements are relative to the ground and counted from the state after gravity. The
-same texts stand in the metadata of the parquet fields. A row whose status is not `ok` keeps the
-peaks up to the time it reached.
+metadata of the parquet fields has the same texts. A row whose status is not `ok` keeps the peaks up
+to the time it reached; `complete` is true where every demand is the peak over the whole motion.
 
 This page is written from the code (`src/skewbridge/demands/schema.py` and the fragility package) by
 `make docs`.

@@ -1,4 +1,9 @@
-"""Figures of one analysis, or of a few to compare, from their tables of histories."""
+"""Figures of the histories of one analysis, or of several under the same motion.
+
+References:
+    Rathje, Abrahamson and Bray (1998), J. Geotech. Geoenviron. Eng. 124(2):150-159: mean period.
+    Konno and Ohmachi (1998), BSSA 88(1):228-241: smoothing on a logarithmic frequency axis.
+"""
 
 from collections.abc import Mapping
 from itertools import chain
@@ -12,14 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from skewbridge.report.frequency_content import (
-    DEFAULT_BAND_HZ,
-    fourier_amplitude,
-    fourier_ratio,
-    konno_ohmachi,
-    mean_period_s,
-)
-from skewbridge.report.fragility_style import STYLE, note, plain_log_ticks
+from skewbridge.errors import InputError
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.report.axis_layout import STYLE, plain_log_ticks
 from skewbridge.units import KN, MM, MN
 
 _LINE: Final = 0.9
@@ -29,6 +29,8 @@ _OVERLAID: Final[tuple[dict[str, Any], ...]] = (
     {"color": "#7db8dc", "lw": 1.8},
     *({"color": colour, "lw": 0.7} for colour in ("#a34700", *_COLOURS[2:])),
 )
+DEFAULT_BAND_HZ: Final = (0.1, 10.0)
+_BANDWIDTH: Final = 40.0  # source: Konno and Ohmachi (1998), their b for engineering use
 SPECTRA: Final = {
     "deck_ux_m": "longitudinal (m s)",
     "deck_uy_m": "transverse (m s)",
@@ -75,10 +77,10 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
-    """Draw what the left abutment does to the deck against the displacement, runs overlaid.
+    """Draw forces of the left abutment on the deck against the displacement, runs overlaid.
 
-    A row each for the whole force and for the pads alone, along and across the bridge; where there
-    are contacts another for the normal forces of backwall and shear keys alone.
+    One row of panels for the whole force, one for the pads alone, along and across the bridge; with
+    contacts a third one for the normal forces of backwall and shear keys.
     """
     names = contact_names(next(iter(runs.values())))
     rows = [
@@ -119,18 +121,24 @@ def _normals(names: list[str], part: str) -> list[str]:
     return [f"{name}_normal_kn" for name in names if f"_left_{part}" in name]
 
 
+def moving_columns(runs: Mapping[str, pd.DataFrame]) -> list[str]:
+    """Return the displacements of the deck that vary in every one of two or more histories."""
+    tables = list(runs.values())
+    return [
+        name
+        for name in SPECTRA
+        if len(tables) > 1 and all(name in t and np.ptp(t[name]) > 0.0 for t in tables)
+    ]
+
+
 def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw smoothed Fourier amplitudes of the deck and their ratio to the first history.
 
     Args:
         runs: Tables with ``t_s`` and the deck's displacements by name; the first is the
-            reference (no friction), all of the same motion.
+            reference (no friction), all of the same motion; `moving_columns` has one or more.
     """
-    names = list(runs)
-    columns = [c for c in SPECTRA if all(c in table for table in runs.values())]
-    columns = [c for c in columns if all(np.ptp(table[c]) > 0.0 for table in runs.values())]
-    if len(names) < 2 or not columns:
-        return note("Frequency content needs two histories in which the deck moves")
+    names, columns = list(runs), moving_columns(runs)
     grid = np.geomspace(DEFAULT_BAND_HZ[0] * 1.2, DEFAULT_BAND_HZ[1] / 1.2, 160)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.9 * len(columns) + 0.6, 4.2), layout="constrained")
@@ -244,3 +252,64 @@ def _name_runs(figure: Figure, axis: Axes, names: list[str]) -> None:
         figure.suptitle(names[0], fontsize=10)
     else:
         figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+
+
+def mean_period_s(
+    values: FloatArray, dt_s: float, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
+) -> float:
+    """Return the mean period sum(A^2/f)/sum(A^2) of a history, for example of the deck, s.
+
+    The history has shape (n,) and is equally spaced; its mean is taken off.
+
+    Raises:
+        InputError: The history is constant, too short or not finite.
+    """
+    frequency, amplitude = fourier_amplitude(values, dt_s, band_hz)
+    power = amplitude**2
+    return float(np.sum(power / frequency) / np.sum(power))
+
+
+def fourier_amplitude(
+    values: FloatArray, dt_s: float, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
+) -> tuple[FloatArray, FloatArray]:
+    """Return frequencies in the band and Fourier amplitudes (unit of the history times s)."""
+    if values.ndim != 1 or values.size < 16 or not np.all(np.isfinite(values)):
+        raise InputError(f"a history needs 16 or more finite values, got shape {values.shape}")
+    if not dt_s > 0.0:
+        raise InputError(f"dt_s must be > 0, got {dt_s:g}")
+    centred = values - np.mean(values)
+    if np.ptp(centred) == 0.0:
+        raise InputError("a constant history has no frequency content")
+    # padded to a power of two above twice the length, so that the band is finely sampled
+    size = 1 << (2 * centred.size - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(centred, size)) * dt_s
+    frequency = np.fft.rfftfreq(size, dt_s)
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    if np.sum(inside) < 8:
+        raise InputError(
+            f"band {band_hz} Hz holds {int(np.sum(inside))} frequencies of the history, need 8"
+        )
+    return frequency[inside], spectrum[inside]
+
+
+def fourier_ratio(
+    with_friction: FloatArray,
+    without: FloatArray,
+    dt_s: float,
+    grid_hz: FloatArray,
+    band_hz: tuple[float, float] = DEFAULT_BAND_HZ,
+) -> FloatArray:
+    """Return the ratio of smoothed Fourier amplitudes of two histories at given frequencies.
+
+    Both histories, shape (n,), are of the same motion; ``grid_hz`` lies inside the band.
+    """
+    f_top, top = fourier_amplitude(with_friction, dt_s, band_hz)
+    f_bottom, bottom = fourier_amplitude(without, dt_s, band_hz)
+    return konno_ohmachi(f_top, top, grid_hz) / konno_ohmachi(f_bottom, bottom, grid_hz)
+
+
+def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, grid: FloatArray) -> FloatArray:
+    """Return the smoothed amplitude: window [sin(b log10 f/fc)/(b log10 f/fc)]^4, b = 40."""
+    argument = _BANDWIDTH * np.log10(frequency / grid[:, None])
+    window = np.sinc(argument / np.pi) ** 4
+    return window @ amplitude / np.sum(window, axis=1)

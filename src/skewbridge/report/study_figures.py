@@ -1,56 +1,85 @@
-"""The figures of a study: a new one is a function of tables and a row of a table here."""
+"""Figures of a study: their list with captions, drawing, and files of a given width and font."""
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from functools import partial
-from inspect import signature
-from itertools import groupby, product
-from operator import attrgetter
+from io import BytesIO
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+import matplotlib as mpl
+import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
+from skewbridge.demands.columns import label_of
+from skewbridge.demands.completeness import with_derived_columns
+from skewbridge.errors import InputError
 from skewbridge.motions.prepared import read_suite
+from skewbridge.motions.record import SuiteMotion
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
-from skewbridge.report.choice_figures import tornado
-from skewbridge.report.figure_cases import (
-    CHOICES,
-    CLOUDS,
-    CURVES,
-    EFFECTS,
-    HISTORIES,
-    MOTIONS,
-    StudyTables,
-    choice_cases,
-    cloud_cases,
-    curve_cases,
-    effect_cases,
-    pair_cases,
+from skewbridge.reading import shortened
+from skewbridge.report.choice_figures import tornado, tornado_text
+from skewbridge.report.effect_figures import (
+    effects_by_intensity,
+    intensity_demands,
+    pooled_effects,
+    verdict_map,
 )
-from skewbridge.report.figure_files import Drawing, save_figure
-from skewbridge.report.fragility_effect_figures import paired_ratios, verdict_map
-from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
+from skewbridge.report.fragility_figures import (
+    demand_clouds,
+    fragility_curves,
+    least_shown,
+    shown_curves,
+)
 from skewbridge.report.motion_figures import applied_spectra
-from skewbridge.report.pooled_effect_figure import pooled_effects
-from skewbridge.report.run_figures import displacement_figure, frequency_figure, hysteresis_figure
-from skewbridge.study.figure_settings import FigureSettings
-from skewbridge.study.friction_pair import read_friction_pair
+from skewbridge.report.run_figures import (
+    displacement_figure,
+    frequency_figure,
+    hysteresis_figure,
+    moving_columns,
+)
+from skewbridge.study.figure_settings import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
+from skewbridge.units import INCH, MM
 from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.axes import axes_of
+
+#: Sections of the report.
+EFFECTS, CURVES, CLOUDS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
+    "effects",
+    "curves",
+    "clouds",
+    "choices",
+    "histories",
+    "motions",
+)
+_TABLES: Final = ("demands", "curves", "medians", "effects", "intensity_effects")
+PNG_DPI: Final = 300
+#: Font that has every sign of the figures.
+_EVERY_SIGN: Final = "DejaVu Sans"
+#: Smallest part of its own width in which the texts of a figure do not meet.
+_NARROWEST: Final = 0.8
+_SVG_SIZE: Final = re.compile(rb'(<svg [^>]*)width="([\d.]+)pt" height="([\d.]+)pt"')
+
+type Drawing = Callable[[], Figure]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Caption:
-    """What the report says of a figure.
+    """Text of the report about a figure.
 
     Attributes:
         name: File name without ending.
-        section: Part of the report that it stands in, one of `figure_cases.SECTIONS`.
+        section: Section of the report, one of `SECTIONS`.
         title: One line.
-        text: What to see and how it was made.
+        text: Content of the figure and its method.
     """
 
     name: str
@@ -59,115 +88,288 @@ class Caption:
     text: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StudyFigure(Caption):
-    """A row of the tables of figures; braces in its texts hold words of a case.
+type StudyFigure = tuple[Caption, Drawing]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureTables:
+    """Tables of a study that its figures are drawn from.
 
     Attributes:
-        draw: Draws one figure; its parameters are named as attributes of `StudyTables` or words
-            of a case.
-        cases: Words of each figure that the row stands for; rows in sequence with the same cases
-            alternate.
+        demands: Demands table.
+        curves: Fits.
+        medians: Effects on median capacities.
+        effects: Effects on demands.
+        intensity_effects: Effects on demands by intensity.
+        suite: Motions as applied.
+        pair: Histories of one bridge without and with friction; None if the study has none.
+        choices: Modelling choices; None before `make choices`.
     """
 
-    draw: Callable[..., Figure]
-    cases: Callable[[StudyTables], Sequence[Mapping[str, str]]] = lambda _: ({},)
+    demands: pd.DataFrame
+    curves: pd.DataFrame
+    medians: pd.DataFrame
+    effects: pd.DataFrame
+    intensity_effects: pd.DataFrame
+    suite: Sequence[SuiteMotion]
+    pair: FrictionPair | None
+    choices: pd.DataFrame | None = None
+
+    def of_model(self, bridge: str, abutment: str) -> "FigureTables":
+        """Return the tables of one bridge with one abutment model."""
+        own = {
+            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
+            for name, table in vars(self).items()
+            if isinstance(table, pd.DataFrame)
+        }
+        return replace(self, **own)
 
 
-#: Drawn for each bridge with each abutment model.
-MODEL_FIGURES: Final = (
-    StudyFigure(
-        name="pooled_effects",
+def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    """Yield caption and drawing function of every figure, those of each bridge model first."""
+    tables = replace(tables, demands=with_derived_columns(tables.demands))
+    models = tables.demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
+    for bridge, abutment in sorted(models):
+        start = f"{bridge}_{ABUTMENTS[abutment].code}_"
+        title = f"{bridge}, {abutment.replace('_', '-')}: "
+        own = tables.of_model(bridge, abutment)
+        for figures in MODEL_FIGURES:
+            for caption, draw in figures(own):
+                named = replace(caption, name=start + caption.name, title=title + caption.title)
+                yield named, draw
+    for figures in STUDY_FIGURES:
+        yield from figures(tables)
+
+
+def _pooled_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    for name, words, table in _effect_tables(tables):
+        rows = table[table["scope"] == "pooled"]
+        if rows.empty:
+            continue
+        caption = Caption(
+            name=f"pooled_{name}",
+            section=EFFECTS,
+            title=f"Effects of {_listed(_along(rows))} on {words}, all variants",
+            text="Mean of all pairs of variants that differ in one axis only, motion by motion, in "
+            "units of the margin of each row (per cent; mm and mrad for small demands). The "
+            "numbers at the right are the changes. " + _verdict_text(rows),
+        )
+        yield caption, partial(pooled_effects, rows)
+
+
+def _verdict_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    for name, words, table in _effect_tables(tables):
+        rows = table[table["scope"] == "variant"]
+        for axis in reversed(axes_of(dict.fromkeys(rows["axis"]))):
+            own = rows[rows["axis"] == axis.name]
+            caption = Caption(
+                name=f"verdict_{axis.name}" + ("" if name == "demands" else f"_{name}"),
+                section=EFFECTS,
+                title=f"Effect of {axis.title} on {words}, by pair of variants",
+                text="Change under the same motions for each pair of variants that differ in "
+                f"{axis.title} only. {_verdict_text(own)}",
+            )
+            yield caption, partial(verdict_map, rows, axis.name)
+
+
+def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    table = tables.intensity_effects
+    demands = intensity_demands(table)
+    if not demands:
+        return
+    im_label = label_of(str(tables.curves["im"].iloc[0]))
+    reference = table.loc[table["at_reference"] & ~table["clipped"], "im"]
+    at = (
+        f"The reference intensity is {reference.iloc[0]:.2g} ({im_label}). "
+        if len(reference)
+        else ""
+    )
+    pooled = tables.effects[tables.effects["scope"] == "pooled"]
+    tests = pooled.loc[pooled["demand"].isin(demands), "p_slope"].dropna()
+    caption = Caption(
+        name="effects_by_intensity",
         section=EFFECTS,
-        title="What do skew, gap and friction change, all variants together?",
-        text="Average over all pairs of variants that differ in one axis only, motion by motion, "
-        "in units of the margin of each demand (per cent; mm and mrad where the ratio of small "
-        "numbers says little). The numbers are the changes themselves.",
-        draw=pooled_effects,
-        cases=lambda tables: effect_cases(tables)[:1],
-    ),
-    StudyFigure(
-        name="verdict_{axis}",
-        section=EFFECTS,
-        title="When does {axis_words} matter?",
-        text="Change of demand, each motion with itself. Negligible, lower, higher: the {level} "
-        "interval lies within, below or above the margin ({margin}, or as said beside the demand).",
-        draw=verdict_map,
-        cases=effect_cases,
-    ),
-    StudyFigure(
-        name="ratios_{axis}",
-        section=EFFECTS,
-        title="Paired effect of {axis_words} with {level} intervals",
-        text="Student's intervals over motions. The shaded band is {margin} either "
-        "way. A pair in which one run collapsed counts as a bound. Arrows with numbers lie beyond "
-        "the axis. Demands that are judged by their differences stand in the map of verdicts.",
-        draw=paired_ratios,
-        cases=effect_cases,
-    ),
-    StudyFigure(
-        name="curves_{component}_{method}",
-        section=CURVES,
-        title="Fragility of {component_words}, {method} fit",
-        text="Curves have the total dispersion (record-to-record and capacity), bands are {level} "
-        "of the fit; marks are the analyses. A limit state that no analysis reached has no curve.",
-        draw=fragility_curves,
-        cases=curve_cases,
-    ),
-    StudyFigure(
-        name="cloud_{demand}",
-        section=CLOUDS,
-        title="{label} against intensity",
-        text="One mark per analysis, open where its demand is a peak so far; lines are the log-log "
-        "regressions.",
-        draw=demand_clouds,
-        cases=cloud_cases,
-    ),
-    StudyFigure(
+        title="Effects by intensity",
+        text="Regression of the paired log ratio on log intensity, all variants, with a "
+        f"{100 * table['level'].iloc[0]:g} % band clustered by motion, in the range of the pairs. "
+        f"{at}A dot is at the reference intensity; an open one is at the end of the range nearest "
+        f"to it. The slope differs from zero (p < 0.05) in {int((tests < 0.05).sum())} of "
+        f"{len(tests)} effects.",
+    )
+    yield caption, partial(effects_by_intensity, table, im_label)
+
+
+def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    shown = shown_curves(tables.curves)
+    for component, rows in shown.groupby("component", sort=False):
+        drawn = rows[rows["preferred"]]
+        by_exceedance = int((drawn["method"] != "cloud").sum())
+        differ = int(drawn["methods_differ"].sum())
+        words = str(component).replace("_", " ")
+        text = (
+            f"{len(drawn)} curves, {by_exceedance} of them from exceedances and the others from "
+            "cloud fits, with record-to-record and capacity dispersion and a "
+            f"{100 * rows['level'].iloc[0]:g} % band of the fit. Ticks are analyses: at the top "
+            "those that exceed the state, at the bottom those that do not. "
+        )
+        if differ:
+            text += (
+                f"The medians of both methods differ in {differ} curves (by more than 15 %, or two "
+                "standard errors): an open diamond is the median of the other method. "
+            )
+        text += "A limit state that no analysis reached has no curve and is listed at the top."
+        caption = Caption(
+            name=f"curves_{component}",
+            section=CURVES,
+            title=f"Fragility of {words}",
+            text=text,
+        )
+        yield caption, partial(fragility_curves, tables.curves, tables.demands, str(component))
+
+
+def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    demands = tables.demands
+    for name in dict.fromkeys(map(str, tables.curves["demand"])):
+        if name not in demands or least_shown(demands, tables.curves, name) is None:
+            continue
+        early, zero = int((~demands["complete"]).sum()), int((demands[name] == 0.0).sum())
+        text = f"One mark for each of {len(demands)} analyses; lines are the fits. "
+        if early:
+            text += (
+                f"{early} open marks with a tick upward: the analysis ended early, by collapse or "
+                "failure of a column, so the demand is a lower bound. "
+            )
+        if zero:
+            text += f"{zero} demands are zero and drawn at the bottom."
+        caption = Caption(
+            name=f"cloud_{name}",
+            section=CLOUDS,
+            title=f"{label_of(name)} against intensity",
+            text=text.strip(),
+        )
+        yield caption, partial(demand_clouds, demands, tables.curves, name)
+
+
+def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    if tables.choices is None or tables.choices.empty:
+        return
+    caption = Caption(
         name="modelling_choices",
         section=CHOICES,
-        title="Which choices of the modeller matter as much as friction?",
-        text="{choice_text}",
-        draw=tornado,
-        cases=choice_cases,
-    ),
-)
-#: Drawn once.
-STUDY_FIGURES: Final = (
-    StudyFigure(
-        name="hysteresis",
-        section=HISTORIES,
-        title="Abutment without and with friction: {place}",
-        text="Left abutment: all that it does to the deck (backwall, keys and pads) along and "
-        "across the bridge, the pads alone, and the normal contact forces of backwall and shear "
-        "keys alone, against the displacement of the deck end.",
-        draw=hysteresis_figure,
-        cases=pair_cases,
-    ),
-    StudyFigure(
-        name="displacement",
-        section=HISTORIES,
-        title="Deck without and with friction: {place}",
-        text="Displacement and rotation at the mass centre, relative to the ground.",
-        draw=displacement_figure,
-        cases=pair_cases,
-    ),
-    StudyFigure(
-        name="frequency",
-        section=HISTORIES,
-        title="Frequency content without and with friction: {place}",
-        text="Smoothed Fourier amplitudes of the deck and their ratio.",
-        draw=frequency_figure,
-        cases=pair_cases,
-    ),
-    StudyFigure(
+        title="Modelling choices compared with friction, gap and skew",
+        text=tornado_text(tables.choices),
+    )
+    yield caption, partial(tornado, tables.choices)
+
+
+def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    if tables.pair is None:
+        return
+    variant, runs = tables.pair.variants[0], tables.pair.by_friction
+    name = f"skew {variant.skew_deg:g} degrees, gap {variant.gap_mm:g} mm"
+    name = f"without and with friction: {name}, motion {tables.pair.motion_id}"
+    yield (
+        Caption(
+            name="hysteresis",
+            section=HISTORIES,
+            title=f"Abutment {name}",
+            text="Forces of the left abutment on the deck (backwall, keys and pads) along and "
+            "across the bridge, of the pads alone, and normal contact forces of backwall and shear "
+            "keys alone, against the displacement of the deck end.",
+        ),
+        partial(hysteresis_figure, runs),
+    )
+    yield (
+        Caption(
+            name="displacement",
+            section=HISTORIES,
+            title=f"Deck {name}",
+            text="Displacement and rotation at the mass centre, relative to the ground.",
+        ),
+        partial(displacement_figure, runs),
+    )
+    if moving_columns(runs):
+        yield (
+            Caption(
+                name="frequency",
+                section=HISTORIES,
+                title=f"Frequency content {name}",
+                text="Smoothed Fourier amplitudes of the deck and their ratio.",
+            ),
+            partial(frequency_figure, runs),
+        )
+
+
+def _motion_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    caption = Caption(
         name="suite_spectra",
         section=MOTIONS,
         title="Response spectra of the motions",
         text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
-        draw=applied_spectra,
-    ),
+    )
+    yield caption, partial(applied_spectra, tables.suite)
+
+
+type Figures = Callable[[FigureTables], Iterator[StudyFigure]]
+#: Drawn for each bridge with each abutment model.
+MODEL_FIGURES: Final[tuple[Figures, ...]] = (
+    _pooled_figures,
+    _verdict_figures,
+    _intensity_figures,
+    _curve_figures,
+    _cloud_figures,
+    _choice_figures,
 )
+#: Drawn once.
+STUDY_FIGURES: Final[tuple[Figures, ...]] = (_history_figures, _motion_figures)
+
+
+def _effect_tables(tables: FigureTables) -> tuple[tuple[str, str, pd.DataFrame], ...]:
+    """Return name, words and table of both kinds of effects."""
+    return ("medians", "median capacities", tables.medians), ("demands", "demands", tables.effects)
+
+
+def _along(rows: pd.DataFrame) -> list[str]:
+    return [axis.label.lower() for axis in axes_of(dict.fromkeys(rows["axis"]))]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def _verdict_text(rows: pd.DataFrame) -> str:
+    """Return the meaning of the verdicts and their counts."""
+    level, margin = (f"{100 * float(rows[name].iloc[0]):g} %" for name in ("level", "margin"))
+    counts = rows["verdict_family"].value_counts()
+    found = ", ".join(f"{count} {name}" for name, count in counts.items())
+    text = (
+        f"Lower, higher, negligible: the {level} interval lies below, above or within the margin "
+        f"({margin} unless the row states another one), adjusted after Holm so that the verdicts "
+        f"of a family hold together. Verdicts: {found}."
+    )
+    missing = int((rows["status"] != "ok").sum())
+    return text + (f" {missing} are not estimable." if missing else "")
+
+
+def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> FigureTables:
+    """Read the tables that the figures of a study are drawn from.
+
+    Args:
+        paths: Files by name: demands, curves, medians, effects, intensity_effects, suite,
+            friction_pair.
+        choices: Table of modelling choices, if there is one.
+    """
+    return FigureTables(
+        **{name: read_frame(paths[name]) for name in _TABLES},
+        suite=read_suite(paths["suite"]),
+        pair=read_friction_pair(paths["friction_pair"]),
+        choices=None if choices is None else read_frame(choices),
+    )
+
+
+def read_captions(path: Path) -> list[Caption]:
+    """Return the captions of the figures of a study, in their order."""
+    return [Caption(**item) for item in json.loads(path.read_text("utf-8"))["figures"]]
 
 
 def draw_study(
@@ -182,64 +384,142 @@ def draw_study(
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
     Args:
-        paths: Files by name: demands, curves, effects, suite, friction_pair.
-        folder: Where the figures go.
-        captions: JSON file of what the report says of them.
+        paths: Files by name, as for `read_tables`.
+        folder: Folder of the figures.
+        captions: JSON file of the captions.
         settings: Width and font.
-        choices: Table of modelling choices, where there is one.
-        n_jobs: Processes that draw.
+        choices: Table of modelling choices, if there is one.
+        n_jobs: Number of processes.
     """
     folder.mkdir(parents=True, exist_ok=True)
     figures = list(study_figures(read_tables(paths, choices)))
     Parallel(n_jobs=n_jobs, backend="loky")(
         delayed(save_figure)(draw, settings, folder, caption.name) for caption, draw in figures
     )
-    said = {"figures": [asdict(caption) for caption, _ in figures]}
-    write_text(captions, json.dumps(said, indent=1))
+    texts = {"figures": [asdict(caption) for caption, _ in figures]}
+    write_text(captions, json.dumps(texts, indent=1))
 
 
-def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> StudyTables:
-    """Read what the figures of a study are drawn from.
+def finished_figures(results: Path) -> list[StudyFigure]:
+    """Return the figures of a finished study; none is drawn yet.
 
     Args:
-        paths: Files by name: demands, curves, effects, suite, friction_pair.
-        choices: Table of modelling choices, where there is one.
+        results: Folder of the study.
+
+    Raises:
+        InputError: A table is missing.
     """
-    return StudyTables(
-        **{name: read_frame(paths[name]) for name in ("demands", "curves", "effects")},
-        suite=read_suite(paths["suite"]),
-        pair=read_friction_pair(paths["friction_pair"]),
-        choices=None if choices is None else read_frame(choices),
-    )
+    folder = StudyFolder(results)
+    paths = {
+        "demands": folder.demands,
+        "curves": folder.fragility("curves"),
+        "medians": folder.fragility("median_effects"),
+        "effects": folder.fragility("effects"),
+        "intensity_effects": folder.fragility("intensity_effects"),
+        "suite": folder.suite,
+        "friction_pair": folder.friction_pair,
+    }
+    for path in paths.values():
+        if not path.is_file():
+            raise InputError(f"{path} is missing: run the study to its end first", file=str(path))
+    choices = folder.modelling_choices if folder.modelling_choices.is_file() else None
+    return list(study_figures(read_tables(paths, choices)))
 
 
-def read_captions(path: Path) -> list[Caption]:
-    """Return the captions of the figures of a study, in their order."""
-    return [Caption(**item) for item in json.loads(path.read_text("utf-8"))["figures"]]
+def draw_figures(
+    figures: Sequence[StudyFigure], names: Sequence[str], settings: FigureSettings, folder: Path
+) -> list[Path]:
+    """Draw the named figures of a study as SVG and PNG.
 
+    Args:
+        figures: All figures of the study.
+        names: Names of figures, with ``*`` for any text.
+        settings: Width and font.
+        folder: Folder of the files.
 
-def study_figures(tables: StudyTables) -> Iterator[tuple[Caption, Drawing]]:
-    """Yield every caption of a study with what draws its figure.
+    Returns:
+        The files.
 
-    Those of each bridge and abutment come first.
+    Raises:
+        InputError: A name fits no figure; nothing is drawn then.
     """
-    models = tables.demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
-    for bridge, abutment in sorted(models):
-        start = f"{bridge}_{ABUTMENTS[abutment].code}_"
-        title = f"{bridge}, {abutment.replace('_', '-')}: "
-        for caption, draw in _drawings(MODEL_FIGURES, tables.of_model(bridge, abutment)):
-            yield replace(caption, name=start + caption.name, title=title + caption.title), draw
-    yield from _drawings(STUDY_FIGURES, tables)
+    known = [caption.name for caption, _ in figures]
+    for name in names:
+        if not any(fnmatchcase(each, name) for each in known):
+            like = get_close_matches(name, known, n=3) or known[:3]
+            text = f"no figure has the name {shortened(name)}; among them are {', '.join(like)}"
+            raise InputError(f"{text}; skewbridge plot lists all")
+    return [
+        path
+        for caption, draw in figures
+        if any(fnmatchcase(caption.name, name) for name in names)
+        for path in save_figure(draw, settings, folder, caption.name)
+    ]
 
 
-def _drawings(
-    figures: Sequence[StudyFigure], tables: StudyTables
-) -> Iterator[tuple[Caption, Drawing]]:
-    for cases, group in groupby(figures, attrgetter("cases")):
-        for words, row in product(cases(tables), list(group)):
-            texts = {"name": row.name, "title": row.title, "text": row.text}
-            said = {part: text.format_map(words) for part, text in texts.items()}
-            caption = Caption(section=row.section, **said)
-            needs = signature(row.draw).parameters
-            given = {name: words.get(name, getattr(tables, name, None)) for name in needs}
-            yield caption, partial(row.draw, **given)
+def save_figure(draw: Drawing, settings: FigureSettings, folder: Path, name: str) -> list[Path]:
+    """Draw a figure and write it as SVG, with texts as texts, and as PNG.
+
+    Another font size, or a width too small for its columns, enlarges or reduces the figure as a
+    whole, so that its parts keep their positions.
+
+    Args:
+        draw: Function that draws it.
+        settings: Width and font.
+        folder: Folder of the files.
+        name: File name without ending.
+
+    Returns:
+        The two files.
+    """
+    vector_path, path = (folder / f"{name}.{ending}" for ending in ("svg", "png"))
+    with mpl.rc_context(_rc(settings)):
+        figure = draw()
+        scale = _fit(figure, settings)
+        tight: Any = {"bbox_inches": "tight"} if settings.width_mm is None else {}
+        vector = BytesIO()
+        figure.savefig(vector, format="svg", metadata={"Date": None}, **tight)
+        vector_path.write_bytes(_scaled_svg(vector.getvalue(), scale))
+        printed = {"dpi": (PNG_DPI, PNG_DPI)}
+        figure.savefig(path, dpi=PNG_DPI * scale, pil_kwargs=printed, **tight)
+    return [vector_path, path]
+
+
+def _rc(settings: FigureSettings) -> Any:
+    font = settings.font
+    # names of parts by their content, so that equal figures are equal files
+    chosen: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
+    if font == "sans-serif":
+        return chosen
+    chosen["font.family"] = [font, _EVERY_SIGN]
+    if font == "serif":
+        chosen["mathtext.fontset"] = "dejavuserif"
+    elif font not in GENERIC_FONTS:
+        italic, bold = f"{font}:italic", f"{font}:bold"
+        chosen |= {"mathtext.fontset": "custom", "mathtext.rm": font, "mathtext.cal": font}
+        chosen |= {"mathtext.it": italic, "mathtext.bf": bold}
+    return chosen
+
+
+def _fit(figure: Figure, settings: FigureSettings) -> float:
+    """Set the width of a figure; return the factor by which its file must be enlarged."""
+    scale = settings.font_size_pt / DESIGN_FONT_PT
+    if settings.width_mm is None:
+        return scale
+    width_in = settings.width_mm * MM / INCH
+    own_in, height_in = figure.get_size_inches()
+    laid_out_in = max(width_in / scale, _NARROWEST * own_in)
+    figure.set_size_inches(laid_out_in, height_in)
+    return width_in / laid_out_in
+
+
+def _scaled_svg(source: bytes, scale: float) -> bytes:
+    """Return a drawing with another size on paper and the same view box."""
+    if scale == 1.0:
+        return source
+
+    def enlarged(found: re.Match[bytes]) -> bytes:
+        width, height = (scale * float(size) for size in found.groups()[1:])
+        return found[1] + f'width="{width:.6g}pt" height="{height:.6g}pt"'.encode()
+
+    return _SVG_SIZE.sub(enlarged, source, count=1)

@@ -1,8 +1,8 @@
 """Colours, signs and words of the verdicts, the same in the page and in the figures.
 
-Hue tells the direction (blue lower, vermilion higher), depth how far the effect lies beyond its
-margin. The pair of hues is told apart by all common kinds of colour blindness (Okabe and Ito 2008),
-and a sign repeats what the colour says.
+The hue is the direction (blue lower, vermilion higher), the depth the distance of the effect from
+its margin. All common kinds of colour blindness distinguish the two hues (Okabe and Ito 2008), and
+a sign repeats the meaning of the colour.
 """
 
 from collections.abc import Hashable, Mapping
@@ -13,12 +13,13 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import label_of
-from skewbridge.fragility.tables.verdicts import (
+from skewbridge.fragility.verdicts import (
     DETECTABLE,
     DIFFERENCE,
     HIGHER,
     LOWER,
     NEGLIGIBLE,
+    NOT_ESTIMABLE,
     UNDECIDED,
 )
 
@@ -49,7 +50,7 @@ class VerdictStyle:
     verdict: str
 
     def words(self, margin: str = "") -> str:
-        """Return the words of the legend; without a margin they speak of that of each demand."""
+        """Return the words of the legend, with a margin or with "the margin"."""
         if margin:
             return self.text.format(margin=margin)
         return self.text.replace("±{margin}", "{margin}").format(margin="the margin")
@@ -105,27 +106,38 @@ STYLES: Final = {
         VerdictStyle(
             name="undecided",
             sign="?",
-            text="more motions needed",
+            text="inconclusive with these motions",
             fill="#ffffff",
             ink="#4a545c",
+            verdict=UNDECIDED,
+        ),
+        VerdictStyle(
+            name=NOT_ESTIMABLE,
+            sign="–",
+            text="not estimable",
+            fill="#f4f4f4",
+            ink="#6b7378",
             verdict=UNDECIDED,
         ),
     )
 }
 #: Entries of a legend: one for each class.
 LEGEND: Final = tuple(
-    STYLES[name] for name in ("lower2", "down", "within", "up", "higher2", "undecided")
+    STYLES[name]
+    for name in ("lower2", "down", "within", "up", "higher2", "undecided", NOT_ESTIMABLE)
 )
 
 
 def verdict_style(item: Row) -> VerdictStyle:
-    """Return the style of a row of the effects: by verdict, direction and size."""
-    verdict = str(item["verdict"])
+    """Return the style of a row of effects: by family-wise verdict, direction and size."""
+    if item["status"] == NOT_ESTIMABLE:
+        return STYLES[NOT_ESTIMABLE]
+    verdict = str(item["verdict_family"])
     if verdict in (LOWER, HIGHER):
         size = abs(in_margins(item)[1])
         return STYLES[f"{verdict}{1 + sum(size >= depth for depth in DEPTHS)}"]
     if verdict == DETECTABLE:
-        return STYLES["down" if item["direction"] < 0 else "up"]
+        return STYLES["down" if in_margins(item)[1] < 0.0 else "up"]
     return STYLES["within" if verdict == NEGLIGIBLE else UNDECIDED]
 
 
@@ -145,12 +157,17 @@ def in_margins(item: Row) -> tuple[float, float, float]:
 
 
 def demand_name(demand: str) -> str:
-    """Return the label of a demand without its unit: its change has one of its own."""
+    """Return the label of a demand without its unit, or component and state in words."""
+    if "/" in demand:
+        component, state = demand.replace("_", " ").split("/")
+        return f"{component.capitalize()}, {state}"
     return label_of(demand).split(" (")[0]
 
 
 def change_text(item: Row) -> str:
-    """Return the change of a demand as it is judged: in per cent, or in its unit."""
+    """Return an effect as it is judged: in per cent, or in its unit."""
+    if item["status"] == NOT_ESTIMABLE:
+        return "not estimable"
     if item["judged_by"] == DIFFERENCE:
         return signed(float(item["difference"]), f" {item['unit']}")
     return signed(100.0 * (float(item["ratio"]) - 1.0), " %")

@@ -15,6 +15,7 @@ class AbutmentTraits:
 
     Attributes:
         code: Two letters in the names of variants.
+        description: How it models the abutment, after "modelled".
         axes: Axes that the model has beyond skew, by their names in `skewbridge.variant.axes`;
             the others count as zero.
         has_pads: Whether elastomeric pads carry the deck end, rather than plain vertical supports.
@@ -25,6 +26,7 @@ class AbutmentTraits:
     """
 
     code: str
+    description: str
     axes: frozenset[str] = frozenset()
     has_pads: bool = False
     has_wall_points: bool = False
@@ -39,10 +41,16 @@ class AbutmentTraits:
 
 #: From the simplest to the most complete.
 ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
-    "roller": AbutmentTraits(code="ro"),
-    "simplified": AbutmentTraits(code="si", axes=frozenset({"gap_mm"})),
+    "roller": AbutmentTraits(code="ro", description="on rollers"),
+    "simplified": AbutmentTraits(
+        code="si",
+        description="as one bilinear spring with a gap at each corner of the deck",
+        axes=frozenset({"gap_mm"}),
+    ),
     "spring": AbutmentTraits(
         code="sp",
+        description="as elastomeric pads, backfill springs behind the joint gap and exterior "
+        "shear keys, without contact",
         axes=frozenset({"gap_mm"}),
         has_pads=True,
         has_wall_points=True,
@@ -50,6 +58,8 @@ ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
     ),
     "contact": AbutmentTraits(
         code="co",
+        description="as elastomeric pads, backfill and exterior shear keys that the deck "
+        "meets in frictionless contact",
         axes=frozenset({"gap_mm"}),
         has_pads=True,
         has_wall_points=True,
@@ -57,6 +67,8 @@ ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
     ),
     "contact_friction": AbutmentTraits(
         code="cf",
+        description="as elastomeric pads, backfill and exterior shear keys that the deck "
+        "meets in contact with Coulomb friction",
         axes=frozenset({"gap_mm", "friction"}),
         has_pads=True,
         has_wall_points=True,

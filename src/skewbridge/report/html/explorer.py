@@ -18,10 +18,9 @@ from skewbridge.demands.completeness import is_complete
 from skewbridge.fragility.old_likelihood.fit import FITTED
 from skewbridge.fragility.tables.key_columns import BRIDGE_COLUMNS
 from skewbridge.fragility.tables.verdicts import DIFFERENCE, may_be_negligible
-from skewbridge.report.axis_layout import named_value, shown_axes, value_text
+from skewbridge.report.answer import model_name
+from skewbridge.report.axis_layout import named_value, plain_label, shown_axes, value_text
 from skewbridge.report.fragility_figures import total_dispersion
-from skewbridge.report.html.answer import model_name
-from skewbridge.report.html.statements import plain_label
 from skewbridge.report.verdict_style import DEPTHS, STYLES
 from skewbridge.statuses import STATUSES
 from skewbridge.units import INCH, KIP, KN, MM

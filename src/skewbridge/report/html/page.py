@@ -11,21 +11,25 @@ import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.fragility.old_likelihood.fit import FITTED
+from skewbridge.fragility.existence import FITTED
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.stamp import read_stamp
 from skewbridge.provenance.tables import read_frame
+from skewbridge.report import answer
 from skewbridge.report.choice_figures import choice_findings, choices_left_out
-from skewbridge.report.figure_cases import CHOICES, CLOUDS, CURVES, EFFECTS, HISTORIES, MOTIONS
-from skewbridge.report.html import statements
-from skewbridge.report.html.answer import cards, model_name, title_of
-from skewbridge.report.html.detail_rows import factor_rows, measure_rows, system_rows
+from skewbridge.report.html import page_tables
 from skewbridge.report.html.explorer import explorer_data, library
-from skewbridge.report.html.paper_rows import fit_counts, paper_rows, states_out_of_reach
 from skewbridge.report.html.pictures import pictures_of
-from skewbridge.report.html.verdict_cells import verdict_maps
 from skewbridge.report.methods import STATE_HEADS, methods_of
-from skewbridge.report.study_figures import read_captions
+from skewbridge.report.study_figures import (
+    CHOICES,
+    CLOUDS,
+    CURVES,
+    EFFECTS,
+    HISTORIES,
+    MOTIONS,
+    read_captions,
+)
 from skewbridge.report.verdict_style import LEGEND, STYLES, margin_text
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import parse_config
@@ -46,7 +50,8 @@ def write_report(
 
     Args:
         tables: Paths by name: demands, curves, medians, system, measures, joint, effects,
-            needed_motions, factors, gate, sensitivity, suite, checks, captions.
+            intensity_effects, needed_motions, input_notes, gate, sensitivity, suite, checks,
+            captions; check_predict if it was made.
         figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
@@ -55,47 +60,83 @@ def write_report(
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
     demands, curves, effects = (frames[name] for name in ("demands", "curves", "effects"))
     pooled = effects[effects["scope"] == "pooled"]
+    pooled_medians = frames["medians"][frames["medians"]["scope"] == "pooled"]
     checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
+    im = str(curves["im"].iloc[0])
+    table = answer.answer_table(
+        medians=frames["medians"],
+        effects=effects,
+        intensities=frames["intensity_effects"],
+        curves=curves,
+    )
+    table, counts = answer.with_seats(table, demands), answer.run_counts(demands)
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
     )
     environment.filters |= {"number": _number, "head": _head, "unbroken": _unbroken}
     page = environment.get_template("report.html.j2").render(
-        title=title_of(pooled),
-        subtitle=statements.subtitle(demands, str(curves["im"].iloc[0])),
-        chips=statements.chips(demands, checks, frames["sensitivity"]),
-        bridges=statements.bridge_lines(
+        title=answer.title_of(table),
+        subtitle=page_tables.subtitle(demands, im),
+        failures=answer.failure_sentence(counts),
+        motions_line=answer.motions_sentence(frames["suite"], table),
+        chips=page_tables.chips(demands, checks, frames["sensitivity"]),
+        bridges=page_tables.bridge_lines(
             [load_bridge(name) for name in sorted(config["grid"]["bridge"])]
         ),
-        cards=cards(pooled, frames["needed_motions"]),
-        maps=verdict_maps(pooled),
+        cards=_cards(table, counts),
+        maps=page_tables.verdict_maps(pd.concat([pooled_medians, pooled], ignore_index=True)),
+        needed=page_tables.needed_sentences(frames["needed_motions"]),
         effect=_effect_words(pooled),
         styles=STYLES.values(),
         legend=LEGEND,
-        paper=paper_rows(curves, frames["medians"], frames["joint"]),
-        fits=fit_counts(curves),
-        unreached=states_out_of_reach(curves),
+        paper=page_tables.paper_rows(curves, frames["medians"], frames["joint"]),
+        methods_line=page_tables.methods_line(curves),
+        fits=page_tables.fit_counts(curves),
+        unreached=page_tables.states_not_reached(curves),
+        predict_line=page_tables.predict_line(frames.get("check_predict")),
+        input_notes=frames["input_notes"].to_dict("records"),
         explorer=_explorer(demands, curves, effects),
         pictures=pictures_of(read_captions(tables["captions"]), figures, _SECTIONS),
         statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
         recovered=int((demands["recovery_rung"] > 0).sum()),
-        beyond_model=statements.beyond_model(demands),
-        friction_excess=statements.friction_excess(demands),
-        suspects=statements.suspect_line(demands, excluded=config["fragility"]["exclude_suspect"]),
+        friction_excess=page_tables.friction_excess(demands),
+        suspects=page_tables.suspect_line(demands, excluded=config["fragility"]["exclude_suspect"]),
         checks=checks,
         methods=methods_of(parse_config(config), frames["suite"]),
         state_heads=STATE_HEADS,
-        sensitivity_line=statements.sensitivity_line(frames["sensitivity"]),
+        sensitivity_line=page_tables.sensitivity_line(frames["sensitivity"]),
         cpu_h=float(demands["cpu_s"].sum()) / 3600.0,
         choices=[] if choices is None else _choices(read_frame(choices)),
         config=yaml.safe_dump(dict(config), sort_keys=False),
-        system=system_rows(frames["system"]),
-        measures=measure_rows(frames["measures"]),
-        factors=factor_rows(frames["factors"]),
+        system=page_tables.system_rows(frames["system"]),
+        measures=page_tables.measure_rows(frames["measures"]),
+        measure_lines=page_tables.measure_sentences(frames["measures"], im),
         provenance=dict(sorted(read_stamp(tables["demands"]).items())),
         **{name: frames[name].to_dict("records") for name in ("gate", "sensitivity")},
     )
     write_text(output, page)
+
+
+def _cards(table: pd.DataFrame, counts: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return a card per axis: its change, sentences for each model, and its part of the plot."""
+    forest, names = page_tables.Forest(table), answer.short_names(table)
+    cards: list[dict[str, Any]] = []
+    for key, part in table.groupby(["axis", "from_value", "to_value"], sort=False):
+        sentences: list[tuple[str, list[str]]] = []
+        for (bridge, abutment), rows in part.groupby(["bridge", "abutment"], sort=False):
+            own = counts["axis"] == key[0]
+            for name, value in (("bridge", bridge), ("abutment", abutment)):
+                own &= counts[name] == value
+            shown = names[str(bridge), str(abutment)] if len(names) > 1 else ""
+            sentences.append((shown, answer.card_sentences(rows, counts[own])))
+        cards.append(
+            {
+                "title": answer.change_name(str(key[0]), float(key[1]), float(key[2])),
+                "sentences": sentences,
+                "plot": forest.plot(part),
+            }
+        )
+    return cards
 
 
 def _explorer(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame) -> dict[str, str]:
@@ -118,7 +159,7 @@ def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the findings and the rows of every bridge and abutment model."""
     return [
         {
-            "model": model_name(bridge, abutment),
+            "model": answer.model_name(bridge, abutment),
             "findings": choice_findings(own),
             "left_out": choices_left_out(own),
             "pairs": int(own["n_pairs"].max()),

@@ -1,0 +1,507 @@
+"""The answer of a study in sentences: effects on median capacities and demands, failures.
+
+Page and README print these sentences. Every number in them comes from the table of `answer_table`
+or from that of `run_counts`.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.demands.columns import demands_for, unit_of
+from skewbridge.demands.completeness import failure_kinds, is_complete
+from skewbridge.errors import InputError
+from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
+from skewbridge.fragility.verdicts import (
+    DEMAND,
+    DETECTABLE,
+    HIGHER,
+    LOWER,
+    MEDIAN_CAPACITY,
+    NEGLIGIBLE,
+    OK,
+    RATIO,
+    UNDECIDED,
+)
+from skewbridge.reading.tables import records_of
+from skewbridge.report.axis_layout import value_text
+from skewbridge.report.verdict_style import demand_name, signed
+from skewbridge.statuses import COLLAPSE
+from skewbridge.variant.axes import axes_of, axis
+
+#: Columns of `answer_table`.
+ANSWER_COLUMNS: Final[dict[str, str]] = {
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
+    "axis": "axis of the effect, from its smallest to its largest value",
+    "from_value": "smallest value of the axis",
+    "to_value": "largest value of the axis",
+    "quantity": f"{MEDIAN_CAPACITY} | {DEMAND}",
+    "demand": "component/limit_state of a median capacity, or demand column",
+    "status": "ok | not_reached (no run reached the state) | not_estimable",
+    "ratio": "pooled ratio of medians; of a demand the ratio at the intensity `im`",
+    "ci_low": "lower end of its interval",
+    "ci_high": "upper end of its interval",
+    "level": "confidence level",
+    "margin": "relative change that counts as negligible",
+    "verdict": "verdict of the own interval",
+    "claim": "verdict that is printed: adjusted for the family of comparisons (Holm); of a demand "
+    "the weaker one of this and of the verdict at `im`",
+    "im": "intensity at which the effect on a demand is stated",
+    "im_low": "lower end of the intensities at which the claim is the same; of a median capacity "
+    "the smallest median",
+    "im_high": "upper end",
+    "from_demand": "demand at from_value and `im`",
+    "to_demand": "demand at to_value and `im`",
+    "first_im": "smallest intensity with pairs of runs",
+    "last_im": "largest intensity with pairs of runs",
+    "first_ratio": "ratio at the smallest of them",
+    "last_ratio": "ratio at the largest of them",
+    "p_slope": "p-value of the effect not depending on intensity",
+    "seat_m": "shortest support length of the deck at rest, of unseating",
+    "n_motions": "motions behind the effect",
+}
+NOT_REACHED: Final = "not_reached"
+_NOT_ESTIMABLE: Final = "not_estimable"
+_EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "demand")
+#: States of the sentences of the headline.
+_LEADING: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
+_UNSEATING: Final = "unseating_m"
+#: Rank of the claims in a title, the strongest first.
+_ORDER: Final = (LOWER, HIGHER, DETECTABLE, UNDECIDED, NEGLIGIBLE)
+_P_SLOPE: Final = 0.05
+
+
+def model_name(bridge: object, abutment: object) -> str:
+    """Return a bridge and its abutment model in words."""
+    return f"{bridge}, {str(abutment).replace('_', '-')}"
+
+
+def short_names(table: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """Return the shortest names that distinguish the models of a table."""
+    models = list(dict.fromkeys(zip(table["bridge"], table["abutment"], strict=True)))
+    one_abutment, one_bridge = (len({model[part] for model in models}) == 1 for part in (1, 0))
+    if one_abutment:
+        return {model: model[0] for model in models}
+    return {m: m[1].replace("_", "-") if one_bridge else model_name(*m) for m in models}
+
+
+def listed(words: Iterable[str]) -> str:
+    """Return words as a list of a sentence: ``a, b and c``."""
+    *first, last = list(words)
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def change_name(name: str, low: float, high: float) -> str:
+    """Return a change of an axis in words, such as ``Skew 0° to 60°``."""
+    changed = axis(name)
+    return f"{changed.label} {value_text(changed, low)} to {value_text(changed, high)}"
+
+
+def effect_name(demand: str) -> str:
+    """Return a demand, or a limit state written component/state, in words without a unit."""
+    if demand == f"{COLUMN_FAILURE}/any":
+        return "column failure"
+    if "/" in demand:
+        component, state = demand.replace("_", " ").split("/")
+        return f"{component} ({state})"
+    label = demand_name(demand)
+    return label[:1].lower() + label[1:]
+
+
+def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
+    """Return the runs of each bridge and abutment model, and of each value of an axis.
+
+    Returns:
+        bridge, abutment, axis (empty for all runs), value, n_runs, n_complete (all demands are
+        peaks of the whole motion), n_failed (a column failed), n_shear, n_flexure, n_collapse and
+        n_bounds (demands are lower bounds).
+    """
+    rows: list[dict[str, Any]] = []
+    for model, part in models_of(demands):
+        groups: list[tuple[str, float, pd.DataFrame]] = [("", np.nan, part)]
+        for name in axis_names(part):
+            if part[name].nunique() > 1:
+                groups += [(name, float(str(value)), own) for value, own in part.groupby(name)]
+        for name, value, own in groups:
+            kinds, complete = failure_kinds(own), is_complete(own)
+            rows.append(
+                {
+                    **model,
+                    "axis": name,
+                    "value": value,
+                    "n_runs": len(own),
+                    "n_complete": int(complete.sum()),
+                    "n_failed": int((kinds != "").sum()),
+                    "n_shear": int((kinds == "shear").sum()),
+                    "n_flexure": int((kinds == "flexure").sum()),
+                    "n_collapse": int((own["status"] == COLLAPSE).sum()),
+                    "n_bounds": int((~complete).sum()),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def answer_table(
+    *,
+    medians: pd.DataFrame,
+    effects: pd.DataFrame,
+    intensities: pd.DataFrame,
+    curves: pd.DataFrame,
+) -> pd.DataFrame:
+    """Return the pooled effects of the headline, from end to end of every axis.
+
+    Args:
+        medians: Table `median_effects`.
+        effects: Table `effects`.
+        intensities: Table `intensity_effects`.
+        curves: Table `curves`, which states were reached.
+
+    Returns:
+        Rows with the columns `ANSWER_COLUMNS`: per bridge, abutment model and axis the states of
+        `HEADLINE_STATES` that the study has, then the headline demands.
+    """
+    pooled = effects[
+        (effects["scope"] == "pooled") & effects["demand"].isin(demands_for("headline"))
+    ]
+    keys = [pooled[name] for name in ("bridge", "abutment", "axis")]
+    pooled = pooled[pooled["to_value"] == pooled["to_value"].groupby(keys).transform("max")]
+    capacities = medians[medians["scope"] == "pooled"].set_index(list(_EFFECT))
+    reached = (
+        curves.assign(state=curves["component"] + "/" + curves["limit_state"])
+        .groupby([*BRIDGE_COLUMNS, "state"])["n_exceed"]
+        .max()
+    )
+    order = {each.name: place for place, each in enumerate(axes_of(set(pooled["axis"])))}
+    places = pooled[list(_EFFECT[:-1])].drop_duplicates()
+    places = places.assign(_axis=places["axis"].map(order)).sort_values(
+        ["bridge", "abutment", "_axis"]
+    )
+    rows: list[dict[str, Any]] = []
+    for place in records_of(places.drop(columns="_axis")):
+        for state in HEADLINE_STATES:
+            model = (place["bridge"], place["abutment"], state)
+            if model not in reached.index:
+                continue
+            key = (*place.values(), state)
+            row = {**place, "demand": state, "quantity": MEDIAN_CAPACITY}
+            if key in capacities.index:
+                found = records_of(capacities.loc[[key]])[0]
+                row |= {name: found[name] for name in ANSWER_COLUMNS if name in found}
+                row["claim"] = found["verdict_family"]
+            else:
+                row["status"] = _NOT_ESTIMABLE if reached[model] > 0 else NOT_REACHED
+            rows.append(row)
+        same = (pooled[list(place)] == pd.Series(place)).all(axis=1)
+        for effect in records_of(pooled[same]):
+            own = (intensities[list(_EFFECT)] == pd.Series({k: effect[k] for k in _EFFECT})).all(
+                axis=1
+            )
+            rows.append(_demand_row(effect, intensities[own]))
+    return pd.DataFrame(rows, columns=list(ANSWER_COLUMNS))
+
+
+def _demand_row(effect: Mapping[str, Any], line: pd.DataFrame) -> dict[str, Any]:
+    """Return the row of a pooled effect on a demand, at the reference intensity if there is one."""
+    row = {name: effect[name] for name in ANSWER_COLUMNS if name in effect}
+    row["claim"] = effect["verdict_family"]
+    usable = line[line["ratio"].notna()].sort_values("im", kind="stable")
+    reference = usable["at_reference"].to_numpy(dtype=np.bool_)
+    if not reference.any():
+        return row
+    claims = [_weaker(effect, point) for point in records_of(usable)]
+    at = first = last = int(np.flatnonzero(reference)[0])
+    while first > 0 and claims[first - 1] == claims[at]:
+        first -= 1
+    while last < len(claims) - 1 and claims[last + 1] == claims[at]:
+        last += 1
+    point, ends = usable.iloc[at], usable.iloc[[first, last]]["im"]
+    names = ("im", "ratio", "ci_low", "ci_high", "verdict", "from_demand", "to_demand", "n_motions")
+    return (
+        row
+        | {name: point[name] for name in names}
+        | {
+            "claim": claims[at],
+            "im_low": float(ends.iloc[0]),
+            "im_high": float(ends.iloc[1]),
+            "first_im": float(usable["im"].iloc[0]),
+            "last_im": float(usable["im"].iloc[-1]),
+            "first_ratio": float(usable["ratio"].iloc[0]),
+            "last_ratio": float(usable["ratio"].iloc[-1]),
+        }
+    )
+
+
+def _weaker(effect: Mapping[str, Any], point: Mapping[str, Any]) -> str:
+    """Return what holds of a demand at an intensity: in its family and by the interval there."""
+    pooled, here = str(effect["verdict_family"]), str(point["verdict"])
+    if pooled == here:
+        return here
+    directed = (LOWER, HIGHER, DETECTABLE)
+    same_sign = (float(point["ratio"]) < 1.0) == (effect["direction"] < 0)
+    return DETECTABLE if pooled in directed and here in directed and same_sign else UNDECIDED
+
+
+def with_seats(table: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
+    """Return the answer with the support length of each bridge, of bridges with a readable file."""
+    seats: dict[str, float] = {}
+    for bridge, part in demands.groupby("bridge"):
+        try:
+            width_m = load_bridge(str(bridge)).abutment.seat_width_m
+        except InputError:
+            continue
+        seats[str(bridge)] = width_m - float(part["gap_mm"].max()) / 1000.0
+    lengths = table["bridge"].map(seats).where(table["demand"] == _UNSEATING)
+    return table.assign(seat_m=lengths.astype(np.float64))
+
+
+def median_phrase(row: Mapping[str, Any]) -> str:
+    """Return the effect on a median capacity as a part of a sentence, with its certainty."""
+    name = effect_name(row["demand"])
+    if row["status"] == NOT_REACHED:
+        return f"no run reaches {name}"
+    if row["status"] != OK:
+        return f"its effect on the median capacity for {name} is not estimable"
+    return _phrase(row, f"the median capacity for {name}")
+
+
+def demand_phrase(row: Mapping[str, Any]) -> str:
+    """Return the effect on a demand as a part of a sentence, with its size."""
+    name = effect_name(row["demand"])
+    if row["status"] != OK or pd.isna(row["ratio"]):
+        return f"its effect on {name} is not estimable"
+    size = _size(row)
+    return _phrase(row, name) + (f": {size}" if size else "")
+
+
+def _phrase(row: Mapping[str, Any], what: str) -> str:
+    """Return the claim on a ratio in words, with its interval."""
+    level, margin = f"{100.0 * row['level']:g} %", f"{100.0 * row['margin']:g} %"
+    change = signed(100.0 * (row["ratio"] - 1.0), " %")
+    interval = f"{level} interval {ratio_interval(row)}"
+    claim, size = row["claim"], change.lstrip("+-")
+    verb = "lowers" if row["ratio"] < 1.0 else "raises"
+    if claim in (LOWER, HIGHER):
+        return f"{verb} {what} by {size} ({interval})"
+    if claim == DETECTABLE:
+        return f"{verb} {what} by {size} ({interval}; it may or may not exceed {margin})"
+    if claim == NEGLIGIBLE:
+        return f"changes {what} by less than {margin} ({change}, {interval})"
+    if row["verdict"] == UNDECIDED:
+        return f"has no certain effect on {what} ({change}, {interval})"
+    return f"may change {what} ({change}, {interval}; too many comparisons to be sure)"
+
+
+def ratio_interval(row: Mapping[str, Any]) -> str:
+    """Return the interval of a ratio in per cent, such as ``-33 to -20 %``."""
+    low, high = (signed(100.0 * (row[name] - 1.0), " %") for name in ("ci_low", "ci_high"))
+    return f"{low.removesuffix(' %')} to {high}"
+
+
+def _size(row: Mapping[str, Any]) -> str:
+    """Return the demand at both ends of the axis in the unit that engineers use."""
+    if not np.isfinite([row["from_demand"], row["to_demand"]]).all():
+        return ""
+    demand, unit = str(row["demand"]), unit_of(str(row["demand"]))
+    factor, shown = {"m": (1000.0, " mm"), "kN": (1.0, " kN")}.get(unit, (1.0, f" {unit}".rstrip()))
+    if demand.endswith("drift_ratio"):
+        factor, shown = 100.0, " %"
+    if demand.endswith("dcr"):
+        factor, shown = 100.0, " % of the capacity"
+    low, high = (number(factor * row[name]) for name in ("from_demand", "to_demand"))
+    seat = row["seat_m"]
+    where = f" on a seat of {number(1000.0 * seat)} mm" if np.isfinite(seat) else ""
+    return f"{low} to {high}{shown}{where}"
+
+
+def number(value: float) -> str:
+    """Return a number with three digits, without an exponent."""
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
+def _range(row: Mapping[str, Any]) -> str:
+    return f"{number(row['im_low'])} to {number(row['im_high'])} g"
+
+
+def axis_sentences(table: pd.DataFrame) -> list[tuple[str, str]]:
+    """Return a heading and a sentence per axis: median capacities, then the clearest demand."""
+    names = short_names(table)
+    out: list[tuple[str, str]] = []
+    for key, part in table.groupby(["axis", "from_value", "to_value"], sort=False):
+        texts: list[str] = []
+        for model, rows in part.groupby(list(BRIDGE_COLUMNS), sort=False):
+            records = records_of(rows)
+            leading = [row for row in records if row["demand"] in _LEADING]
+            phrases = [median_phrase(row) for row in leading]
+            demands = [row for row in records if row["quantity"] == DEMAND]
+            if clearest := _clearest(demands):
+                phrases.append(f"at {number(clearest['im'])} g it {demand_phrase(clearest)}")
+            if phrases:
+                texts.append(f"in {names[str(model[0]), str(model[1])]} it {'; '.join(phrases)}")
+        if texts:
+            sentence = ". ".join(text[:1].upper() + text[1:] for text in texts)
+            out.append((change_name(str(key[0]), float(str(key[1])), float(str(key[2]))), sentence))
+    return out
+
+
+def _clearest(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """Return the largest effect with a clear direction at an intensity, None without one."""
+    clear = [
+        row
+        for row in rows
+        if row["claim"] in (LOWER, HIGHER) and np.isfinite([row["im"], row["ratio"]]).all()
+    ]
+    return max(clear, key=lambda row: abs(np.log(row["ratio"])), default=None)
+
+
+def title_of(table: pd.DataFrame) -> str:
+    """Return the answer of a study in one sentence: the axes and the median capacities."""
+    if table.empty:
+        return "This study compares nothing: no two variants differ in one axis only"
+    names = short_names(table)
+    estimated = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
+    if estimated.empty:
+        return "No run reaches the limit states of the headline: no median capacity to compare"
+    clauses: dict[str, list[str]] = {claim: [] for claim in _ORDER}
+    for name, part in estimated.groupby("axis", sort=False):
+        title = axis(str(name)).title
+        claim = next(each for each in _ORDER if (part["claim"] == each).any())
+        if claim == LOWER and (part["claim"] == HIGHER).any():
+            clauses[LOWER].append(f"{title} {_title_claim(part, HIGHER, names)}")
+        own = part if claim in (NEGLIGIBLE, UNDECIDED) else part[part["claim"] == claim]
+        if claim == NEGLIGIBLE:
+            clauses[claim].append(title)
+        else:
+            clauses[claim].append(f"{title} {_title_claim(own, claim, names)}")
+    parts = [*clauses[LOWER], *clauses[HIGHER], *clauses[DETECTABLE], *clauses[UNDECIDED]]
+    if within := clauses[NEGLIGIBLE]:
+        verb = "change" if len(within) > 1 else "changes"
+        margin = f"{100.0 * estimated['margin'].iloc[0]:g} %"
+        parts.append(f"{listed(within)} {verb} no median capacity by more than {margin}")
+    text = "; ".join(parts)
+    return text[:1].upper() + text[1:]
+
+
+def _title_claim(part: pd.DataFrame, claim: str, names: Mapping[tuple[str, str], str]) -> str:
+    """Return the claim of an axis on median capacities in a title.
+
+    The most severe state with this claim counts, and the bridge with the largest change of it.
+    """
+    if claim == UNDECIDED:
+        states = dict.fromkeys(effect_name(each) for each in part["demand"])
+        return f"has no certain effect on the median capacity for {listed(states)}"
+    rows = part[part["claim"] == claim]
+    severe = next(state for state in HEADLINE_STATES if (rows["demand"] == state).any())
+    rows = rows[rows["demand"] == severe]
+    row = max(records_of(rows), key=lambda each: abs(np.log(each["ratio"])))
+    verb = "lowers" if row["ratio"] < 1.0 else "raises"
+    size = signed(100.0 * (row["ratio"] - 1.0), " %").lstrip("+-")
+    model = f" of {names[str(row['bridge']), str(row['abutment'])]}" if len(names) > 1 else ""
+    open_size = ""
+    if claim == DETECTABLE:
+        open_size = f", which may or may not exceed {100.0 * row['margin']:g} %"
+    return (
+        f"{verb} the median capacity{model} for {effect_name(str(severe))} by {size} "
+        f"({ratio_interval(row)}){open_size}"
+    )
+
+
+def failure_sentence(counts: pd.DataFrame) -> str:
+    """Return how many columns failed, collapses and demands that are lower bounds."""
+    whole, names = counts[counts["axis"] == ""], short_names(counts)
+    totals = whole.filter(regex="^n_").sum()
+    runs = int(totals["n_runs"])
+    parts = [
+        f"{row['n_failed']} of {row['n_runs']} of {names[row['bridge'], row['abutment']]}"
+        for row in records_of(whole)
+    ]
+    models = f" ({listed(parts)})" if len(parts) > 1 else ""
+    modes = f"{totals['n_shear']:.0f} in shear, {totals['n_flexure']:.0f} in flexure"
+    return (
+        f"Columns failed in {totals['n_failed']:.0f} of {runs} runs{models}: {modes}. "
+        f"{totals['n_collapse']:.0f} runs collapsed; in {totals['n_bounds']:.0f} runs the demands "
+        "are peaks up to a failure or stop, so they count as lower bounds."
+    )
+
+
+def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
+    """Return kind and scenario of the motions, and the intensities with pairs of runs."""
+    parts: list[str] = []
+    sources = suite["source"].astype(str) if "source" in suite else pd.Series(dtype=str)
+    synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
+    kind = f"The {len(suite)} motions are {'synthetic' if synthetic else 'recorded or mixed'}"
+    if {"magnitude", "distance_km"} <= set(suite.columns) and suite["magnitude"].notna().any():
+        spans = [
+            (number(suite[name].min()), number(suite[name].max()))
+            for name in ("magnitude", "distance_km")
+        ]
+        (m_low, m_high), (r_low, r_high) = spans
+        m, r = (a if a == b else f"{a} to {b}" for a, b in ((m_low, m_high), (r_low, r_high)))
+        one = "of one scenario, " if m_low == m_high and r_low == r_high else "of "
+        parts.append(f"{kind} and {one}magnitude {m} at {r} km")
+    else:
+        parts.append(kind)
+    known = table[table["first_im"].notna()]
+    if len(known):
+        low, high = number(known["first_im"].min()), number(known["last_im"].max())
+        parts.append(f"complete pairs of runs exist from {low} to {high} g")
+    return "; ".join(parts) + "."
+
+
+def card_sentences(rows: pd.DataFrame, counts: pd.DataFrame) -> list[str]:
+    """Return the sentences of a card on one axis and model: medians, demands, failures.
+
+    Args:
+        rows: Rows of `answer_table`.
+        counts: Rows of `run_counts` of the model and axis.
+    """
+    records = records_of(rows)
+    out: list[str] = []
+    medians = [median_phrase(row) for row in records if row["quantity"] == MEDIAN_CAPACITY]
+    if medians:
+        out.append(_sentence("; ".join(medians)))
+    for row in records:
+        if row["quantity"] != DEMAND:
+            continue
+        at = f"At {number(row['im'])} g it " if np.isfinite(row["im"]) else "It "
+        if row["status"] != OK or pd.isna(row["ratio"]):
+            out.append(_sentence(demand_phrase(row)))
+            continue
+        text = at + demand_phrase(row)
+        if np.isfinite(row["im"]) and row["im_low"] < row["im_high"]:
+            text += f" (the same holds from {_range(row)})"
+        if row["p_slope"] < _P_SLOPE and np.isfinite([row["first_ratio"], row["last_ratio"]]).all():
+            ends = [
+                f"{signed(100.0 * (ratio - 1.0), ' %')} at {number(im)} g"
+                for im, ratio in (
+                    (row["first_im"], row["first_ratio"]),
+                    (row["last_im"], row["last_ratio"]),
+                )
+            ]
+            text += f". It depends on intensity: {ends[0]}, {ends[1]} (p {row['p_slope']:.2g})"
+        out.append(_sentence(text))
+    if len(counts) > 1:
+        each = [
+            f"{row['n_failed']} of {row['n_runs']} runs at "
+            f"{value_text(axis(row['axis']), row['value'])}"
+            for row in records_of(counts.iloc[[0, -1]])
+        ]
+        out.append(f"Columns failed in {each[0]} and in {each[1]}.")
+    return out
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."
+
+
+def headline_rows(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the estimated rows of the answer as styled rows: the claim is their verdict."""
+    shown = table[table["status"] == OK]
+    direction = np.sign(np.log(shown["ratio"].to_numpy(dtype=np.float64)))
+    return shown.assign(
+        verdict=shown["claim"], verdict_family=shown["claim"], judged_by=RATIO, direction=direction
+    )

@@ -1,0 +1,263 @@
+"""Figures of effects: pooled over variants, by pair of variants, and by intensity."""
+
+from collections.abc import Hashable, Mapping, Sequence
+from textwrap import fill
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, StrMethodFormatter
+
+from skewbridge.demands.columns import demands_for
+from skewbridge.fragility.verdicts import HIGHER, LOWER, MEDIAN_CAPACITY, NOT_ESTIMABLE, RATIO
+from skewbridge.report.axis_layout import STYLE, plain_log_ticks, short_value, shown_axes
+from skewbridge.report.verdict_style import (
+    LEGEND,
+    change_text,
+    demand_name,
+    in_margins,
+    margin_text,
+    verdict_style,
+)
+from skewbridge.variant.axes import Axis, axes_of
+
+_LONGEST: Final = 8.0  # margins that the axis of pooled effects shows
+_PANELS: Final = 4  # in a row
+_WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
+_COLUMN_LETTERS: Final = 11  # the same in the small size
+_SMALL_SIZE: Final = 7.5
+_RATIO_TICKS: Final = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
+
+
+def pooled_effects(effects: pd.DataFrame) -> Figure:
+    """Draw the pooled effect of every change of an axis on every demand or median capacity.
+
+    Ratios and differences share one scale: the effect in units of its margin, ratios by their
+    logarithms.
+
+    Args:
+        effects: Effects on demands, or on median capacities, with pooled rows.
+    """
+    table = effects[effects["scope"] == "pooled"]
+    demands = list(dict.fromkeys(table["demand"]))
+    changes = list(table.groupby(["axis", "from_value", "to_value"], sort=False))
+    across = min(len(changes), _PANELS)
+    down = -(-len(changes) // across)
+    with mpl.rc_context(STYLE):
+        size = 2.6 + 2.6 * across, down * (0.9 + 0.27 * len(demands)) + 0.7
+        figure = Figure(figsize=size, layout="constrained")
+        panels = figure.subplots(down, across, sharey=True, squeeze=False).ravel()
+        for axes, (change, part) in zip(panels, changes, strict=False):
+            name, start, end = change
+            axis = axes_of([name])[0]
+            axes.set_title(f"{axis.label_with_unit} {start:g} to {end:g}", loc="left", fontsize=9)
+            _pooled_panel(axes, part.set_index("demand").reindex(demands))
+            axes.set_yticks(range(len(demands)), [demand_name(name) for name in demands])
+            axes.set_ylim(len(demands) - 0.5, -0.5)
+        for axes in panels[len(changes) :]:
+            axes.set_visible(False)
+        level = 100 * float(table["level"].iloc[0])
+        title = f"Effect over its margin with {level:g} % interval, same motions, all variants"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+        handles = verdict_patches("")
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    return figure
+
+
+def _pooled_panel(axes: Axes, part: pd.DataFrame) -> None:
+    axes.axvspan(-1.0, 1.0, color="#e9eff5", zorder=0)
+    axes.axvline(0.0, color="#777777", linewidth=0.8)
+    for y, item in enumerate(part.to_dict("records")):
+        if isinstance(item["axis"], float):  # the state has no such effect
+            continue
+        beside = {"transform": axes.get_yaxis_transform(), "va": "center", "fontsize": 7}
+        axes.text(1.05, y, change_text(item), **beside)
+        low, value, high = in_margins(item)
+        if not np.isfinite(value):
+            continue
+        axes.plot(np.clip([low, high], -_LONGEST, _LONGEST), [y, y], color="#555555", lw=1.2)
+        shown = float(np.clip(value, -_LONGEST, _LONGEST))
+        mark = "o" if abs(value) <= _LONGEST else ">" if value > 0.0 else "<"
+        colour = verdict_style(item).fill
+        axes.plot(shown, y, mark, color=colour, mec="#555555", mew=0.6, ms=5.5, clip_on=False)
+    axes.set_xscale("symlog", linthresh=1.0, linscale=1.0)
+    axes.set_xlim(-_LONGEST, _LONGEST)
+    axes.xaxis.set_major_locator(FixedLocator([-_LONGEST, -1, 0, 1, _LONGEST]))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_locator(FixedLocator([-4, -2, 2, 4]))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("Effect over margin")
+    axes.grid(axis="y", visible=False)
+
+
+def verdict_map(effects: pd.DataFrame, axis: str) -> Figure:
+    """Draw the verdict on the effect of an axis and its size, for every demand and pair.
+
+    Args:
+        effects: Effects on demands, or on median capacities, with pairs along the axis.
+        axis: Column of the axis that differs.
+    """
+    pairs = effects[effects["scope"] == "variant"]
+    table = pairs[pairs["axis"] == axis]
+    others = [other for other in shown_axes(pairs) if other.name != axis]
+    keys = ["bridge", "abutment", *(other.name for other in others), "from_value", "to_value"]
+    columns = table[keys].drop_duplicates().sort_values(keys).reset_index(drop=True)
+    rows = list(dict.fromkeys(table["demand"]))
+    cells = dict(zip(_keys(table, [*keys, "demand"]), _records(table), strict=True))
+    labels = _column_labels(columns, others)
+    with mpl.rc_context(STYLE | {"axes.grid": False}):
+        width = 2.6 + 0.72 * len(columns)
+        figure = Figure(figsize=(max(width, 5.0), 1.9 + 0.3 * len(rows)), layout="constrained")
+        axes = figure.subplots()
+        for x, key in enumerate(_keys(columns, keys)):
+            for y, demand in enumerate(rows):
+                if item := cells.get((*key, demand)):
+                    _verdict_cell(axes, x, y, item)
+        axes.set_xlim(-0.5, len(columns) - 0.5)
+        axes.set_ylim(len(rows) - 0.5, -0.5)
+        margins = _records(table.drop_duplicates("demand"))
+        usual = next((margin_text(item) for item in margins if item["judged_by"] == RATIO), "")
+        axes.set_yticks(range(len(rows)), [_row_label(item, usual) for item in margins])
+        axes.set_xticks(range(len(columns)), labels)
+        axes.tick_params(length=0)
+        if any(len(line) > _WIDE_LABEL for label in labels for line in label.split("\n")):
+            axes.tick_params(axis="x", labelsize=_SMALL_SIZE)
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        quantity = (
+            "median capacity" if rows and table["quantity"].iloc[0] == MEDIAN_CAPACITY else "demand"
+        )
+        change = f"{_listed(columns['from_value'])} to {_listed(columns['to_value'])}"
+        label = axes_of([axis])[0].label_with_unit.lower()
+        title = fill(
+            f"Change of {quantity}, {label} {change}, same motions", 24 + 10 * len(columns)
+        )
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+        handles = verdict_patches(usual)
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    return figure
+
+
+def verdict_patches(margin: str) -> list[Patch]:
+    """Return the entries of a legend for the verdicts; ``margin`` may be empty."""
+    return [
+        Patch(
+            facecolor=style.fill, edgecolor="#9a9a9a", label=f"{style.sign} {style.words(margin)}"
+        )
+        for style in LEGEND
+    ]
+
+
+def _verdict_cell(axes: Axes, x: int, y: int, item: Mapping[Hashable, Any]) -> None:
+    style = verdict_style(item)
+    corner = x - 0.48, y - 0.46
+    axes.add_patch(Rectangle(corner, 0.96, 0.92, facecolor=style.fill, edgecolor="#ffffff"))
+    bold = "bold" if item["verdict_family"] in (LOWER, HIGHER) else "normal"
+    text = "not\nestimable"
+    if item["status"] != NOT_ESTIMABLE:
+        # the label of the row has the unit of a difference
+        unit = "" if item["judged_by"] == RATIO else f" {item['unit']}"
+        text = f"{style.sign} {change_text(item).removesuffix(unit)}"
+    size = _SMALL_SIZE if "\n" not in text else 6.0
+    axes.text(x, y, text, ha="center", va="center", color=style.ink, fontsize=size,
+              fontweight=bold, linespacing=0.9)  # fmt: skip
+
+
+def _row_label(item: Mapping[Hashable, Any], usual: str) -> str:
+    name, margin = demand_name(str(item["demand"])), margin_text(item)
+    if item["judged_by"] == RATIO:
+        return name if margin == usual else f"{name}, ±{margin}"
+    return f"{name} ({item['unit']}), ±{margin.removesuffix(' ' + str(item['unit']))}"
+
+
+def _column_labels(columns: pd.DataFrame, others: Sequence[Axis]) -> list[str]:
+    out: list[str] = []
+    for item in _records(columns):
+        texts = [short_value(axis, item[axis.name], others) for axis in others]
+        if columns["to_value"].nunique() > 1:
+            texts.append(f"→ {item['to_value']:g}")
+        if columns["bridge"].nunique() > 1:
+            texts.append(str(item["bridge"]))
+        out.append("\n".join(fill(text, _COLUMN_LETTERS) for text in texts))
+    return out
+
+
+def intensity_demands(intensities: pd.DataFrame) -> list[str]:
+    """Return the headline demands that have effects by intensity."""
+    return [name for name in demands_for("headline") if (intensities["demand"] == name).any()]
+
+
+def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
+    """Draw the effect of each axis on the headline demands as a line with its band over intensity.
+
+    Dots are at the reference intensity of the bridge; an open dot is at the end of the range of the
+    pairs, where the reference intensity lies outside.
+
+    Args:
+        intensities: Effects by intensity of one bridge and abutment model, with a headline demand.
+        im_label: Label of the intensity measure.
+    """
+    names = intensity_demands(intensities)
+    along = axes_of(dict.fromkeys(intensities["axis"]))
+    with mpl.rc_context(STYLE):
+        size = 2.9 * len(along) + 0.9, 1.9 * len(names) + 0.9
+        figure = Figure(figsize=size, layout="constrained")
+        panels = figure.subplots(len(names), len(along), squeeze=False, sharex=True, sharey="row")
+        for row, name in zip(panels, names, strict=True):
+            for axes, axis in zip(row, along, strict=True):
+                own = intensities[
+                    (intensities["demand"] == name) & (intensities["axis"] == axis.name)
+                ]
+                _intensity_panel(axes, own)
+            row[0].set_ylabel(fill(f"Ratio of {demand_name(name).lower()}", 24))
+            row[0].set_yscale("log")
+            row[0].yaxis.set_major_locator(FixedLocator(_RATIO_TICKS))
+            row[0].yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            row[0].yaxis.set_minor_locator(NullLocator())
+        for axes, axis in zip(panels[0], along, strict=True):
+            axes.set_title(axis.label_with_unit, fontsize=9)
+        for axes in panels[-1]:
+            axes.set_xlabel(im_label)
+        panels[0, 0].set_xscale("log")
+        plain_log_ticks(panels[0, 0].xaxis)
+        level = 100 * float(intensities["level"].iloc[0])
+        title = f"Effect by intensity with {level:g} % band, same motions, all variants"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    return figure
+
+
+def _intensity_panel(axes: Axes, rows: pd.DataFrame) -> None:
+    axes.axhline(1.0, color="#777777", linewidth=0.8)
+    colours = sns.color_palette("colorblind")
+    handles: list[Line2D] = []
+    for i, ((start, end), own) in enumerate(rows.groupby(["from_value", "to_value"], sort=False)):
+        line, colour = own.sort_values("im"), colours[i % len(colours)]
+        axes.fill_between(
+            line["im"], line["ci_low"], line["ci_high"], color=colour, alpha=0.15, lw=0
+        )
+        dash = ("-", "--", ":", "-.")[i % 4]
+        handles += axes.plot(
+            line["im"], line["ratio"], dash, color=colour, label=f"{start:g} to {end:g}"
+        )
+        for item in _records(own[own["at_reference"]]):
+            inside = "white" if item["clipped"] else colour
+            axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
+    axes.legend(handles=handles, fontsize=7, loc="best")
+
+
+def _keys(table: pd.DataFrame, names: Sequence[str]) -> list[tuple[Any, ...]]:
+    return list(table[list(names)].itertuples(index=False, name=None))
+
+
+def _records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
+    return table.to_dict("records")
+
+
+def _listed(values: pd.Series) -> str:
+    return ", ".join(f"{value:g}" for value in sorted(values.unique()))

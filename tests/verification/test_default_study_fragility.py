@@ -1,0 +1,215 @@
+"""Fragility of the stored demands of the default study: reached states, and pooled medians."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import optimize, stats
+
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.joint import joint_table
+from skewbridge.fragility.limit_states import load_limit_states, with_column_failure
+from skewbridge.fragility.median_effects import median_effects
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.system import system_curves
+
+ROOT = Path(__file__).parents[2]
+IM = "im_saavg_rotd50_g"
+SETTINGS = FitSettings(im=IM)
+#: States that some run of one bridge reached and no run of the other.
+NOT_REACHED = {
+    "osb1": {"column_shear/dcr_080", "column_shear/dcr_100", "column_failure/shear"},
+    "osb1_fixed": {"column_drift/extensive", "column_drift/complete", "column_failure/flexure"},
+}
+
+
+@pytest.fixture(scope="module")
+def raw():
+    return pd.read_parquet(ROOT / "tests" / "data" / "default_study_demands.parquet")
+
+
+@pytest.fixture(scope="module")
+def states(raw):
+    columns = {*raw.columns, "column_failure_ratio"}
+    return with_column_failure(load_limit_states(ROOT / "config" / "limit_states.yaml"), columns)
+
+
+@pytest.fixture(scope="module")
+def rows(raw, states):
+    return prepared(raw, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
+
+
+@pytest.fixture(scope="module")
+def curves(rows, states):
+    return fit_study(rows, states, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def medians(rows, states):
+    return median_effects(rows, states, SETTINGS)
+
+
+def keys(table):
+    return table["component"] + "/" + table["limit_state"]
+
+
+def largest(raw, bridge, column):
+    """Return the largest demand of the runs of a bridge."""
+    return raw.loc[raw["bridge"] == bridge, column].max()
+
+
+def test_no_estimate_exists_for_a_state_that_no_run_of_the_bridge_reached(
+    raw, rows, states, curves, medians
+):
+    joint = joint_table(rows, states, curves, SETTINGS)
+    systems = system_curves(rows, states, SETTINGS)
+    for bridge, known in NOT_REACHED.items():
+        # every demand of these runs, also those at the moment of a failure
+        beyond = {
+            state.key
+            for state in states
+            if state.demand in raw and largest(raw, bridge, state.demand) <= state.threshold
+        }
+        assert known <= beyond
+        for table in (curves, joint):
+            fitted = table[(table["bridge"] == bridge) & (table["status"] == "ok")]
+            assert len(fitted) >= 12
+            assert not set(keys(fitted)) & beyond
+        effects = medians[(medians["bridge"] == bridge) & (medians["status"] == "ok")]
+        assert len(effects) > 20
+        assert not set(effects["demand"]) & beyond
+        for system in systems[systems["bridge"] == bridge].to_dict("records"):
+            for part in filter(None, system["components"].split(";")):
+                component, _, state = part.rstrip(")").partition(" (")
+                assert f"{component}/{state or system['limit_state']}" not in beyond
+
+
+def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(raw, curves):
+    for bridge, kind, column, state in (
+        ("osb1", "flexure", "column_shear_dcr", "dcr_100"),
+        ("osb1_fixed", "shear", "column_drift_ratio", "complete"),
+    ):
+        part = raw[(raw["bridge"] == bridge) & (raw["beyond_model"] == kind)]
+        assert len(part) > 30
+        found = curves[(curves["bridge"] == bridge) & (curves["demand"] == column)]
+        found = found[found["limit_state"] == state]
+        assert (found["n_exceed"] == 0).all()
+        assert (found["n_beyond_model"] > 0).any()
+        assert (found["status"] == "no_exceedance").all()
+        assert found["reach"].str.contains("largest").all()
+
+
+def test_the_loss_of_the_column_is_a_component_of_its_own(raw, curves):
+    failed = raw[raw["beyond_model"] != ""].groupby("variant").size()
+    whole = curves[(curves["component"] == "column_failure") & (curves["limit_state"] == "any")]
+    counts = whole[whole["method"] == "cloud"].set_index("variant")["n_exceed"]
+    assert counts[failed.index].to_dict() == failed.to_dict()
+    assert counts.sum() == failed.sum() == 159
+    estimated = whole[whole["status"] == "ok"]
+    assert estimated["variant"].nunique() == 24
+
+
+def test_curves_of_a_component_do_not_cross(curves, rows):
+    """Total dispersion: states with the same dispersion of capacity have one slope."""
+    low, high = rows[IM].min(), rows[IM].max()
+    grid = np.log(np.geomspace(low, high, 50))
+    usable = curves[(curves["status"] == "ok") & (curves["component"] != "column_failure")]
+    pairs = 0
+    for _, part in usable.groupby(["variant", "component", "demand", "method"]):
+        part = part.sort_values("threshold")
+        z = (grid - np.log(part[["theta"]].to_numpy())) / part[["beta_total"]].to_numpy()
+        if part["capacity_dispersion"].nunique() == 1:
+            pairs += len(part) - 1
+            assert np.all(np.diff(z, axis=0) < 1e-9)
+    assert pairs > 200
+
+
+def test_a_zero_demand_has_a_cloud(raw, curves):
+    """A wall or key that is not touched has a demand below the mildest state."""
+    for column in ("abutment_passive_m", "shear_key_disp_m"):
+        touched = raw.assign(zero=raw[column] == 0.0, some=raw[column] > 0.0)
+        shares = touched[touched["beyond_model"] == ""].groupby("variant")[["zero", "some"]].sum()
+        variants = shares.index[(shares["zero"] > 0) & (shares["some"] > 5)]
+        found = curves[(curves["demand"] == column) & (curves["method"] == "cloud")]
+        found = found[found["variant"].isin(variants) & (found["n_exceed"] > 0)]
+        assert len(found) > 0 or len(variants) == 0
+        assert (found["status"] == "ok").mean() > 0.8
+
+
+# --- medians against code written here
+
+
+def independent_median(x, low, high, threshold):
+    """Return ln of the median: least squares, or maximum likelihood with lower bounds."""
+    seen = low == high
+    b, ln_a = np.polyfit(x[seen], low[seen], 1)
+    if not np.all(seen):
+        scatter = np.std(low[seen] - ln_a - b * x[seen])
+
+        def cost(p):
+            z = (low - p[0] - p[1] * x) / np.exp(p[2])
+            return -np.sum(np.where(seen, stats.norm.logpdf(z) - p[2], stats.norm.logsf(z)))
+
+        ln_a, b = optimize.minimize(cost, [ln_a, b, np.log(scatter)], method="BFGS").x[:2]
+    return (np.log(threshold) - ln_a) / b
+
+
+def bounds_of(part, column, mode):
+    """Return ends of ln demand: a failure of the own mode is at least at capacity, others censor."""
+    peak = part[column].to_numpy(dtype=float)
+    failed = part["beyond_model"].to_numpy(dtype=str)
+    peak = np.where(np.isin(failed, mode), np.maximum(peak, np.nextafter(1.0, 2.0)), peak)
+    return np.log(peak), np.where(failed == "", np.log(peak), np.inf)
+
+
+@pytest.mark.parametrize(
+    ("bridge", "axis", "key", "column", "mode", "threshold"),
+    [
+        ("osb1_fixed", "skew_deg", "column_failure/shear", "column_shear_dcr", "shear", 1.0),
+        ("osb1_fixed", "friction", "column_shear/dcr_050", "column_shear_dcr", "shear", 0.5),
+        ("osb1", "skew_deg", "unseating/slight", "unseating_m", "", 0.038),
+        ("osb1", "gap_mm", "column_drift/slight", "column_drift_ratio", "", 0.01),
+        ("osb1_fixed", "skew_deg", "column_curvature/slight", "column_curvature_ductility", "", 1.0),
+    ],
+)
+def test_pooled_ratios_of_medians_agree_with_an_independent_jackknife(
+    raw, medians, bridge, axis, key, column, mode, threshold
+):
+    part = raw[raw["bridge"] == bridge]
+    motions = np.unique(part["motion_id"])
+    others = [name for name in ("skew_deg", "gap_mm", "friction") if name != axis]
+    low_value, high_value = part[axis].min(), part[axis].max()
+
+    def ratio(left_out):
+        logs = []
+        for _, cell in part[part["motion_id"] != left_out].groupby(others):
+            ends = []
+            for value in (low_value, high_value):
+                run = cell[cell[axis] == value]
+                low, high = bounds_of(run, column, [mode])
+                if not np.any(np.exp(low) > threshold):
+                    ends.append(np.nan)
+                    continue
+                x = np.log(run[IM].to_numpy(dtype=float))
+                ends.append(independent_median(x, low, high, threshold))
+            logs.append(ends[1] - ends[0])
+        return np.nanmean(logs)
+
+    whole = ratio(None)
+    left_out = np.array([ratio(motion) for motion in motions])
+    count = motions.size
+    error = np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2))
+    reach = stats.t.ppf(0.95, count - 2) * error
+    found = medians[
+        (medians["bridge"] == bridge)
+        & (medians["axis"] == axis)
+        & (medians["to_value"] == high_value)
+        & (medians["demand"] == key)
+        & (medians["scope"] == "pooled")
+    ]
+    assert len(found) == 1
+    expected = {"ratio": whole, "ci_low": whole - reach, "ci_high": whole + reach}
+    for name, value in expected.items():
+        assert found[name].iloc[0] == pytest.approx(np.exp(value), rel=0.02), name
