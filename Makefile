@@ -16,13 +16,14 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices headline smoke test test-browser test-cluster test-exports lint bench verify verify-accuracy audit mutants docs clean
+.PHONY: help setup study choices check-predict headline smoke test test-browser test-cluster test-exports lint bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
 	@echo "                  RETRY=failed tries analyses without a result again, RETRY=crash those that ended their process"
 	@echo "                  on a Slurm cluster with PROFILE=slurm: docs/cluster.md"
-	@echo "make choices      the modeller's choices one at a time, beside friction, gap and skew"
+	@echo "make choices      the modeller's choices one at a time, next to friction, gap and skew"
+	@echo "make check-predict  error of predict inside the grid: three new variants, 16 motions each"
 	@echo "make test         install everything, run all checks"
 	@echo "make headline     table and picture of the README from a finished study   (RESULTS=folder)"
 	@echo "make test-browser the page in a real browser   (needs chromium)"
@@ -50,6 +51,9 @@ study: setup
 
 choices: setup
 	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" choices "" "$(PROFILE)"
+
+check-predict: setup
+	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" predict_check "" "$(PROFILE)"
 
 headline: setup
 	$(BIN)/python -m skewbridge.report.headline $(RESULTS)

@@ -35,4 +35,9 @@ rule choices:
         choice_products,
 
 
+rule predict_check:
+    input:
+        predict_check_products,
+
+
 tell_rules(config, {rule.name: dict(rule.params) for rule in workflow.rules}, MOTIONS)

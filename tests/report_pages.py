@@ -9,13 +9,13 @@ import pandas as pd
 import yaml
 from matplotlib.image import imsave
 
+from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.settings import DEFAULTS
-from skewbridge.fragility.tables.all_tables import effect_tables, fit_tables
-from skewbridge.fragility.tables.limit_states import limit_states_of
+from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.provenance.tables import write_frame
 from skewbridge.reading import merged
-from skewbridge.report.study_figures import CURVES
 from skewbridge.report.html.page import write_report
+from skewbridge.report.study_figures import CURVES
 
 STATES = [
     {
@@ -68,17 +68,14 @@ def write_page(
     demands = demands.assign(**_MORE)
     if "beyond_model" not in demands:
         demands["beyond_model"] = ""
-    known = limit_states_of(states)
-    columns = list(dict.fromkeys(state.demand for state in known))
-    found = fit_tables(demands, known, _QUICK)
-    found |= effect_tables(demands, _QUICK, columns)
+    found = fragility_tables(demands, limit_states_of(states), _QUICK)
     empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
     frames = {
         "demands": demands,
         "curves": found["curves"],
         "medians": found["median_effects"],
-        **{name: found[name] for name in ("joint", "system", "effects", "factors")},
-        "needed_motions": found["needed_motions"],
+        **{name: found[name] for name in ("joint", "system", "effects", "intensity_effects")},
+        **{name: found[name] for name in ("needed_motions", "input_notes")},
         "measures": empty,
         "gate": empty,
         "sensitivity": empty,

@@ -1,4 +1,4 @@
-"""The explorer of the page shows the numbers of the tables, and every control does what it says."""
+"""The explorer of the page: numbers of the tables, and the effect of every control."""
 
 import numpy as np
 import pandas as pd
@@ -6,11 +6,11 @@ import pytest
 from scipy import stats
 
 from fragility_tables import IM
-from skewbridge.fragility.old_likelihood.fit import FITTED
-from skewbridge.fragility.old_likelihood.intervals import curve_band
-from skewbridge.fragility.tables.beyond_model import is_complete
-from skewbridge.fragility.tables.paired_runs import run_pairs
-from skewbridge.fragility.tables.verdicts import may_be_negligible, verdicts_of
+from skewbridge.demands.completeness import is_complete
+from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.pairs import run_pairs
+from skewbridge.fragility.verdicts import judged
+from skewbridge.report.fragility_figures import curve_values
 from skewbridge.report.verdict_style import change_text, interval_text, verdict_style
 from skewbridge.units import INCH
 
@@ -18,10 +18,11 @@ pytestmark = pytest.mark.browser
 MODEL = "osb1_fixed, contact-friction"
 
 
-def fits_of(study, component, state, method="cloud"):
+def fits_of(study, component, state, method="preferred"):
     curves = study.curves
     keep = (curves["component"] == component) & (curves["limit_state"] == state)
-    return curves[keep & (curves["method"] == method) & (curves["status"] == FITTED)]
+    fits = curves[keep & (curves["status"] == FITTED)]
+    return fits[fits["preferred"] if method == "preferred" else fits["method"] == method]
 
 
 def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
@@ -31,17 +32,23 @@ def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
     fits = fits[fits["bridge"] == "osb1_fixed"]
     assert set(saved["variant"]) == set(fits.index)
     for name, own in saved.groupby("variant"):
-        fit = fits.loc[name]
-        beta, im = fit["beta_total"], own["im"].to_numpy()
-        expected = stats.norm.cdf(np.log(im / fit["theta"]) / beta)
+        fit = fits.loc[name].to_dict()
+        im = own["im"].to_numpy()
+        expected = stats.norm.cdf(np.log(im / fit["theta"]) / fit["beta_total"])
+        values, ends = curve_values(im, fit)
         np.testing.assert_allclose(own["probability"], expected, rtol=0, atol=1e-9)
-        slope = fit["beta"] / beta
-        both = fit["cov_ln_theta_beta"] * slope
-        covariance = np.array([[fit["var_ln_theta"], both], [both, fit["var_beta"] * slope**2]])
-        ends = curve_band(
-            im, theta=fit["theta"], beta=beta, covariance=covariance, level=fit["level"]
-        )
+        np.testing.assert_allclose(own["probability"], values, rtol=0, atol=1e-9)
         np.testing.assert_allclose(own[["low", "high"]].to_numpy().T, ends, rtol=0, atol=1e-9)
+
+
+def test_curves_that_depend_on_the_method_are_counted(opened, study):
+    page = opened(view="curves", model=MODEL, state="column_drift/slight")
+    fits = fits_of(study, "column_drift", "slight")
+    fits = fits[fits["bridge"] == "osb1_fixed"]
+    differ = int(fits["methods_differ"].sum())
+    note = page.inner_text("#ex-note")
+    expected = f"differs from the cloud median in {differ} of {len(fits)} curves"
+    assert (expected in note) == (differ > 0)
 
 
 def test_analyses_are_the_rows_of_the_demands_table(opened, study, csv_of):
@@ -59,10 +66,9 @@ def test_analyses_are_the_rows_of_the_demands_table(opened, study, csv_of):
 
 def test_medians_are_those_of_the_fits_and_sort(opened, study, csv_of):
     page = opened(view="table", model=MODEL)
-    names = ["variant", "component", "limit_state", "theta", "beta", "n_exceed", "n_runs"]
+    names = ["variant", "component", "limit_state", "method", "theta", "beta_total", "n_exceed"]
     fits = study.curves
-    fits = fits[(fits["bridge"] == "osb1_fixed") & (fits["method"] == "cloud")]
-    fits = fits[fits["status"] == FITTED][names]
+    fits = fits[(fits["bridge"] == "osb1_fixed") & fits["preferred"]][names]
     key = names[:3]
     pd.testing.assert_frame_equal(
         csv_of(page)[names].sort_values(key, ignore_index=True),
@@ -76,13 +82,14 @@ def test_medians_are_those_of_the_fits_and_sort(opened, study, csv_of):
     assert csv_of(page)["theta"].is_monotonic_decreasing
 
 
-def pooled_of(study):
-    effects = study.effects
+def pooled_of(study, quantity="demand"):
+    effects = study.effects if quantity == "demand" else study.medians
     return effects[(effects["scope"] == "pooled") & (effects["bridge"] == "osb1_fixed")]
 
 
-def test_cells_have_verdict_and_words_of_the_map(opened, study):
-    page = opened(view="grid", model=MODEL)
+@pytest.mark.parametrize("quantity", ["demand", "median_capacity"])
+def test_cells_have_verdict_and_words_of_the_map(opened, study, quantity):
+    page = opened(view="grid", model=MODEL, quantity=quantity)
     cells = page.eval_on_selector_all(
         "#ex-rows .map button", "all => all.map(b => [b.parentElement.className, b.innerText])"
     )
@@ -91,7 +98,7 @@ def test_cells_have_verdict_and_words_of_the_map(opened, study):
             verdict_style(row).name,
             f"{verdict_style(row).sign} {change_text(row)}\n{interval_text(row)}",
         ]
-        for row in sorted_by_cells(pooled_of(study)).to_dict("records")
+        for row in sorted_by_cells(pooled_of(study, quantity)).to_dict("records")
     ]
     assert cells == expected
 
@@ -103,9 +110,17 @@ def sorted_by_cells(effects):
     return effects.assign(place=place).sort_values("place", kind="stable")
 
 
+@pytest.mark.parametrize("quantity", ["demand", "median_capacity"])
+def test_verdicts_are_the_family_wise_ones_of_the_tables(opened, study, csv_of, quantity):
+    page = opened(view="grid", scope="variant", model=MODEL, quantity=quantity)
+    effects = study.effects if quantity == "demand" else study.medians
+    effects = effects[(effects["scope"] == "variant") & (effects["bridge"] == "osb1_fixed")]
+    assert csv_of(page)["verdict"].tolist() == effects["verdict_family"].tolist()
+
+
 @pytest.mark.parametrize("factor", [0.4, 3.0])
 def test_verdicts_follow_the_margin(opened, study, csv_of, factor):
-    page = opened(view="grid", scope="variant", model=MODEL)
+    page = opened(view="grid", scope="variant", model=MODEL, quantity="demand")
     before = csv_of(page)["verdict"]
     page.locator("#ex-margin").evaluate(
         "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }",
@@ -113,26 +128,18 @@ def test_verdicts_follow_the_margin(opened, study, csv_of, factor):
     )
     page.wait_for_function("value => location.hash.includes('margin=' + value)", arg=f"{factor:g}")
     saved = csv_of(page)
-    effects = study.effects
-    effects = effects[(effects["scope"] == "variant") & (effects["bridge"] == "osb1_fixed")]
-    apart = (effects["judged_by"] == "difference").to_numpy()
-    margin = factor * effects["margin"]
-    plain = factor * effects["difference_margin"]
-    logs = [np.log(effects[name]) for name in ("ci_low", "ci_high")]
-    expected = verdicts_of(
-        np.where(apart, effects["difference_low"], logs[0]),
-        np.where(apart, -plain, np.log1p(-margin)),
-        np.zeros(len(effects)),
-        np.where(apart, plain, np.log1p(margin)),
-        np.where(apart, effects["difference_high"], logs[1]),
-        possible=may_be_negligible(effects),
+    effects = study.effects.assign(
+        margin=factor * study.effects["margin"],
+        difference_margin=factor * study.effects["difference_margin"],
     )
-    assert saved["verdict"].tolist() == expected.tolist()
+    effects = judged(effects)
+    effects = effects[(effects["scope"] == "variant") & (effects["bridge"] == "osb1_fixed")]
+    assert saved["verdict"].tolist() == effects["verdict_family"].tolist()
     assert (saved["verdict"] != before).any()
 
 
 def test_a_cell_opens_its_pairs(opened, study, csv_of):
-    page = opened(view="grid", model=MODEL)
+    page = opened(view="grid", model=MODEL, quantity="demand")
     page.click("#ex-rows tr:has(th:text-is('Deck displacement')) button >> nth=1")
     assert page.inner_text("#ex-pairs-title").endswith("Skew 0° to 60°, all variants")
     saved = csv_of(page, "#ex-pairs-csv")
@@ -180,7 +187,7 @@ def test_state_and_method_choose_the_curves(opened, study, csv_of):
 
 
 def test_the_threshold_moves_the_median_within_what_was_reached(opened, study, csv_of):
-    page = opened(view="curves", state="column_drift/slight", skew_deg=60)
+    page = opened(view="curves", state="column_drift/slight", method="cloud", skew_deg=60)
     assert "(the limit state)" in page.inner_text("#ex-threshold-text")
     page.focus("#ex-threshold")
     page.keyboard.press("End")
@@ -189,7 +196,7 @@ def test_the_threshold_moves_the_median_within_what_was_reached(opened, study, c
     rows = study.demands
     rows = rows[(rows["bridge"] == "osb1") & (rows["skew_deg"] == 60)]
     largest = rows.loc[is_complete(rows), "column_drift_ratio"].max()
-    fits = fits_of(study, "column_drift", "slight").set_index("variant").loc[saved.index]
+    fits = fits_of(study, "column_drift", "slight", "cloud").set_index("variant").loc[saved.index]
     expected = np.exp((np.log(largest) - fits["ln_a"]) / fits["b"])
     np.testing.assert_allclose(saved["theta"], expected, rtol=1e-9)
     assert saved["low"].isna().all()
@@ -206,7 +213,7 @@ def test_units_change_the_numbers_and_the_labels(opened, study):
     assert "Unseating (in)" in page.inner_text("#ex-plot")
 
 
-def test_the_legend_hides_a_curve_and_bands_stand_with_few_curves(opened):
+def test_legend_hides_a_curve_and_few_curves_have_bands(opened):
     page = opened(view="curves", skew_deg=0, gap_mm=25)
     names = "document.getElementById('ex-plot').data.map(trace => trace.name).filter(Boolean)"
     assert page.evaluate(names) == ["skew 0°, gap 25 mm, μ 0", "skew 0°, gap 25 mm, μ 0.5"]
@@ -219,7 +226,7 @@ def test_the_legend_hides_a_curve_and_bands_stand_with_few_curves(opened):
 
 
 def test_the_forest_draws_the_chosen_change(opened, study, csv_of):
-    page = opened(view="forest", model=MODEL)
+    page = opened(view="forest", model=MODEL, quantity="demand")
     page.select_option("#ex-change", "Skew 0° to 30°")
     saved = csv_of(page)
     rows = pooled_of(study)
@@ -237,6 +244,7 @@ def test_the_address_keeps_what_was_chosen(opened, csv_of):
     page = opened()
     page.select_option("#ex-view", "grid")
     page.select_option("#ex-model", MODEL)
+    page.select_option("#ex-quantity", "demand")
     page.select_option("#ex-scope", "variant")
     page.select_option("#ex-friction", "0")
     page.click("#ex-rows .map button >> nth=5")

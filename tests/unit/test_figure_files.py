@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from typer.testing import CliRunner
 
-from fragility_tables import IM, synthetic_demands
+from fragility_tables import synthetic_demands
 from skewbridge.cli import build_app
-from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.effects import paired_effects
-from skewbridge.fragility.tables.limit_states import limit_states_of
+from skewbridge.fragility.limit_states import limit_states_of
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.provenance.tables import write_frame
 from skewbridge.report.study_figures import save_figure
 from skewbridge.study.figure_settings import FigureSettings
@@ -88,10 +88,11 @@ def _study(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own.yaml").write_text("results: own\nfigures: {width_mm: 100}\n")
     demands = synthetic_demands(skews=(0, 30), gaps=(25,))
+    made = fragility_tables(demands, limit_states_of([STATE]), FitSettings())
+    names = ("curves", "median_effects", "effects", "intensity_effects")
     tables = {
         "demands": demands,
-        "fragility/curves": fit_study(demands, limit_states_of([STATE]), IM),
-        "fragility/effects": paired_effects(demands),
+        **{f"fragility/{name}": made[name] for name in names},
         "friction_pair": pd.DataFrame(),
         "motions/suite": pd.DataFrame(),
     }
@@ -108,9 +109,9 @@ def plot(*arguments):
 
 
 def test_one_figure_is_drawn_alone_with_the_look_of_the_configuration(study):
-    done = plot("osb1_cf_curves_*", "--out", "paper", "--json")
+    done = plot("osb1_cf_curves_column_d*", "--out", "paper", "--json")
     assert done.exit_code == 0, done.stderr
-    names = ["paper/osb1_cf_curves_column_drift_cloud." + end for end in ("svg", "png")]
+    names = ["paper/osb1_cf_curves_column_drift." + end for end in ("svg", "png")]
     assert json.loads(done.stdout)["written"] == names
     assert sorted(path.name for path in (study / "paper").iterdir()) == sorted(
         name.removeprefix("paper/") for name in names
@@ -120,7 +121,7 @@ def test_one_figure_is_drawn_alone_with_the_look_of_the_configuration(study):
     )
 
 
-def test_width_and_font_of_one_file_beat_the_configuration(study):
+def test_width_and_font_options_override_the_configuration(study):
     done = plot("osb1_cf_verdict_friction", "--width-mm", "80", "--font", "serif")
     assert done.exit_code == 0, done.stderr
     svg = (study / "osb1_cf_verdict_friction.svg").read_text("utf-8")
@@ -141,13 +142,13 @@ def test_without_a_name_all_are_listed(study):
         (["suite_spectra", "--width-mm", "4"], "width_mm: must be greater than or equal to 40"),
     ],
 )
-def test_what_cannot_be_drawn_is_said(study, arguments, message):
+def test_unknown_names_and_options_are_refused(study, arguments, message):
     done = plot(*arguments)
     assert done.exit_code == 2
     assert message in done.stderr.replace("\n", " ")
 
 
-def test_an_unfinished_study_is_said(study):
+def test_unfinished_study_is_refused(study):
     (study / "own/fragility/curves.parquet").unlink()
     done = plot("suite_spectra")
     assert done.exit_code == 2

@@ -239,12 +239,13 @@ def test_a_demand_at_the_threshold_does_not_exceed_it_and_one_above_is_known():
 
 
 def test_a_demand_of_zero_is_left_censored():
-    table = synthetic_demands(**ONE, motions=40)
+    table = synthetic_demands(**ONE, motions=60)
+    table["unseating_m"] *= 0.4
     whole = row(curves_of(table, states_of("unseating")), "unseating", "slight")
-    table.loc[table[IM].nsmallest(6).index, "unseating_m"] = 0.0
+    table.loc[table["unseating_m"] < 0.01, "unseating_m"] = 0.0
     found = row(curves_of(table, states_of("unseating")), "unseating", "slight")
     assert (found["status"], found["model"]) == ("ok", "cloud_tobit")
-    assert found["n_censored"] >= 6
+    assert found["n_censored"] >= (table["unseating_m"] == 0.0).sum() > 5
     assert found["theta"] == pytest.approx(whole["theta"], rel=0.05)
 
 

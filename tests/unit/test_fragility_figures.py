@@ -1,121 +1,223 @@
-"""Figures: they draw what the tables say, and say why where there is nothing to draw."""
-
-from pathlib import Path
+"""Figures of fragility, effects and histories draw the numbers of their tables."""
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from fragility_tables import IM, synthetic_demands
-from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.effects import paired_effects
-from skewbridge.fragility.tables.limit_states import load_limit_states
-from skewbridge.report import sampled_runs
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.effects import effect_tables
+from skewbridge.fragility.limit_states import limit_states_of
+from skewbridge.fragility.median_effects import median_effects
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.report import axis_layout
 from skewbridge.report.axis_layout import MARKS
-from skewbridge.report.effect_figures import paired_ratios, verdict_map
-from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
-from skewbridge.report.run_figures import frequency_figure
+from skewbridge.report.effect_figures import effects_by_intensity, pooled_effects, verdict_map
+from skewbridge.report.fragility_figures import (
+    curve_values,
+    demand_clouds,
+    fragility_curves,
+    least_shown,
+    methods_note,
+    shown_curves,
+)
+from skewbridge.report.run_figures import frequency_figure, moving_columns
 
-STATES = [
-    state
-    for state in load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
-    if state.component in {"column_drift", "column_shear"}
-]
+SETTINGS = FitSettings()
+STATES = limit_states_of(
+    [
+        {
+            "component": "column_drift",
+            "demand": "column_drift_ratio",
+            "unit": "percent",
+            "dispersion": 0.35,
+            "citation": "test",
+            "states": {"slight": 1.0, "moderate": 2.5, "complete": 90.0},
+        }
+    ]
+)
+DRIFT = "column_drift_ratio"
+
+
+def tables_of(demands):
+    intensities = effect_tables(demands, reference_im={("osb1", "contact_friction"): 0.5})
+    return (
+        fit_study(demands, STATES, SETTINGS),
+        intensities,
+        median_effects(demands, STATES, SETTINGS),
+    )
 
 
 @pytest.fixture(scope="module")
-def tables():
-    demands = synthetic_demands(skews=(0, 30))
-    demands.loc[4, "status"] = "timeout"
-    return demands, fit_study(demands, STATES, IM), paired_effects(demands)
+def demands():
+    table = synthetic_demands(skews=(0, 30), run_scatter=0.05)
+    table.loc[4, "status"] = "timeout"
+    return table
+
+
+@pytest.fixture(scope="module")
+def tables(demands):
+    return tables_of(demands)
 
 
 def texts(figure):
     figure.canvas.draw()
-    return [t.get_text() for axes in figure.axes for t in axes.texts]
+    return [text.get_text() for axes in figure.axes for text in axes.texts]
 
 
-def test_verdict_map_has_a_cell_per_demand_and_variant(tables):
-    _, _, effects = tables
-    figure = verdict_map(effects)
-    rows = effects[(effects["axis"] == "friction") & (effects["scope"] == "variant")]
-    assert len(figure.axes[0].patches) == len(rows)
-    outside = rows["verdict"].isin(["lower", "higher"]).sum()
-    bold = [t for t in figure.axes[0].texts if t.get_fontweight() == "bold"]
-    assert len(bold) == outside > 0
-
-
-def test_curves_have_a_panel_per_state_and_skew_with_a_band_each(tables):
-    demands, curves, _ = tables
-    figure = fragility_curves(curves, demands, "column_drift")
-    drawn = curves[
-        (curves["component"] == "column_drift")
-        & (curves["method"] == "cloud")
-        & (curves["status"] == "ok")
+def lines_drawn(figure, variant_count):
+    return [
+        line
+        for axes in figure.axes
+        for line in axes.lines
+        if len(line.get_xdata()) == variant_count
     ]
-    assert len(figure.axes) == 2 * drawn["limit_state"].nunique()
-    assert sum(len(axes.collections) for axes in figure.axes) == len(drawn)
 
 
-def test_panels_without_a_curve_say_why(tables):
-    demands, curves, _ = tables
-    partly = curves.copy()
-    partly.loc[partly["skew_deg"] == 30, "status"] = "no_exceedance"
-    figure = fragility_curves(partly, demands, "column_drift")
-    assert any("no exceedance" in text for text in texts(figure))
-    nothing = fragility_curves(curves[curves["limit_state"] == "dcr_100"], demands, "column_shear")
-    assert "no_exceedance" in nothing.texts[0].get_text()
+def test_drawn_curves_are_the_preferred_rows_with_the_total_dispersion(demands, tables):
+    curves = tables[0]
+    figure = fragility_curves(curves, demands, "column_drift")
+    preferred = curves[curves["preferred"]]
+    drawn = lines_drawn(figure, 160)
+    assert len(drawn) == len(preferred) == sum(len(axes.collections) for axes in figure.axes)
+    found = sorted(float(np.interp(0.5, line.get_ydata(), line.get_xdata())) for line in drawn)
+    np.testing.assert_allclose(found, sorted(preferred["theta"]), rtol=0.01)
+    item = preferred.iloc[0]
+    im = np.array([0.1, 0.5])
+    values, (low, high) = curve_values(im, item)
+    expected = stats.norm.cdf(np.log(im / item["theta"]) / item["beta_total"])
+    np.testing.assert_allclose(values, expected)
+    assert item["beta_total"] > item["beta"]
+    assert (low < values).all()
+    assert (values < high).all()
 
 
-def test_a_cloud_says_how_many_runs_lie_far_below_the_limit_states(tables):
-    demands, curves, _ = tables
-    low = demands.copy()
-    low.loc[low["motion_id"] == "m00", "column_drift_ratio"] = 0.0
-    figure = demand_clouds(low, curves, "column_drift_ratio")
-    own = int((low["skew_deg"] == low["skew_deg"].min()).sum())
-    assert any(f"of {own} analyses below" in text for text in texts(figure))
-    none = demand_clouds(demands.assign(column_drift_ratio=0.0), curves, "column_drift_ratio")
-    assert "in no analysis above" in none.texts[0].get_text()
+def test_state_that_no_run_reached_is_listed_and_has_no_panel(demands, tables):
+    curves = tables[0]
+    figure = fragility_curves(curves, demands, "column_drift")
+    labels = " ".join(axes.get_ylabel() for axes in figure.axes)
+    assert "moderate" in labels
+    assert "complete" not in labels
+    title = figure.get_suptitle()
+    assert "complete, no curve: Column drift ratio: largest 0." in title
+    assert "state at 0.9" in title
 
 
-def test_cloud_draws_failed_runs_open(tables):
-    demands, curves, _ = tables
-    figure = demand_clouds(demands, curves, "column_drift_ratio")
-    marks = [line for line in figure.axes[0].get_lines() if line.get_marker() == "^"]
-    assert sum(len(line.get_xdata()) for line in marks) == 1
+def test_curves_that_depend_on_the_method_are_marked(demands, tables):
+    curves = tables[0].copy()
+    cloud = curves["preferred"] & (curves["limit_state"] == "slight") & (curves["skew_deg"] == 30)
+    curves["methods_differ"] = False
+    curves.loc[cloud, ["methods_differ", "methods_ratio"]] = [True, 1.28]
+    figure = fragility_curves(curves, demands, "column_drift")
+    assert sum("exceedance median +28 %" in text for text in texts(figure)) == 1
+    marks = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "D"]
+    assert len([mark for mark in marks if len(mark.get_xdata())]) == cloud.sum()
+    assert methods_note(curves[~cloud]) == ""
+
+
+def test_panels_without_a_curve_give_the_reason(demands, tables):
+    curves = tables[0].copy()
+    lost = curves["skew_deg"] == 30
+    curves.loc[lost, "preferred"] = False
+    curves.loc[lost, "status"] = "bounds_too_wide"
+    figure = fragility_curves(curves, demands, "column_drift")
+    assert any("no curve of 4: bounds too wide" in text for text in texts(figure))
+
+
+def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():
+    demands = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=12)
+    hit = demands[IM] > 0.5
+    demands[DRIFT] = np.where(hit, 0.03, 0.008) * (1 + 0.1 * demands[IM])
+    curves = fit_study(demands, STATES, SETTINGS)
+    curves["preferred"] = False
+    shown = shown_curves(curves)
+    assert len(shown)
+    figure = fragility_curves(curves, demands, "column_drift")
+    level = [line for axes in figure.axes for line in axes.lines if set(line.get_ydata()) == {0.5}]
+    spans = {tuple(np.round(line.get_xdata(), 6)) for line in level}
+    ends = shown[["theta_bracket_low", "theta_bracket_high"]].iloc[0]
+    assert tuple(np.round(ends, 6)) in spans
+
+
+def test_cloud_draws_runs_that_ended_early_open_with_a_tick(demands, tables):
+    figure = demand_clouds(demands, tables[0], DRIFT)
+    ticks = [line for line in figure.axes[0].get_lines() if line.get_marker() == 2]
+    assert sum(len(line.get_xdata()) for line in ticks) == 1
     assert figure.axes[0].get_ylabel() == "Column drift ratio"
 
 
-def test_a_large_cloud_is_a_sample_and_says_so(tables, monkeypatch):
-    demands, curves, _ = tables
-    assert demand_clouds(demands, curves, "column_drift_ratio").get_suptitle() == ""
-    monkeypatch.setattr(sampled_runs, "MAX_SHOWN_RUNS", 20)
-    figure = demand_clouds(demands, curves, "column_drift_ratio")
+def test_demands_of_zero_are_drawn_at_the_bottom_and_counted(demands, tables):
+    low = demands.copy()
+    low.loc[low["motion_id"] == "m00", DRIFT] = 0.0
+    figure = demand_clouds(low, tables[0], DRIFT)
+    marks = [line for axes in figure.axes for line in axes.get_lines() if line.get_marker() == "v"]
+    assert sum(len(line.get_xdata()) for line in marks) == (low[DRIFT] == 0.0).sum() == 8
+    per_panel = int((low["skew_deg"] == 0).sum())
+    assert any(text.startswith(f"4 of {per_panel} analyses below") for text in texts(figure))
+    assert least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
+
+
+def test_large_cloud_is_a_stated_sample(demands, tables, monkeypatch):
+    assert demand_clouds(demands, tables[0], DRIFT).get_suptitle() == ""
+    monkeypatch.setattr(axis_layout, "MAX_SHOWN_RUNS", 20)
+    figure = demand_clouds(demands, tables[0], DRIFT)
     points = [
         len(line.get_xdata())
         for axes in figure.axes
         for line in axes.get_lines()
-        if line.get_marker() in (*MARKS, "^")
+        if line.get_marker() in (*MARKS, "v")
     ]
     assert sum(points) == 20
     assert figure.get_suptitle().startswith(f"20 of {len(demands)} runs")
 
 
-@pytest.mark.parametrize("axis", ["friction", "gap_mm", "skew_deg"])
-def test_ratios_draw_every_interval(tables, axis):
-    _, _, effects = tables
-    figure = paired_ratios(effects, axis)
-    rows = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
-    rows = rows[rows["judged_by"] == "ratio"]
-    dots = [line for line in figure.axes[0].get_lines() if line.get_marker() in (*MARKS, "<", ">")]
-    assert len(dots) == len(rows)
-    assert np.isfinite([dot.get_xdata()[0] for dot in dots]).all()
+@pytest.mark.parametrize("quantity", ["demands", "medians"])
+def test_verdict_map_has_a_cell_per_row_with_the_family_wise_verdict(tables, quantity):
+    effects = tables[1].effects if quantity == "demands" else tables[2]
+    figure = verdict_map(effects, "skew_deg")
+    rows = effects[(effects["axis"] == "skew_deg") & (effects["scope"] == "variant")]
+    assert len(figure.axes[0].patches) == len(rows)
+    outside = rows["verdict_family"].isin(["lower", "higher"]).sum()
+    bold = [text for text in figure.axes[0].texts if text.get_fontweight() == "bold"]
+    assert len(bold) == outside
+    assert ("median capacity" in figure.get_suptitle()) == (quantity == "medians")
 
 
-def test_an_axis_that_does_not_vary_is_said(tables):
-    _, _, effects = tables
-    figure = paired_ratios(effects[effects["axis"] != "gap_mm"], "gap_mm")
-    assert "gap_mm" in figure.texts[0].get_text()
+def test_effect_that_is_not_estimable_has_no_number(tables):
+    effects = tables[1].effects.copy()
+    own = (effects["demand"] == "unseating_m") & (effects["axis"] == "friction")
+    effects.loc[own, "status"] = "not_estimable"
+    effects.loc[own, ["ratio", "ci_low", "ci_high"]] = np.nan
+    cells = texts(verdict_map(effects, "friction"))
+    assert cells.count("not\nestimable") == (own & (effects["scope"] == "variant")).sum()
+    assert "not estimable" in texts(pooled_effects(effects))
+
+
+def test_pooled_figure_has_a_mark_per_effect(tables):
+    effects = tables[1].effects
+    figure = pooled_effects(effects)
+    marks = [
+        line
+        for axes in figure.axes
+        for line in axes.get_lines()
+        if line.get_marker() in ("o", "<", ">")
+    ]
+    assert len(marks) == (effects["scope"] == "pooled").sum()
+
+
+def test_effects_by_intensity_are_lines_with_bands_and_a_reference(tables):
+    table = tables[1].intensities
+    figure = effects_by_intensity(table, "Sa (g)")
+    panel = figure.axes[0]
+    own = table[(table["demand"] == "column_shear_dcr") & (table["axis"] == "skew_deg")]
+    line = next(line for line in panel.lines if len(line.get_xdata()) == len(own))
+    own = own.sort_values("im")
+    np.testing.assert_allclose(line.get_xdata(), own["im"])
+    np.testing.assert_allclose(line.get_ydata(), own["ratio"])
+    dot = next(line for line in panel.lines if line.get_marker() == "o")
+    assert dot.get_xdata()[0] == pytest.approx(0.5)
+    assert len(panel.collections) == 1
 
 
 def test_frequency_figure_has_an_amplitude_and_a_ratio_per_direction():
@@ -124,36 +226,9 @@ def test_frequency_figure_has_an_amplitude_and_a_ratio_per_direction():
     for name, period_s in (("friction 0", 1.0), ("friction 0.5", 0.8)):
         wave = np.sin(2 * np.pi * t_s / period_s) * np.exp(-0.1 * t_s)
         histories[name] = pd.DataFrame({"t_s": t_s, "deck_ux_m": wave, "deck_uy_m": 0.0 * wave})
+    assert moving_columns(histories) == ["deck_ux_m"]
     figure = frequency_figure(histories)
-    assert len(figure.axes) == 2  # the deck does not move transversely
+    assert len(figure.axes) == 2
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert labels[1].startswith("friction 0.5, $T_m$ = 0.8")
-    assert "two histories" in frequency_figure({}).texts[0].get_text()
-
-
-def test_a_ratio_beyond_the_axis_is_an_arrow_with_its_value(tables):
-    _, _, effects = tables
-    far = effects.copy()
-    own = (far["demand"] == "unseating_m") & (far["scope"] == "variant")
-    far.loc[own, ["ratio", "ci_low", "ci_high"]] = [5.2, 3.0, 9.0]
-    far.loc[own & (far["axis"] == "friction").to_numpy() & (far["skew_deg"] == 0), "ratio"] = 4.0
-    figure = paired_ratios(far)
-    assert "▶ 4 to 5.2" in texts(figure)  # one text for all arrows of a demand: none hides another
-    assert figure.axes[0].get_xlim()[1] == 2.0
-
-
-def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():
-    demands = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=12)
-    hit = demands[IM] > 0.5
-    demands["column_drift_ratio"] = np.where(hit, 0.03, 0.008) * (1 + 0.1 * demands[IM])
-    curves = fit_study(demands, STATES, IM)
-    own = curves[(curves["component"] == "column_drift") & (curves["method"] == "exceedance")]
-    apart = own[own["status"] == "complete_separation"]
-    assert len(apart)
-    assert (apart["theta_bound_low"] < apart["theta_bracket_low"]).all()
-    assert (apart["theta_bracket_high"] < apart["theta_bound_high"]).all()
-    figure = fragility_curves(curves, demands, "column_drift", "exceedance")
-    level = [line for axes in figure.axes for line in axes.lines if set(line.get_ydata()) == {0.5}]
-    spans = {tuple(np.round(line.get_xdata(), 6)) for line in level}
-    bracket = apart[["theta_bracket_low", "theta_bracket_high"]].iloc[0]
-    assert tuple(np.round(bracket, 6)) in spans
+    assert moving_columns({}) == []

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.tables.limit_states import (
+from skewbridge.fragility.limit_states import (
     demand_unit,
     exceedance_probability,
     limit_states_of,

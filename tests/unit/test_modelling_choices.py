@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import fields, replace
 from math import exp, log
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -17,8 +16,12 @@ from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance.tables import is_made_for, read_frame
-from skewbridge.report.choice_figures import choice_findings, choices_left_out, tornado
-from skewbridge.report.study_figures import choice_cases
+from skewbridge.report.choice_figures import (
+    choice_findings,
+    choices_left_out,
+    tornado,
+    tornado_text,
+)
 from skewbridge.study.choices import CHOICES, Choice
 from skewbridge.study.chosen_variants import chosen_variants
 from skewbridge.study.config import parse_config
@@ -291,7 +294,5 @@ def test_the_tornado_has_a_bar_per_value_the_largest_on_top(tmp_path: Path, ran:
         assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
 
 
-def test_there_is_no_tornado_without_its_table(tmp_path: Path, ran: list[str]) -> None:
-    assert choice_cases(SimpleNamespace(choices=None)) == []
-    (words,) = choice_cases(SimpleNamespace(choices=made(setup_in(tmp_path))))
-    assert "over up to 1 pairs of runs" in words["choice_text"]
+def test_caption_of_the_tornado_counts_the_pairs(tmp_path: Path, ran: list[str]) -> None:
+    assert "over up to 1 pairs of runs" in tornado_text(made(setup_in(tmp_path)))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from skewbridge.errors import InputError
+from skewbridge.motions.check import check_paths
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.pairing import group_by_name
 from skewbridge.motions.read import read_motion, read_trace
@@ -125,3 +126,11 @@ def test_a_lone_component_is_named(tmp_path):
     (tmp_path / "A090.AT2").touch()
     with pytest.raises(InputError, match=r"A090\.AT2.*2 needed"):
         list_motions(tmp_path)
+
+
+def test_components_of_different_events_are_doubted(tmp_path):
+    kobe = AT2.replace("Some Quake", "Kobe").replace("Some Station, 90", "Takatori, 0")
+    files = [_write(tmp_path / "A.AT2", VALUES_G), _write(tmp_path / "B.AT2", VALUES_G, kobe)]
+    found = check_paths(files)
+    assert {check.verdict for check in found} == {"warn"}
+    assert all("two different records?" in " ".join(check.messages) for check in found)

@@ -13,8 +13,7 @@ from typer.testing import CliRunner
 from fragility_tables import synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.provenance.tables import provenance, write_frame
-from skewbridge.report.methods import methods_of
-from skewbridge.report.references import REFERENCES
+from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.starter import write_starter
 

@@ -12,7 +12,7 @@ import yaml
 
 from fragility_tables import IM, synthetic_demands
 from report_pages import STATES, write_page
-from skewbridge.report.html.answer import title_of
+from skewbridge.report.answer import ANSWER_COLUMNS, title_of
 
 BEYOND = [STATES[0] | {"states": {"complete": 900.0}}]
 
@@ -39,10 +39,11 @@ def test_bases_axes_and_counts_are_those_of_the_study(render):
     assert "pinned column bases" in page
     assert "fixed column bases" not in page
     assert "skew 0°, 60° × gap 25 mm × friction 0, 0.5" in page
-    assert f"{len(demands)} analyses: {len(demands)} ok" in page
-    assert "median 3 %" in page  # friction above its limit, of the analyses that rub
-    effects = frames["effects"]
-    rows = effects[(effects["scope"] == "pooled") & (effects["demand"] == "unseating_m")]
+    assert f"Columns failed in 0 of {len(demands)} runs" in page
+    assert "a median of 3 %" in page  # friction above its limit, of the analyses that rub
+    medians = frames["medians"]
+    rows = medians[(medians["scope"] == "pooled") & (medians["status"] == "ok")]
+    assert len(rows)
     for row in rows.to_dict("records"):
         low, high = (100.0 * (row[name] - 1.0) for name in ("ci_low", "ci_high"))
         assert f"{low:+.1f} to {high:+.1f} %" in page or f"{low:+.0f} to {high:+.0f} %" in page
@@ -100,9 +101,19 @@ def test_a_single_variant_and_motion_compare_nothing(render):
 
 def test_one_motion_gives_no_estimate_and_the_page_says_so(render):
     page, _ = render(synthetic_demands(motions=1, skews=(30,), gaps=(25,)))
-    assert re.search(r"Friction is not decided for [^<]* by 1 motion<", page)
-    assert "too few motions are complete on both sides" in page
-    assert "– (no interval" not in page
+    assert "no median capacity to compare" in page
+    assert "not estimable" in page
+
+
+def test_failures_and_lower_bounds_are_on_the_first_screen(render):
+    demands = synthetic_demands(skews=(0, 60), gaps=(25,))
+    demands["beyond_model"] = ""
+    demands.loc[demands.index[:5], "beyond_model"] = "shear"
+    demands.loc[demands.index[5:7], "beyond_model"] = "flexure"
+    page, _ = render(demands)
+    head = page[: page.index("<main>")]
+    assert f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure" in head
+    assert "0 runs collapsed; in 7 runs the demands are peaks up to a failure" in head
 
 
 def test_tables_behind_the_main_one_have_words_and_their_medians(render):
@@ -148,7 +159,7 @@ def test_methods_name_all_bridges_abutments_and_choices(render):
     assert "fixed column bases" in paragraph(page, "Bridges")
     assert "modelled on rollers; as elastomeric pads" in paragraph(page, "Abutments")
     assert "Houbolt 1950" in paragraph(page, "Analyses")
-    assert "bootstrap of whole records" in paragraph(page, "Statistics")
+    assert "jackknife over motions" in paragraph(page, "Statistics")
     assert "Houbolt, J. C." in page
 
 
@@ -161,28 +172,27 @@ def test_every_link_inside_the_page_leads_somewhere(render):
     assert "http" not in own
 
 
-def pooled_row(axis, demand, ratio, verdict, low, high):
-    return {
+def answer_row(axis, demand, ratio, claim, verdict=None):
+    given = {
         "bridge": "osb1", "abutment": "contact_friction", "axis": axis, "from_value": 0.0,
-        "to_value": 0.5, "demand": demand, "ratio": ratio, "verdict": verdict, "margin": 0.05,
-        "judged_by": "ratio", "n_motions": 16, "ci_low": low, "ci_high": high,
+        "to_value": 0.5, "quantity": "median_capacity", "demand": demand, "status": "ok",
+        "ratio": ratio, "ci_low": 0.95 * ratio, "ci_high": 1.05 * ratio, "level": 0.9,
+        "margin": 0.05, "verdict": verdict or claim, "claim": claim,
     }  # fmt: skip
+    return {name: given.get(name, float("nan")) for name in ANSWER_COLUMNS}
 
 
-def test_the_headline_says_what_the_verdicts_say():
+def test_title_gives_the_most_severe_median_capacity_with_a_clear_direction():
     rows = [
-        pooled_row("skew_deg", "unseating_m", 1.47, "higher", 1.3, 1.7),
-        pooled_row("skew_deg", "column_shear_kn", 1.01, "negligible", 0.99, 1.02),
-        pooled_row("gap_mm", "unseating_m", 1.01, "negligible", 0.99, 1.03),
-        pooled_row("friction", "unseating_m", 0.95, "detectable", 0.92, 0.98),
+        answer_row("skew_deg", "column_failure/any", 0.72, "detectable", "lower"),
+        answer_row("skew_deg", "unseating/slight", 0.8, "lower"),
+        answer_row("gap_mm", "unseating/slight", 1.0, "negligible"),
+        answer_row("friction", "unseating/slight", 1.02, "undecided"),
     ]
     assert title_of(pd.DataFrame(rows)) == (
-        "Skew raises unseating by 47 %; friction lowers unseating by 5.0 % (whether by over "
-        "5 % is open); the joint gap changes none of the 2 headline demands by more than 5 %"
-    )
-    undecided = [pooled_row("friction", "unseating_m", 1.01, "undecided", 0.9, 1.2)]
-    assert title_of(pd.DataFrame(undecided)) == (
-        "Friction is not decided for unseating by 16 motions"
+        "Skew lowers the median capacity for column failure by 28 % (-32 to -24 %, size uncertain) "
+        "and for unseating (slight) by 20 % (-24 to -16 %); friction changes no median capacity "
+        "with certainty; the joint gap changes no median capacity by more than 5 %"
     )
 
 

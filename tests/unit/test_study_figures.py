@@ -1,4 +1,4 @@
-"""The figures of a study follow its tables: any axes, the headline demands, one row per figure."""
+"""Figures of a study follow its tables: any axes, captions with computed numbers."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -7,22 +7,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fragility_tables import IM, synthetic_demands
-from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.effects import paired_effects
-from skewbridge.fragility.tables.limit_states import limit_states_of
+from fragility_tables import synthetic_demands
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.effects import effect_tables, paired_effects
+from skewbridge.fragility.limit_states import limit_states_of
+from skewbridge.fragility.median_effects import median_effects
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance.tables import write_frame
 from skewbridge.report.axis_layout import VariantLayout, shown_axes
-from skewbridge.report.study_figures import CLOUDS
-from skewbridge.report.effect_figures import paired_ratios, verdict_map
+from skewbridge.report.effect_figures import verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.study_figures import (
-    MODEL_FIGURES,
-    STUDY_FIGURES,
-    StudyFigure,
-    StudyTables,
+    FigureTables,
     draw_study,
     read_captions,
     study_figures,
@@ -65,17 +62,25 @@ def fourth_axis(monkeypatch):
     return axis_table.axes_of([FOURTH])[0]
 
 
-def tables_of(demands, curves, effects):
+def tables_of(demands, curves, effects, **tables):
     wave = np.sin(np.arange(400) * 0.1)
     motion = GroundMotion(motion_id="m00", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
     suite = [SuiteMotion(motion=motion, scale=1.5, measures={})]
-    return StudyTables(demands=demands, curves=curves, effects=effects, suite=suite, pair=None)
+    none = {"medians": effects.head(0), "intensity_effects": effects.head(0)}
+    given = none | tables
+    return FigureTables(
+        demands=demands, curves=curves, effects=effects, suite=suite, pair=None, **given
+    )
 
 
 @pytest.fixture(scope="module")
 def study():
     demands = synthetic_demands(skews=(0, 30))
-    return tables_of(demands, fit_study(demands, STATES, IM), paired_effects(demands))
+    reference = {("osb1", "contact_friction"): 0.5}
+    effects, intensities = effect_tables(demands, reference_im=reference)
+    medians = median_effects(demands, STATES, DEFAULTS)
+    curves = fit_study(demands, STATES, DEFAULTS)
+    return tables_of(demands, curves, effects, medians=medians, intensity_effects=intensities)
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +90,7 @@ def wide_study():
     for gap_mm, seed in ((25, 1), (50, 2)):
         demands = synthetic_demands(skews=(0, 30), seed=seed, friction_effect=-0.004 * gap_mm)
         demands["variant"] += f"_tgap{gap_mm:03d}"
-        curves = fit_study(demands, STATES, IM)
+        curves = fit_study(demands, STATES, DEFAULTS)
         parts.append([t.assign(**{FOURTH: gap_mm}) for t in (demands, curves)])
         effects = paired_effects(demands)
         parts[-1].append(effects.assign(**{FOURTH: gap_mm}))
@@ -98,14 +103,14 @@ def wide_study():
     return tables_of(demands, curves, pd.concat([effects, *both], ignore_index=True))
 
 
-def test_lines_and_marks_of_all_variants_differ_and_none_hides_another(study):
+def test_lines_and_marks_of_all_variants_differ(study):
     styles = list(VariantLayout.of(study.demands).styles.values())
     assert len({(style["color"], style["linestyle"], style["marker"]) for style in styles}) == 4
     own = [style for style in styles if style["linestyle"] == "-"]
     assert own[0]["linewidth"] > 2 * own[1]["linewidth"]  # drawn first, seen on both sides
 
 
-def test_notes_and_names_of_states_stand_outside_the_panels_of_a_cloud(study):
+def test_notes_and_names_of_states_are_outside_the_panels_of_a_cloud(study):
     demands = study.demands.copy()
     demands.loc[demands["motion_id"] == "m00", "column_drift_ratio"] = 1e-9
     figure = demand_clouds(demands, study.curves, "column_drift_ratio")
@@ -135,7 +140,7 @@ def test_three_axes_have_panels_dashes_and_colours(study):
     assert styles[25, 0.0]["linestyle"] == styles[25, 0.5]["linestyle"]
 
 
-def test_a_constant_axis_gives_way_to_one_that_varies(fourth_axis, wide_study):
+def test_varying_axes_replace_constant_ones(fourth_axis, wide_study):
     table = wide_study.demands
     assert [axis.name for axis in shown_axes(table)] == ["skew_deg", "gap_mm", "friction", FOURTH]
     assert [axis.name for axis in shown_axes(table[table["gap_mm"] == 25])] == [
@@ -153,8 +158,8 @@ def test_a_fourth_axis_multiplies_the_panels(fourth_axis, wide_study, kind):
     else:
         figure = fragility_curves(wide_study.curves, wide_study.demands, "column_drift")
         drawn = wide_study.curves
-        drawn = drawn[(drawn["component"] == "column_drift") & (drawn["method"] == "cloud")]
-        assert sum(len(axes.collections) for axes in figure.axes) == (drawn["status"] == "ok").sum()
+        drawn = drawn[(drawn["component"] == "column_drift") & drawn["preferred"]]
+        assert sum(len(axes.collections) for axes in figure.axes) == len(drawn)
     assert titles(figure)[:4] == [
         "skew 0°, transverse gap 25 mm",
         "skew 0°, transverse gap 50 mm",
@@ -169,20 +174,15 @@ def test_every_pair_of_a_study_with_four_axes_is_drawn(fourth_axis, wide_study, 
     effects = wide_study.effects
     rows = effects[(effects["axis"] == axis) & (effects["scope"] == "variant")]
     assert len(verdict_map(effects, axis).axes[0].patches) == len(rows)
-    figure = paired_ratios(effects, axis)
-    dots = [
-        line for line in figure.axes[0].get_lines() if line.get_marker() in ("o", "s", "<", ">")
-    ]
-    assert len(dots) == (rows["judged_by"] == "ratio").sum()
 
 
 def test_values_with_the_same_unit_are_named_in_the_verdict_map(fourth_axis, wide_study):
-    labels = verdict_map(wide_study.effects).axes[0].get_xticklabels()
+    labels = verdict_map(wide_study.effects, "friction").axes[0].get_xticklabels()
     assert labels[0].get_text().split("\n") == ["0°", "gap 25 mm", "transverse", "gap 25 mm"]
 
 
 def test_the_labels_of_the_verdict_map_do_not_touch(fourth_axis, wide_study):
-    figure = verdict_map(wide_study.effects)
+    figure = verdict_map(wide_study.effects, "friction")
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in figure.axes[0].get_xticklabels()]
     assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
@@ -193,70 +193,83 @@ def test_figures_name_an_axis_with_its_unit(fourth_axis, wide_study):
     assert title == "Change of demand, transverse gap (mm) 25 to 50, same motions"
 
 
-def test_a_new_axis_has_its_figures_and_words_without_another_row(fourth_axis, wide_study):
+def test_new_axis_has_figures_and_words(fourth_axis, wide_study):
     captions = {caption.name: caption for caption, _ in study_figures(wide_study)}
     assert captions[f"osb1_cf_verdict_{FOURTH}"].title == (
-        f"osb1, contact-friction: When does {fourth_axis.title} matter?"
+        f"osb1, contact-friction: Effect of {fourth_axis.title} on demands, by pair of variants"
     )
-    assert f"osb1_cf_ratios_{FOURTH}" in captions
 
 
-def test_curves_and_clouds_are_those_of_the_limit_states(study):
-    names = [caption.name for caption, _ in study_figures(study)]
-    assert "osb1_cf_curves_column_drift_cloud" in names
-    assert "osb1_cf_curves_bearing_cloud" in names
-    clouds = [name.removeprefix("osb1_cf_cloud_") for name in names if "_cloud_" in name]
-    assert clouds == ["column_drift_ratio", "bearing_disp_m"]
+def test_list_of_figures_follows_limit_states_and_axes(study):
+    names = [caption.name.removeprefix("osb1_cf_") for caption, _ in study_figures(study)]
+    axes = ("friction", "gap_mm", "skew_deg")
+    assert names == [
+        "pooled_medians",
+        "pooled_demands",
+        *(f"verdict_{axis}_medians" for axis in axes),
+        *(f"verdict_{axis}" for axis in axes),
+        "effects_by_intensity",
+        "curves_column_drift",
+        "curves_bearing",
+        "cloud_column_drift_ratio",
+        "cloud_bearing_disp_m",
+        "suite_spectra",
+    ]
 
 
-def test_figures_are_drawn_in_whatever_process(study, tmp_path, monkeypatch):
-    """The files and captions of a few are the same from one process and from two."""
-    monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", MODEL_FIGURES[2:3])
-    monkeypatch.setattr("skewbridge.report.study_figures.STUDY_FIGURES", STUDY_FIGURES[-1:])
-    tables = {name: getattr(study, name) for name in ("demands", "curves", "effects")}
-    tables["friction_pair"] = pd.DataFrame()
+def test_no_figure_without_a_plot(study):
+    curves = study.curves.assign(preferred=False, theta_bracket_low=np.nan)
+    nothing = replace(
+        study,
+        demands=study.demands.assign(bearing_disp_m=0.0),
+        curves=curves,
+        effects=study.effects.head(0),
+        medians=study.medians.head(0),
+        intensity_effects=study.intensity_effects.head(0),
+    )
+    names = [caption.name for caption, _ in study_figures(nothing)]
+    assert names == ["osb1_cf_cloud_column_drift_ratio", "suite_spectra"]
+
+
+def test_numbers_of_captions_are_those_of_the_tables(study):
+    captions = {caption.name: caption.text for caption, _ in study_figures(study)}
+    pooled = study.effects[study.effects["scope"] == "pooled"]
+    for verdict, count in pooled["verdict_family"].value_counts().items():
+        assert f"{count} {verdict}" in captions["osb1_cf_pooled_demands"]
+    drawn = study.curves[study.curves["preferred"]]
+    drawn = drawn[drawn["component"] == "column_drift"]
+    clouds = int((drawn["method"] == "cloud").sum())
+    assert f"{clouds} from cloud fits" in captions["osb1_cf_curves_column_drift"]
+    assert "0.5. The slope differs" in captions["osb1_cf_effects_by_intensity"]
+
+
+def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeypatch):
+    names = ("demands", "curves", "effects", "medians", "intensity_effects")
+    small = replace(study, effects=study.effects.head(0), medians=study.medians.head(0))
+    small = replace(small, intensity_effects=study.intensity_effects.head(0))
+    tables = {name: getattr(small, name) for name in names} | {"friction_pair": pd.DataFrame()}
     paths = {"suite": tmp_path / "none"}
     for name, table in tables.items():
         paths[name] = tmp_path / f"{name}.parquet"
         write_frame(table, paths[name], {})
     monkeypatch.setattr("skewbridge.report.study_figures.read_suite", lambda _: study.suite)
-    said = []
+    texts = []
     for n_jobs in (1, 2):
         folder, captions = tmp_path / str(n_jobs), tmp_path / f"{n_jobs}.json"
         draw_study(
             paths, folder=folder, captions=captions, settings=FigureSettings(), n_jobs=n_jobs
         )
-        said.append(captions.read_text())
-        names = {caption.name for caption in read_captions(captions)}
-        assert {path.name for path in folder.iterdir()} == {
-            f"{name}.{ending}" for name in names for ending in ("svg", "png")
-        }
-        ratios = {f"osb1_cf_ratios_{axis}" for axis in ("skew_deg", "gap_mm", "friction")}
-        assert names == ratios | {"suite_spectra"}
-    assert said[0] == said[1]
+        texts.append(captions.read_text())
+        drawn = {caption.name for caption in read_captions(captions)}
+        files = {f"{name}.{ending}" for name in drawn for ending in ("svg", "png")}
+        assert {path.name for path in folder.iterdir()} == files
+        assert "suite_spectra" in drawn
+    assert texts[0] == texts[1]
 
 
-def test_a_new_figure_is_a_function_and_a_row(study, monkeypatch):
-    row = StudyFigure(
-        name="only_{demand}",
-        section=CLOUDS,
-        title="{label} alone",
-        text="",
-        draw=lambda demands, demand: demand_clouds(demands, study.curves, demand),
-        cases=lambda _: [{"demand": "unseating_m", "label": "Unseating"}],
-    )
-    monkeypatch.setattr("skewbridge.report.study_figures.MODEL_FIGURES", (*MODEL_FIGURES, row))
-    drawn = {caption.name: (caption, draw) for caption, draw in study_figures(study)}
-    caption, draw = drawn["osb1_cf_only_unseating_m"]
-    assert draw().axes
-    assert caption.title == "osb1, contact-friction: Unseating alone"
-
-
-def test_figures_and_captions_say_the_margin_of_the_study(study):
-    demands = study.demands
-    effects = paired_effects(demands, settings=FitSettings(margin=0.2))
+def test_captions_and_legends_have_the_margin_of_the_study(study):
+    effects = paired_effects(study.demands, settings=FitSettings(margin=0.2))
     wide = replace(study, effects=effects)
-    said = [caption.text for caption, _ in study_figures(wide) if "ratios_" in caption.name]
-    assert said
-    assert all("shaded band is 20 % either way" in text for text in said)
-    assert "= within ±20 %" in legend(verdict_map(effects))
+    captions = {caption.name: caption.text for caption, _ in study_figures(wide)}
+    assert "within the margin (20 % unless" in captions["osb1_cf_verdict_friction"]
+    assert "= within ±20 %" in legend(verdict_map(effects, "friction"))

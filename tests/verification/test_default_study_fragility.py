@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import optimize, stats
+from scipy import optimize, special, stats
 
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
@@ -150,7 +150,7 @@ def independent_median(x, low, high, threshold):
 
         def cost(p):
             z = (low - p[0] - p[1] * x) / np.exp(p[2])
-            return -np.sum(np.where(seen, stats.norm.logpdf(z) - p[2], stats.norm.logsf(z)))
+            return -np.sum(np.where(seen, -0.5 * z**2 - p[2], special.log_ndtr(-z)))
 
         ln_a, b = optimize.minimize(cost, [ln_a, b, np.log(scatter)], method="BFGS").x[:2]
     return (np.log(threshold) - ln_a) / b

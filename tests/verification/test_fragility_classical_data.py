@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from skewbridge.fragility.fits import fit_cloud
-from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_stripes
+from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_cloud, fit_stripes
 
 # source: Bliss (1935), Annals of Applied Biology 22:134-167, log10 dose of carbon disulphide
 BLISS_LOG10 = [1.6907, 1.7242, 1.7552, 1.7842, 1.8113, 1.8369, 1.8610, 1.8839]
@@ -34,9 +33,9 @@ NORRIS_Y = [
 def test_beetle_mortality_gives_the_probit_of_the_textbooks():
     fit = fit_stripes(np.power(10.0, BLISS_LOG10), BLISS_N, BLISS_K)
     # Dobson prints -34.935 + 19.728 log10 dose, deviance 10.12; the dose is rounded to 4 digits
-    assert fit.predictor.a0 == pytest.approx(-34.935, abs=2e-3)
-    assert fit.predictor.a1 * np.log(10.0) == pytest.approx(19.728, abs=1e-3)
-    assert fit.goodness.deviance == pytest.approx(10.12, abs=0.01)
+    assert fit.details["a0"] == pytest.approx(-34.935, abs=2e-3)
+    assert fit.details["a1"] * np.log(10.0) == pytest.approx(19.728, abs=1e-3)
+    assert fit.details["deviance"] == pytest.approx(10.12, abs=0.01)
 
 
 def test_locomotive_controls_give_the_published_lognormal():

@@ -10,7 +10,7 @@ from skewbridge.bridge.abutment.backfill import skew_reduction
 from skewbridge.bridge.abutment.penalty import normal_penalty
 from skewbridge.contact.law import ContactLaw, advance_pair
 from skewbridge.contact.restitution import kelvin_voigt_restitution
-from skewbridge.fragility.methods.cloud import fit_cloud
+from skewbridge.fragility.fits import fit_cloud
 from skewbridge.motions.scaling import block_targets
 from skewbridge.variant.options import ModelOptions
 

@@ -167,6 +167,12 @@ def choice_products(_wildcards):
     return FOLDER.modelling_choices
 
 
+def predict_check_products(_wildcards):
+    """Return the table of `make check-predict`."""
+    begin_run()
+    return FOLDER.fragility("check_predict")
+
+
 def edited_meanwhile():
     """The configuration files that no longer say what this run has read."""
     return [

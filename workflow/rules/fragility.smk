@@ -25,3 +25,31 @@ rule fit_fragility:
         ),
     script:
         "../scripts/fit_fragility.py"
+
+
+# Error of `skewbridge predict` inside the grid, from new analyses: `make check-predict`. It is on no
+# path to the report, which quotes the table where there is one.
+rule check_predict:
+    input:
+        suite=rules.prepare_motions.output.suite,
+        intensities=rules.prepare_motions.output.intensities,
+        demands=rules.collect_demands.output.demands,
+        joint=rules.fit_fragility.output.joint,
+        limit_states=ancient(STUDY.fragility.limit_states),
+    output:
+        table=FOLDER.fragility("check_predict"),
+    log:
+        FOLDER.log("check_predict"),
+    threads: workflow.cores
+    resources:
+        no_progress_s=STUDY.batches.no_progress_s,
+    params:
+        results=results_folder,
+        axes=STUDY.grid.values(),
+        sections=ANALYSIS_SECTIONS,
+        bridges=BRIDGES,
+        opensees=opensees_version(),
+        fragility=section("fragility"),
+        digest=script_digest("check_predict", rules.fit_fragility),
+    script:
+        "../scripts/check_predict.py"

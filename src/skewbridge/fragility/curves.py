@@ -24,7 +24,13 @@ from skewbridge.demands.completeness import is_beyond_model
 from skewbridge.errors import InputError
 from skewbridge.fragility import existence
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
+from skewbridge.fragility.demand_table import (
+    motion_codes,
+    spread,
+    variant_columns,
+    variant_values,
+    variants_of,
+)
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.fits import (
     ALL_CENSORED,
@@ -46,7 +52,7 @@ from skewbridge.fragility.likelihood import (
     maximise,
     profile_ends,
 )
-from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines, fit_lines
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
@@ -156,12 +162,6 @@ def fit_study(
     exceeded or not) and, where motions ran at several levels, ``ida_interval``. Intervals are
     Fieller's or those of the profile; where motions repeat, of the jackknife by motion.
 
-    Args:
-        demands: Runs, as `demand_table.prepared` returns them.
-        limit_states: The limit states.
-        settings: Intensity measure, levels, treatment of unknown outcomes.
-        jobs: Number of processes.
-
     Returns:
         One row per (variant, component, limit state, method) with the columns `CURVE_COLUMNS`.
         Unless ``status`` is ``ok``, theta and beta are NaN: nothing is extrapolated to a state that
@@ -179,7 +179,8 @@ def fit_study(
         jobs,
     )
     table = pd.DataFrame([row for part in rows for row in part])
-    return table[[name for name in CURVE_COLUMNS if name in table]]
+    names = dict.fromkeys((*variant_columns(demands), *CURVE_COLUMNS))
+    return table[[name for name in names if name in table]]
 
 
 def _variant_rows(
@@ -210,13 +211,7 @@ class CommonSlopeFits:
 
 
 class DemandFits:
-    """The fits of one variant for all states of one demand.
-
-    Args:
-        part: Runs of the variant.
-        states: States of the demand by rising threshold.
-        settings: Intensity measure, levels, treatment of unknown outcomes.
-    """
+    """The fits of one variant for all states of one demand."""
 
     def __init__(
         self, part: pd.DataFrame, states: Sequence[LimitState], settings: FitSettings
@@ -271,6 +266,8 @@ class DemandFits:
                     }
                 )
                 fits[method] = self._judged(fits[method], bounds[number], known["n_unknown"])
+            if fits["cloud"].status == FITTED and self._depends_on_collapses(lines, state):
+                fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
             comparison = self._compared(
                 fits, exceedance.ln_theta[j] - lines.ln_theta(state.threshold), known
             )
@@ -518,6 +515,21 @@ class DemandFits:
         if fit.status != FITTED or ratio <= MAX_BOUNDS_RATIO or self._settings.accept_bounds:
             return fit
         return fit.without_estimate(BOUNDS_TOO_WIDE)
+
+    def _depends_on_collapses(self, lines: Lines, state: LimitState) -> bool:
+        """Return whether the censored peaks of collapsed runs decide the median of the line.
+
+        A collapse ends a run because demands were large, so that the peak so far is no independent
+        bound: the median counts only if it hardly moves when these peaks are taken as final.
+        """
+        outcomes = self._outcomes
+        ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
+        by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in self._states)
+        if by_definition or self._settings.accept_bounds or not np.any(ended):
+            return False
+        final = replace(outcomes, upper=np.where(ended, outcomes.lower, outcomes.upper))
+        other = self._lines(final, self._weights[:1]).ln_theta(state.threshold)[0]
+        return not abs(other - lines.ln_theta(state.threshold)[0]) <= np.log(MAX_BOUNDS_RATIO)
 
     def _compared(
         self, fits: Mapping[str, FragilityFit], difference: FloatArray, known: Mapping[str, Any]

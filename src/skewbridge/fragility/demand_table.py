@@ -120,11 +120,6 @@ def prepared(
     for that demand; both are listed in the notes. Suspect rows become failed analyses if the
     settings exclude them.
 
-    Args:
-        demands: Demands table.
-        columns: Demand columns that will be fitted.
-        settings: Intensity measure and treatment of suspect rows.
-
     Raises:
         InputError: A column is missing, a status unknown, or a completed run has an infinite or
             negative demand; names row and column.
@@ -215,14 +210,7 @@ def spread[Item, Result](
     *,
     least: int = _WORTH_PROCESSES,
 ) -> list[Result]:
-    """Return the function of each item, in their order, computed by several processes.
-
-    Args:
-        function: Function of one item; it and the items are sent to other processes.
-        items: Its arguments.
-        jobs: Processes; with one process or few items, everything runs in this one.
-        least: Number of items that are worth other processes.
-    """
+    """Return the function of each item, in their order, computed by several processes."""
     rest = iter(items)
     first = list(islice(rest, least))
     if jobs == 1 or len(first) < least:

@@ -132,13 +132,6 @@ def export_curves(
 
     Curves without an estimate have their status in a CSV; elsewhere they are left out and listed.
 
-    Args:
-        source: results/fragility/curves.parquet, or the same as CSV.
-        form: nrml, pelicun, csv or latex.
-        out: File to write; nrml may write several in its folder.
-        method: cloud, exceedance or ida_interval; None for the preferred curves.
-        content: Content of a CSV file.
-
     Returns:
         ``format``, ``files`` (written), ``curves`` and ``left_out`` (numbers of curves with and
         without an estimate), ``unfitted`` (those without), ``notes`` (sentences); nrml adds

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from skewbridge.demands.completeness import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.columns import as_column, as_list, positive, require, same_length
@@ -203,9 +204,9 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if "collapse" in data:
         collapsed = as_column(data["collapse"].to_numpy(), "collapse") > 0.0
         status = np.where(collapsed & (status == OK), COLLAPSE, status)
-    kinds = {demand_table.BEYOND_MODEL: demand_table.failure_kinds(data)}
+    kinds = {BEYOND_MODEL: failure_kinds(data)}
     runs = pd.DataFrame({options.edp: demand, "status": status, **kinds})
-    good = (np.isfinite(demand) & (demand >= 0.0)) | ~demand_table.is_complete(runs)
+    good = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
     require(good, options.edp, "must be >= 0 and finite in runs that completed", demand)
     state = LimitState(
         component=options.edp,

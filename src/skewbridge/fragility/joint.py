@@ -305,14 +305,6 @@ def joint_table(
 ) -> pd.DataFrame:
     """Fit one model over the axes per bridge, abutment model and demand.
 
-    Args:
-        demands: Rows to fit, as `demand_table.prepared` returns them.
-        limit_states: Limit states.
-        curves: Table of curves, with whose cloud medians predictions of left-out variants are
-            compared; None for no comparison.
-        settings: Intensity measure and confidence level.
-        jobs: Number of processes.
-
     Returns:
         A row per bridge, abutment model, component and limit state (by rising threshold) with the
         columns `JOINT_COLUMNS`.

@@ -217,28 +217,6 @@ def exceedance_kernel(ln_im: FloatArray, exceed: FloatArray, remain: FloatArray)
     )
 
 
-class Restricted:
-    """A kernel at parameters = base + t directions, a function of t.
-
-    Args:
-        kernel: The log-likelihood of p parameters.
-        base: Shape (p,), or (R, p) if each replicate has its own.
-        directions: Shape (q, p).
-    """
-
-    def __init__(self, kernel: Kernel, base: FloatArray, directions: FloatArray) -> None:
-        self._kernel, self._base, self._directions = kernel, base, directions
-
-    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        """Evaluate at t = ``params``, shape (R, q)."""
-        base = self._base if rows is None or self._base.ndim == 1 else self._base[rows]
-        full = self._kernel.derivatives(base + params @ self._directions, rows)
-        across = self._directions.T
-        return Derivatives(
-            full.loglik, full.score @ across, self._directions @ full.hessian @ across
-        )
-
-
 @dataclass(frozen=True, slots=True)
 class Maximum:
     """Maxima of a batch.
@@ -257,16 +235,7 @@ class Maximum:
 
 
 def maximise(kernel: Kernel, start: FloatArray, *, covariance: bool = True) -> Maximum:
-    """Maximise a batch of concave log-likelihoods by Newton steps with halving.
-
-    Args:
-        kernel: The log-likelihood.
-        start: Parameters inside the parameter space, shape (R, p).
-        covariance: Whether to return the inverse of the observed information.
-
-    Returns:
-        The maxima; ``converged`` is False where no maximum was reached.
-    """
+    """Maximise a batch of concave log-likelihoods from ``start`` (R, p) by halved Newton steps."""
     params = np.array(start, dtype=np.float64)
     total = params.shape[0]
     active = np.arange(total)

@@ -123,10 +123,6 @@ def with_column_failure(states: Sequence[LimitState], columns: Collection[str]) 
 
     Shear failure is a demand-capacity ratio of 1 or more, flexural failure a ratio of drift to its
     capacity of 1 or more, any failure the larger of both ratios of 1 or more.
-
-    Args:
-        states: Limit states of a file.
-        columns: Columns of the demands table; a mode without its demand is left out.
     """
     if any(state.component == COLUMN_FAILURE for state in states):
         return list(states)
@@ -287,10 +283,6 @@ def load_limit_states(path: Path) -> list[LimitState]:
 
 def limit_states_of(data: object, place: str = "") -> list[LimitState]:
     """Return the limit states of parsed configuration data, sorted as written.
-
-    Args:
-        data: A list with an entry for each component.
-        place: Where they stand, before each message.
 
     Raises:
         InputError: Entries are wrong; names each entry (by number, from 0) and the key.

@@ -70,14 +70,6 @@ def rank_measures(
 ) -> pd.DataFrame:
     """Rank intensity measures for one demand.
 
-    Args:
-        demands: Demands table; completed runs of one or more variants are used.
-        column: Demand, positive in completed runs.
-        measures: Columns of intensities; None for all ``im_`` columns.
-        motions: motion_id, magnitude and distance_km of the suite, for sufficiency.
-        settings: Replicates and seed of the bootstrap by motion, because a rank by point value
-            hides ties.
-
     Returns:
         One row per measure with columns of `MEASURE_COLUMNS`, best proficiency first; unusable
         measures last with a status.
@@ -183,11 +175,6 @@ def measure_table(
 
     Per bridge and abutment model, over the completed runs of all its variants; a demand that is
     missing or zero in one of them is left out.
-
-    Args:
-        demands: Demands table.
-        motions: Table of the suite: motion_id and, if known, magnitude and distance_km.
-        settings: Replicates and seed of the bootstrap.
     """
     known = {"motion_id", "magnitude", "distance_km"} <= set(motions.columns)
     suite = motions[["motion_id", "magnitude", "distance_km"]] if known else None
@@ -201,7 +188,8 @@ def measure_table(
         if not ranked:
             continue
         table = pd.concat(ranked, ignore_index=True)
-        usable = table[(table["status"] == FITTED) & table["hazard_computable"].eq(other=True)]
+        fitted = table.reindex(columns=[*table.columns, *({"efficiency"} - {*table.columns})])
+        usable = fitted[(fitted["status"] == FITTED) & fitted["im"].str.startswith(HAZARD_KNOWN)]
         mean = usable.assign(ln=np.log(usable["efficiency"])).groupby("im")["ln"].mean()
         best = mean.idxmin() if len(mean) else None
         tables.append(table.assign(recommended=(table["im"] == best)))

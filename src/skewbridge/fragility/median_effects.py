@@ -52,13 +52,6 @@ def median_effects(
     smallest value of the axis is the reference. A cell counts where some runs of both variants, and
     not all, are known to exceed the state. A pooled row is the average of ln ratio over the cells.
 
-    Args:
-        demands: Runs, as `demand_table.prepared` returns them.
-        limit_states: The limit states.
-        settings: Intensity measure, level and margin of medians.
-        axes: Columns that serve as axes; None for those of the study in which variants differ.
-        jobs: Number of processes.
-
     Returns:
         Rows with the columns `effect_columns`, quantity ``median_capacity``, ``demand``
         component/state; ``im_low`` and ``im_high`` are the smallest and largest median of the

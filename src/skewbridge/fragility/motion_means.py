@@ -56,14 +56,7 @@ class Jackknifed:
         *,
         parameters: int = 1,
     ) -> Self:
-        """Return the estimate with all motions and the influences.
-
-        Args:
-            values: Estimate with all motions, then without each motion; shape (1 + M, ...).
-            present: Motions that have a value, shape (M,).
-            exact: Motions with an exact value; by default all that are present.
-            parameters: Parameters estimated.
-        """
+        """Return the estimate; ``values`` are those of all motions, then without each, (1 + M, ...)."""
         count = max(int(np.count_nonzero(present)), 1)
         influence = np.zeros_like(values[1:])
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count

@@ -79,12 +79,7 @@ class DemandOutcomes:
 
 
 def demand_outcomes(table: pd.DataFrame, states: Sequence[LimitState]) -> DemandOutcomes:
-    """Return the outcomes of the runs of one variant for the demand that some states share.
-
-    Args:
-        table: Runs of one variant, as `demand_table.prepared` returns them.
-        states: The limit states of one demand.
-    """
+    """Return the outcomes of the runs of one variant for the demand that some states share."""
     demand = states[0].demand
     peak = table[demand].to_numpy(dtype=np.float64)
     complete = is_complete(table)

@@ -113,10 +113,6 @@ def study_pairs(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[Pairs
 
     An axis in which the variants of a model do not differ has no pairs.
 
-    Args:
-        demands: Table of demands.
-        columns: Columns whose values are paired.
-
     Raises:
         InputError: A run occurs twice.
     """

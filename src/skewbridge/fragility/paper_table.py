@@ -69,13 +69,7 @@ PAPER_COLUMNS: Final = paper_columns(AXES)
 
 
 def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return one curve per variant, component and limit state, in the order of the table.
-
-    Args:
-        curves: Table of curves.
-        method: Method of the curves; None for the preferred one, and the first where no method
-            has an estimate.
-    """
+    """Return one curve per variant, component and limit state, in the order of the table."""
     if method is not None:
         return curves[curves["method"] == method]
     first = curves.sort_values("preferred", ascending=False, kind="stable")
@@ -92,12 +86,6 @@ def paper_table(
 
     Limit states without any estimate are left out. Ratios have the confidence level of effects,
     medians that of fits.
-
-    Args:
-        curves: Curves of the variants; of several methods the preferred one counts.
-        medians: Paired ratios of their medians.
-        joint: Joint models.
-        settings: Confidence levels.
 
     Returns:
         Table with the columns `paper_columns` of the axes of the study.
@@ -166,11 +154,7 @@ def ratio_names(table: pd.DataFrame) -> list[str]:
 
 
 def variant_in_words(row: Mapping[str, Any]) -> str:
-    """Return the values of the axes of a variant, such as ``skew 30 deg, gap 51 mm, friction 0.5``.
-
-    Args:
-        row: Values by column; axes that the abutment model lacks are left out.
-    """
+    """Return the axes of a variant, such as ``skew 30 deg, gap 51 mm, friction 0.5``."""
     traits = ABUTMENTS.get(str(row["abutment"]))
     optional = {axis for known in ABUTMENTS.values() for axis in known.axes}
     lacking = set() if traits is None else optional - traits.axes

@@ -140,9 +140,6 @@ def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]
 
     They are at 1/2, 1/4 and 3/4 of the range of the first axis and every second one after it, and
     at 1/2, 3/4 and 1/4 of the others. An axis with a single value keeps it.
-
-    Args:
-        grid: Values of each axis.
     """
     points: list[dict[str, float]] = []
     for share in _SHARES:
@@ -175,13 +172,6 @@ def check_predict(
     The new analyses usually have fewer motions than the study. The joint models are therefore
     fitted again to the runs of the grid under the motions of the new analyses: the scatter from
     motion to motion is then the same in both medians and the difference is the error of the terms.
-
-    Args:
-        joint: Joint models of the study; only states with an estimate are compared.
-        study: Demands of the study, as `demand_table.prepared` returns them.
-        inner: Demands of the new analyses, likewise.
-        limit_states: Limit states.
-        settings: Intensity measure and confidence level.
 
     Returns:
         A row per new variant and limit state with the columns `CHECK_COLUMNS`.

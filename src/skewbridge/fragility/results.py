@@ -233,11 +233,6 @@ def read_foreign(
 def read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataFrame:
     """Read a demands table; names, scale and incidence are optional and have neutral values.
 
-    Args:
-        path: CSV or parquet.
-        im: Intensity measure, if its column does not begin with ``im_``.
-        further: Demand columns that are not of this package.
-
     Raises:
         InputError: A column is missing or a value unusable; names row and column.
     """
@@ -277,13 +272,6 @@ def statistics_of(
     margin: float | None = None,
 ) -> dict[str, Any]:
     """Write every table of results/fragility from a table of demands.
-
-    Args:
-        demands: CSV or parquet; at least axes, motion_id, status, one intensity, one demand.
-        out: Folder for the tables.
-        limit_states: File of the limit states.
-        im: Column of intensities; None for the usual one, or the only ``im_`` column.
-        margin: Relative change of demands and medians that counts as negligible.
 
     Returns:
         ``tables`` (rows by table), ``status`` of the fits and ``verdict`` (family-wise) of the

@@ -57,13 +57,6 @@ def fragility_tables(
 ) -> dict[str, pd.DataFrame]:
     """Return every table of results/fragility by file name.
 
-    Args:
-        demands: Demands table, one row per run.
-        limit_states: Limit states; those of `COLUMN_FAILURE` are added where demands allow.
-        settings: Settings of the fits and effects.
-        suite: Table of the motions, with which intensity measures are ranked.
-        jobs: Number of processes.
-
     Raises:
         InputError: A column is missing or a value unusable; names row and column.
     """

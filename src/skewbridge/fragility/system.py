@@ -79,12 +79,6 @@ def system_curves(
     A component takes part if some run of the variant, and not every run, exceeds its state and its
     demand rises with the intensity. Runs that ended early are censored demands (Tobit).
 
-    Args:
-        demands: Runs, as `demand_table.prepared` returns them.
-        limit_states: The limit states.
-        settings: Intensity measure, level and seed.
-        jobs: Number of processes.
-
     Returns:
         One row per (variant, degree): variant, bridge, abutment, axes and `SYSTEM_COLUMNS`.
 

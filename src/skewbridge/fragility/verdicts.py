@@ -226,10 +226,6 @@ def _holm(p: pd.Series) -> pd.Series:
 def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
     """Return how many motions would decide each pooled effect on a headline demand or median.
 
-    Args:
-        effects: Rows of `paired_effects`, of median effects, or of both.
-        demands: Demands of the same study; ``cpu_s`` is the cost of an analysis in s.
-
     Returns:
         Rows with the columns `NEEDED_COLUMNS`.
     """
@@ -268,9 +264,6 @@ def motions_to_decide(effect: Mapping[Any, Any]) -> float:
 
     It is the smallest number with which the interval, with probability `POWER`, lies inside the
     margin for an effect inside it, or beyond the margin on the side of the effect.
-
-    Args:
-        effect: A row of effects with ratio or difference, its margin, level and scatter.
 
     Returns:
         Infinite for an effect on the margin, NaN without an interval.

@@ -15,7 +15,7 @@ from skewbridge.motions.index import (
     read_index_table,
 )
 from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
-from skewbridge.motions.read import PairError, join_traces, read_trace
+from skewbridge.motions.read import PairError, different_records, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.write import index_row, write_index
 from skewbridge.reading.files import shown_path
@@ -168,9 +168,12 @@ def _check_pair(first: Trace, second: Trace, checks: dict[Path, FileCheck]) -> N
         for trace in (first, second):
             checks[trace.path] = _with(checks[trace.path], str(error), "error")
     else:
+        doubt = different_records(first, second)
         for message in motion.messages[len(first.messages) + len(second.messages) :]:
             for one, other in ((first, second), (second, first)):
-                checks[one.path] = _with(checks[one.path], f"with {other.path.name}: {message}")
+                verdict = "warn" if message == doubt and checks[one.path].passes else None
+                text = f"with {other.path.name}: {message}"
+                checks[one.path] = _with(checks[one.path], text, verdict)
 
 
 def _check_of(trace: Trace, *, strict: bool) -> FileCheck:

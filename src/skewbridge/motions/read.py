@@ -112,6 +112,8 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     ]
     if sizes[0] != sizes[1]:
         messages.append(f"lengths {sizes[0]} and {sizes[1]}: zeros added at the end of the shorter")
+    if doubt := different_records(first, second):
+        messages.append(doubt)
     npts = max(sizes)
     motion = GroundMotion(
         motion_id=motion_id,
@@ -129,6 +131,24 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     )
     refuse_false_waho(motion)
     return motion
+
+
+# ASSUME components of one record have lengths within 20 % of each other
+_LENGTH_RATIO: Final = 1.2
+
+
+def different_records(first: Trace, second: Trace) -> str:
+    """Return a warning if two components seem to be of different records, else an empty text."""
+    for name, one, other in (
+        ("events", first.event, second.event),
+        ("stations", first.station, second.station),
+    ):
+        if one and other and one.casefold() != other.casefold():
+            return f"two different records? Their {name} differ: {one} and {other}"
+    sizes = sorted(trace.accel_mps2.size for trace in (first, second))
+    if sizes[1] > _LENGTH_RATIO * sizes[0]:
+        return f"two different records? Their lengths differ: {sizes[0]} and {sizes[1]} points"
+    return ""
 
 
 def files_digest(*paths: Path) -> str:

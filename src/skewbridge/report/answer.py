@@ -48,7 +48,8 @@ ANSWER_COLUMNS: Final[dict[str, str]] = {
     "ci_high": "upper end of its interval",
     "level": "confidence level",
     "margin": "relative change that counts as negligible",
-    "verdict": "verdict of the own interval",
+    "verdict": "verdict of the own interval; of a demand of that at `im`",
+    "pooled_verdict": "verdict of the own interval; of a demand of that over all intensities",
     "claim": "verdict that is printed: adjusted for the family of comparisons (Holm); of a demand "
     "the weaker one of this and of the verdict at `im`",
     "im": "intensity at which the effect on a demand is stated",
@@ -71,8 +72,7 @@ _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "deman
 #: States of the sentences of the headline.
 _LEADING: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
 _UNSEATING: Final = "unseating_m"
-#: Rank of the claims in a title, the strongest first.
-_ORDER: Final = (LOWER, HIGHER, DETECTABLE, UNDECIDED, NEGLIGIBLE)
+_SHEAR: Final = "column_shear/dcr_100"
 _P_SLOPE: Final = 0.05
 
 
@@ -192,7 +192,7 @@ def answer_table(
             if key in capacities.index:
                 found = records_of(capacities.loc[[key]])[0]
                 row |= {name: found[name] for name in ANSWER_COLUMNS if name in found}
-                row["claim"] = found["verdict_family"]
+                row |= {"claim": found["verdict_family"], "pooled_verdict": found["verdict"]}
             else:
                 row["status"] = _NOT_ESTIMABLE if reached[model] > 0 else NOT_REACHED
             rows.append(row)
@@ -206,15 +206,19 @@ def answer_table(
 
 
 def _demand_row(effect: Mapping[str, Any], line: pd.DataFrame) -> dict[str, Any]:
-    """Return the row of a pooled effect on a demand, at the reference intensity if there is one."""
+    """Return the row of a pooled effect on a demand, at one intensity.
+
+    This is the reference intensity of the bridge, or the middle of the range without one.
+    """
     row = {name: effect[name] for name in ANSWER_COLUMNS if name in effect}
-    row["claim"] = effect["verdict_family"]
+    row |= {"claim": effect["verdict_family"], "pooled_verdict": effect["verdict"]}
     usable = line[line["ratio"].notna()].sort_values("im", kind="stable")
-    reference = usable["at_reference"].to_numpy(dtype=np.bool_)
-    if not reference.any():
+    if usable.empty:
         return row
+    reference = np.flatnonzero(usable["at_reference"].to_numpy(dtype=np.bool_))
+    at = int(reference[0]) if reference.size else len(usable) // 2
     claims = [_weaker(effect, point) for point in records_of(usable)]
-    at = first = last = int(np.flatnonzero(reference)[0])
+    first = last = at
     while first > 0 and claims[first - 1] == claims[at]:
         first -= 1
     while last < len(claims) - 1 and claims[last + 1] == claims[at]:
@@ -259,41 +263,58 @@ def with_seats(table: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
     return table.assign(seat_m=lengths.astype(np.float64))
 
 
-def median_phrase(row: Mapping[str, Any]) -> str:
-    """Return the effect on a median capacity as a part of a sentence, with its certainty."""
+def median_clause(row: Mapping[str, Any]) -> str:
+    """Return the effect on a median capacity as a clause, with its certainty."""
     name = effect_name(row["demand"])
     if row["status"] == NOT_REACHED:
         return f"no run reaches {name}"
     if row["status"] != OK:
-        return f"its effect on the median capacity for {name} is not estimable"
-    return _phrase(row, f"the median capacity for {name}")
+        return f"the effect on the median capacity for {name} is not estimable"
+    return _clause(row, f"the median capacity for {name}")
 
 
-def demand_phrase(row: Mapping[str, Any]) -> str:
-    """Return the effect on a demand as a part of a sentence, with its size."""
+def demand_clause(row: Mapping[str, Any]) -> str:
+    """Return the effect on a demand as a clause, with its size and the intensity."""
     name = effect_name(row["demand"])
     if row["status"] != OK or pd.isna(row["ratio"]):
-        return f"its effect on {name} is not estimable"
+        return f"the effect on {name} is not estimable"
     size = _size(row)
-    return _phrase(row, name) + (f": {size}" if size else "")
+    at = f"at {intensity(row['im'])} " if np.isfinite(row["im"]) else ""
+    return at + _clause(row, name) + (f": {size}" if size else "")
 
 
-def _phrase(row: Mapping[str, Any], what: str) -> str:
-    """Return the claim on a ratio in words, with its interval."""
-    level, margin = f"{100.0 * row['level']:g} %", f"{100.0 * row['margin']:g} %"
-    change = signed(100.0 * (row["ratio"] - 1.0), " %")
-    interval = f"{level} interval {ratio_interval(row)}"
-    claim, size = row["claim"], change.lstrip("+-")
-    verb = "lowers" if row["ratio"] < 1.0 else "raises"
+def _clause(row: Mapping[str, Any], what: str) -> str:
+    """Return the claim on a ratio in words, with change and interval in per cent."""
+    margin, change = f"{100.0 * row['margin']:g} %", _change(row)
+    claim, interval = row["claim"], ratio_interval(row)
+    verb, size = "lowers" if row["ratio"] < 1.0 else "raises", change.lstrip("+-")
     if claim in (LOWER, HIGHER):
-        return f"{verb} {what} by {size} ({interval})"
+        return f"it {verb} {what} by {size} ({interval})"
     if claim == DETECTABLE:
-        return f"{verb} {what} by {size} ({interval}; it may or may not exceed {margin})"
+        return f"it {verb} {what} by {size} ({interval}; {_open_size(row)})"
     if claim == NEGLIGIBLE:
-        return f"changes {what} by less than {margin} ({change}, {interval})"
-    if row["verdict"] == UNDECIDED:
-        return f"has no certain effect on {what} ({change}, {interval})"
-    return f"may change {what} ({change}, {interval}; too many comparisons to be sure)"
+        return f"it changes {what} by less than {margin} ({change}, {interval})"
+    reason = ""
+    if row["verdict"] != UNDECIDED:
+        reason = (
+            "too many comparisons to be sure"
+            if row["verdict"] == row["pooled_verdict"]
+            else "not the same over all intensities"
+        )
+        reason = f"; {reason}"
+    return f"it has no certain effect on {what} ({change}, {interval}{reason})"
+
+
+def _open_size(row: Mapping[str, Any]) -> str:
+    """Return in words that the direction of a change is certain and its size is not."""
+    margin = f"{100.0 * row['margin']:g} %"
+    if row["verdict"] in (LOWER, HIGHER):
+        return f"too many comparisons to be sure that it exceeds {margin}"
+    return f"it may or may not exceed {margin}"
+
+
+def _change(row: Mapping[str, Any]) -> str:
+    return signed(100.0 * (row["ratio"] - 1.0), " %")
 
 
 def ratio_interval(row: Mapping[str, Any]) -> str:
@@ -323,8 +344,9 @@ def number(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
-def _range(row: Mapping[str, Any]) -> str:
-    return f"{number(row['im_low'])} to {number(row['im_high'])} g"
+def intensity(im: float) -> str:
+    """Return an intensity with two digits."""
+    return f"{im:.2g} g"
 
 
 def axis_sentences(table: pd.DataFrame) -> list[tuple[str, str]]:
@@ -335,16 +357,16 @@ def axis_sentences(table: pd.DataFrame) -> list[tuple[str, str]]:
         texts: list[str] = []
         for model, rows in part.groupby(list(BRIDGE_COLUMNS), sort=False):
             records = records_of(rows)
-            leading = [row for row in records if row["demand"] in _LEADING]
-            phrases = [median_phrase(row) for row in leading]
-            demands = [row for row in records if row["quantity"] == DEMAND]
-            if clearest := _clearest(demands):
-                phrases.append(f"at {number(clearest['im'])} g it {demand_phrase(clearest)}")
-            if phrases:
-                texts.append(f"in {names[str(model[0]), str(model[1])]} it {'; '.join(phrases)}")
+            clauses = [median_clause(row) for row in records if row["demand"] in _LEADING]
+            if clearest := _clearest([row for row in records if row["quantity"] == DEMAND]):
+                clauses.append(demand_clause(clearest))
+            if clauses:
+                texts.append(f"in {names[str(model[0]), str(model[1])]} {'; '.join(clauses)}")
         if texts:
-            sentence = ". ".join(text[:1].upper() + text[1:] for text in texts)
-            out.append((change_name(str(key[0]), float(str(key[1])), float(str(key[2]))), sentence))
+            changed = change_name(str(key[0]), float(str(key[1])), float(str(key[2])))
+            out.append(
+                (changed, _sentence(". ".join(text[:1].upper() + text[1:] for text in texts)))
+            )
     return out
 
 
@@ -366,47 +388,42 @@ def title_of(table: pd.DataFrame) -> str:
     estimated = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
     if estimated.empty:
         return "No run reaches the limit states of the headline: no median capacity to compare"
-    clauses: dict[str, list[str]] = {claim: [] for claim in _ORDER}
+    clauses: list[tuple[int, str]] = []
     for name, part in estimated.groupby("axis", sort=False):
-        title = axis(str(name)).title
-        claim = next(each for each in _ORDER if (part["claim"] == each).any())
-        if claim == LOWER and (part["claim"] == HIGHER).any():
-            clauses[LOWER].append(f"{title} {_title_claim(part, HIGHER, names)}")
-        own = part if claim in (NEGLIGIBLE, UNDECIDED) else part[part["claim"] == claim]
-        if claim == NEGLIGIBLE:
-            clauses[claim].append(title)
+        title, claims = axis(str(name)).title, set(part["claim"])
+        if claims & {LOWER, HIGHER, DETECTABLE}:
+            clauses.append((0, f"{title} {_title_claim(part, names)}"))
+        elif claims == {NEGLIGIBLE}:
+            margin = f"{100.0 * part['margin'].iloc[0]:g} %"
+            clauses.append((2, f"{title} changes no median capacity by more than {margin}"))
         else:
-            clauses[claim].append(f"{title} {_title_claim(own, claim, names)}")
-    parts = [*clauses[LOWER], *clauses[HIGHER], *clauses[DETECTABLE], *clauses[UNDECIDED]]
-    if within := clauses[NEGLIGIBLE]:
-        verb = "change" if len(within) > 1 else "changes"
-        margin = f"{100.0 * estimated['margin'].iloc[0]:g} %"
-        parts.append(f"{listed(within)} {verb} no median capacity by more than {margin}")
-    text = "; ".join(parts)
+            clauses.append((1, f"{title} changes no median capacity with certainty"))
+    text = "; ".join(clause for _, clause in sorted(clauses, key=lambda each: each[0]))
     return text[:1].upper() + text[1:]
 
 
-def _title_claim(part: pd.DataFrame, claim: str, names: Mapping[tuple[str, str], str]) -> str:
-    """Return the claim of an axis on median capacities in a title.
+def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
+    """Return the claims of an axis on median capacities in a title.
 
-    The most severe state with this claim counts, and the bridge with the largest change of it.
+    The most severe state with a clear direction counts, and the bridge with the largest change of
+    it; a less severe one follows if only that one is certain to exceed the margin.
     """
-    if claim == UNDECIDED:
-        states = dict.fromkeys(effect_name(each) for each in part["demand"])
-        return f"has no certain effect on the median capacity for {listed(states)}"
-    rows = part[part["claim"] == claim]
-    severe = next(state for state in HEADLINE_STATES if (rows["demand"] == state).any())
-    rows = rows[rows["demand"] == severe]
-    row = max(records_of(rows), key=lambda each: abs(np.log(each["ratio"])))
-    verb = "lowers" if row["ratio"] < 1.0 else "raises"
-    size = signed(100.0 * (row["ratio"] - 1.0), " %").lstrip("+-")
-    model = f" of {names[str(row['bridge']), str(row['abutment'])]}" if len(names) > 1 else ""
-    open_size = ""
-    if claim == DETECTABLE:
-        open_size = f", which may or may not exceed {100.0 * row['margin']:g} %"
-    return (
-        f"{verb} the median capacity{model} for {effect_name(str(severe))} by {size} "
-        f"({ratio_interval(row)}){open_size}"
+    certain = part[part["claim"].isin((LOWER, HIGHER))]
+    directed = part[part["claim"].isin((LOWER, HIGHER, DETECTABLE))]
+    claims: dict[str, list[str]] = {}
+    for rows in (directed, certain):
+        state = next((name for name in HEADLINE_STATES if (rows["demand"] == name).any()), None)
+        if state is None:
+            continue
+        own = records_of(rows[rows["demand"] == state])
+        row = max(own, key=lambda each: abs(np.log(each["ratio"])))
+        verb, size = "lowers" if row["ratio"] < 1.0 else "raises", _change(row).lstrip("+-")
+        model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
+        detail = ", size uncertain" if row["claim"] == DETECTABLE else ""
+        text = f"for {effect_name(state)} by {size} ({ratio_interval(row)}{detail})"
+        claims.setdefault(f"{verb} the median capacity{model}", []).append(text)
+    return " and ".join(
+        f"{start} {' and '.join(dict.fromkeys(texts))}" for start, texts in claims.items()
     )
 
 
@@ -447,8 +464,8 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
         parts.append(kind)
     known = table[table["first_im"].notna()]
     if len(known):
-        low, high = number(known["first_im"].min()), number(known["last_im"].max())
-        parts.append(f"complete pairs of runs exist from {low} to {high} g")
+        low, high = known["first_im"].min(), known["last_im"].max()
+        parts.append(f"complete pairs of runs exist from {low:.2g} to {intensity(high)}")
     return "; ".join(parts) + "."
 
 
@@ -460,29 +477,30 @@ def card_sentences(rows: pd.DataFrame, counts: pd.DataFrame) -> list[str]:
         counts: Rows of `run_counts` of the model and axis.
     """
     records = records_of(rows)
-    out: list[str] = []
-    medians = [median_phrase(row) for row in records if row["quantity"] == MEDIAN_CAPACITY]
-    if medians:
-        out.append(_sentence("; ".join(medians)))
-    for row in records:
-        if row["quantity"] != DEMAND:
-            continue
-        at = f"At {number(row['im'])} g it " if np.isfinite(row["im"]) else "It "
-        if row["status"] != OK or pd.isna(row["ratio"]):
-            out.append(_sentence(demand_phrase(row)))
-            continue
-        text = at + demand_phrase(row)
+    # column failure of a bridge that fails in one mode only is that mode
+    ratios = {row["demand"]: row["ratio"] for row in records if row["quantity"] == MEDIAN_CAPACITY}
+    same = ratios.get(_SHEAR) == ratios.get(_LEADING[0])
+    medians = [
+        row
+        for row in records
+        if row["quantity"] == MEDIAN_CAPACITY and not (same and row["demand"] == _SHEAR)
+    ]
+    demands = [row for row in records if row["quantity"] == DEMAND]
+    out = [" ".join(_grouped(medians))] if medians else []
+    if clearest := _clearest(demands):
+        out[:1] = [" ".join([*out, _sentence(demand_clause(clearest))])]
+    for row in demands:
+        text = demand_clause(row)
         if np.isfinite(row["im"]) and row["im_low"] < row["im_high"]:
-            text += f" (the same holds from {_range(row)})"
-        if row["p_slope"] < _P_SLOPE and np.isfinite([row["first_ratio"], row["last_ratio"]]).all():
-            ends = [
-                f"{signed(100.0 * (ratio - 1.0), ' %')} at {number(im)} g"
-                for im, ratio in (
-                    (row["first_im"], row["first_ratio"]),
-                    (row["last_im"], row["last_ratio"]),
-                )
-            ]
-            text += f". It depends on intensity: {ends[0]}, {ends[1]} (p {row['p_slope']:.2g})"
+            text += f" (the same verdict from {row['im_low']:.2g} to {intensity(row['im_high'])})"
+        ratios_known = np.isfinite([row["first_ratio"], row["last_ratio"]]).all()
+        if row["p_slope"] < _P_SLOPE and ratios_known:
+            first, last = (
+                f"{signed(100.0 * (row[f'{end}_ratio'] - 1.0), ' %')} at "
+                f"{intensity(row[f'{end}_im'])}"
+                for end in ("first", "last")
+            )
+            text += f". It depends on intensity: {first}, {last} (p = {row['p_slope']:.2g})"
         out.append(_sentence(text))
     if len(counts) > 1:
         each = [
@@ -492,6 +510,38 @@ def card_sentences(rows: pd.DataFrame, counts: pd.DataFrame) -> list[str]:
         ]
         out.append(f"Columns failed in {each[0]} and in {each[1]}.")
     return out
+
+
+def _grouped(medians: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return sentences on median capacities: clear directions, small, uncertain, not reached."""
+    texts: list[str] = []
+    clear = [row for row in medians if row["claim"] in (LOWER, HIGHER, DETECTABLE)]
+    if clear:
+        texts.append(_sentence("; ".join(map(median_clause, clear))))
+    for claim, start in (
+        (NEGLIGIBLE, "It changes the median capacity by less than {margin} for {names}."),
+        (UNDECIDED, "It has no certain effect on the median capacity for {names}."),
+    ):
+        own = [row for row in medians if row["claim"] == claim]
+        if own:
+            names = listed(f"{effect_name(row['demand'])} {_bracket(row)}" for row in own)
+            margin = f"{100.0 * own[0]['margin']:g} %"
+            texts.append(start.format(margin=margin, names=names))
+    for status, start in (
+        (NOT_REACHED, "No run reaches {names}."),
+        (_NOT_ESTIMABLE, "Median capacities not estimable: {names}."),
+    ):
+        names = [effect_name(row["demand"]) for row in medians if row["status"] == status]
+        if names:
+            texts.append(start.format(names=listed(names)))
+    return texts
+
+
+def _bracket(row: Mapping[str, Any]) -> str:
+    """Return change and interval of an effect without a clear direction, in brackets."""
+    unsure = row["claim"] == UNDECIDED and row["verdict"] != UNDECIDED
+    reason = "; too many comparisons to be sure" if unsure else ""
+    return f"({_change(row)}, {ratio_interval(row)}{reason})"
 
 
 def _sentence(text: str) -> str:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, StrMethodFormatter
+from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.fragility.verdicts import HIGHER, LOWER, MEDIAN_CAPACITY, NOT_ESTIMABLE, RATIO
@@ -31,8 +31,8 @@ _LONGEST: Final = 8.0  # margins that the axis of pooled effects shows
 _PANELS: Final = 4  # in a row
 _WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
 _COLUMN_LETTERS: Final = 11  # the same in the small size
+_WIDE_IN: Final = 7.0  # width of a figure in which three columns of the legend fit
 _SMALL_SIZE: Final = 7.5
-_RATIO_TICKS: Final = (0.25, 0.33, 0.5, 0.67, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 
 
 def pooled_effects(effects: pd.DataFrame) -> Figure:
@@ -140,7 +140,8 @@ def verdict_map(effects: pd.DataFrame, axis: str) -> Figure:
         )
         figure.suptitle(title, x=0.01, ha="left", fontsize=10)
         handles = verdict_patches(usual)
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+        columns = 3 if figure.get_figwidth() > _WIDE_IN else 2
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=8)
     return figure
 
 
@@ -197,7 +198,7 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     """Draw the effect of each axis on the headline demands as a line with its band over intensity.
 
     Dots are at the reference intensity of the bridge; an open dot is at the end of the range of the
-    pairs, where the reference intensity lies outside.
+    pairs, where the reference intensity lies outside of it.
 
     Args:
         intensities: Effects by intensity of one bridge and abutment model, with a headline demand.
@@ -216,10 +217,6 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
                 ]
                 _intensity_panel(axes, own)
             row[0].set_ylabel(fill(f"Ratio of {demand_name(name).lower()}", 24))
-            row[0].set_yscale("log")
-            row[0].yaxis.set_major_locator(FixedLocator(_RATIO_TICKS))
-            row[0].yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            row[0].yaxis.set_minor_locator(NullLocator())
         for axes, axis in zip(panels[0], along, strict=True):
             axes.set_title(axis.label_with_unit, fontsize=9)
         for axes in panels[-1]:

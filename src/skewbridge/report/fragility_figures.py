@@ -27,7 +27,7 @@ from skewbridge.report.axis_layout import (
     threshold_text,
 )
 
-_LEGEND_COLUMNS: Final = 4
+_LEGEND_COLUMN_IN: Final = 1.75
 _TITLE_PAD_PT: Final = 6.0  # between a panel and its title
 _NOTE_LINE_PT: Final = 9.0  # for each line of a note between the two
 _NAME_ROOM: Final = 0.05  # part of the height of a panel that the name of a state takes
@@ -98,7 +98,7 @@ def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str
             for axes, lines, (title, _) in zip(row, notes, columns, strict=True):
                 axes.text(1.0, 1.02, "\n".join(lines), transform=axes.transAxes, ha="right",
                           va="bottom", fontsize=7, color="#333333", linespacing=1.1)  # fmt: skip
-                if row is panels[0]:
+                if name == names[0]:
                     pad = _TITLE_PAD_PT + _NOTE_LINE_PT * max(map(len, notes))
                     axes.set_title(title, fontsize=9, pad=pad)
             state = table[table["limit_state"] == name].iloc[0]
@@ -134,8 +134,8 @@ def methods_note(rows: pd.DataFrame) -> str:
         return ""
     changes = 100.0 * (flagged["methods_ratio"] - 1.0)
     texts = dict.fromkeys(f"{change:+.0f}" for change in (changes.min(), changes.max()))
-    curves = f" ({len(flagged)} curves)" if len(flagged) > 1 else ""
-    return f"exceedance median {' to '.join(texts)} % against cloud{curves}"
+    curves = f"{len(flagged)} curves: " if len(flagged) > 1 else ""
+    return f"{curves}exceedance median {' to '.join(texts)} %\nagainst the cloud median"
 
 
 def _curve_panel(
@@ -171,7 +171,7 @@ def _curve_panel(
         for item in missing.to_dict("records")
     )
     lines = [f"no curve of {count}: {reason}" for reason, count in reasons.most_common()]
-    return [line for line in (*lines, methods_note(shown[shown["preferred"]])) if line]
+    return [*lines, *methods_note(shown[shown["preferred"]]).splitlines()]
 
 
 def _outcomes(runs: pd.DataFrame, item: Mapping[Any, Any]) -> tuple[Any, Any]:
@@ -288,7 +288,7 @@ def _name_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:
 
 def _add_legend(figure: Figure, layout: VariantLayout, *, marks: bool = False) -> None:
     handles = layout.handles(marks=marks)
-    columns = min(len(handles), _LEGEND_COLUMNS)
+    columns = min(len(handles), int(figure.get_figwidth() / _LEGEND_COLUMN_IN) or 1)
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)
 
 

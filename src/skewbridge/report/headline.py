@@ -62,7 +62,7 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
         runs: Table of `run_counts`.
         motions: Table of the suite.
     """
-    lines = [f"- **{change}.** {sentence}." for change, sentence in axis_sentences(table)]
+    lines = [f"- **{change}.** {sentence}" for change, sentence in axis_sentences(table)]
     medians = table[table["quantity"] == MEDIAN_CAPACITY]
     states = [state for state in HEADLINE_STATES if (medians["demand"] == state).any()]
     level = 100.0 * medians["level"].dropna().iloc[0]
@@ -70,6 +70,8 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
     lines += [
         f"- {failure_sentence(runs)}",
         f"- {motions_sentence(motions, table)}",
+        "",
+        f"Brackets: {level:g} % intervals, averages over all other axes.",
         "",
         f"Change of the median capacity, averaged over all other axes, with its {level:g} % "
         "interval and the verdict that holds for all comparisons together:",

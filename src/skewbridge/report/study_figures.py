@@ -24,6 +24,7 @@ from skewbridge.motions.record import SuiteMotion
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.reading import shortened
+from skewbridge.report.axis_layout import plain_label
 from skewbridge.report.choice_figures import tornado, tornado_text
 from skewbridge.report.effect_figures import (
     effects_by_intensity,
@@ -177,13 +178,14 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     demands = intensity_demands(table)
     if not demands:
         return
-    im_label = label_of(str(tables.curves["im"].iloc[0]))
-    reference = table.loc[table["at_reference"] & ~table["clipped"], "im"]
-    at = (
-        f"The reference intensity is {reference.iloc[0]:.2g} ({im_label}). "
-        if len(reference)
-        else ""
-    )
+    im = str(tables.curves["im"].iloc[0])
+    reference = table[table["at_reference"]]
+    inside = reference.loc[~reference["clipped"], "im"]
+    dots = "" if reference.empty else "Dots are at the reference intensity"
+    if len(inside):
+        dots += f", {plain_label(im)} {inside.iloc[0]:.2g}"
+    if reference["clipped"].any():
+        dots += ", open ones at the end of the range nearest to it"
     pooled = tables.effects[tables.effects["scope"] == "pooled"]
     tests = pooled.loc[pooled["demand"].isin(demands), "p_slope"].dropna()
     caption = Caption(
@@ -192,11 +194,11 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         title="Effects by intensity",
         text="Regression of the paired log ratio on log intensity, all variants, with a "
         f"{100 * table['level'].iloc[0]:g} % band clustered by motion, in the range of the pairs. "
-        f"{at}A dot is at the reference intensity; an open one is at the end of the range nearest "
-        f"to it. The slope differs from zero (p < 0.05) in {int((tests < 0.05).sum())} of "
+        + (f"{dots}. " if dots else "")
+        + f"The slope differs from zero (p < 0.05) in {int((tests < 0.05).sum())} of "
         f"{len(tests)} effects.",
     )
-    yield caption, partial(effects_by_intensity, table, im_label)
+    yield caption, partial(effects_by_intensity, table, label_of(im))
 
 
 def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -207,15 +209,15 @@ def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         differ = int(drawn["methods_differ"].sum())
         words = str(component).replace("_", " ")
         text = (
-            f"{len(drawn)} curves, {by_exceedance} of them from exceedances and the others from "
-            "cloud fits, with record-to-record and capacity dispersion and a "
-            f"{100 * rows['level'].iloc[0]:g} % band of the fit. Ticks are analyses: at the top "
+            "Curves with record-to-record and capacity dispersion: "
+            f"{len(drawn) - by_exceedance} from cloud fits, {by_exceedance} from exceedances, with "
+            f"{100 * rows['level'].iloc[0]:g} % bands. Ticks are analyses: at the top "
             "those that exceed the state, at the bottom those that do not. "
         )
         if differ:
             text += (
-                f"The medians of both methods differ in {differ} curves (by more than 15 %, or two "
-                "standard errors): an open diamond is the median of the other method. "
+                f"In {differ} of {len(drawn)} the medians of both methods differ (by more than "
+                "15 %, or two standard errors): an open diamond is the other median. "
             )
         text += "A limit state that no analysis reached has no curve and is listed at the top."
         caption = Caption(

@@ -5,7 +5,7 @@ its margin. All common kinds of colour blindness distinguish the two hues (Okabe
 a sign repeats the meaning of the colour.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -26,7 +26,7 @@ from skewbridge.fragility.verdicts import (
 #: Effects in units of the margin from which a colour is deeper.
 DEPTHS: Final = (2.0, 5.0)
 
-type Row = Mapping[Hashable, Any] | pd.Series
+type Row = Mapping[Any, Any] | pd.Series
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +73,7 @@ STYLES: Final = {
         VerdictStyle(
             name="down",
             sign="▽",
-            text="lower, size not decided",
+            text="lower, may or may not exceed {margin}",
             fill="#cfe5f3",
             ink=_DARK,
             verdict=DETECTABLE,
@@ -89,7 +89,7 @@ STYLES: Final = {
         VerdictStyle(
             name="up",
             sign="△",
-            text="higher, size not decided",
+            text="higher, may or may not exceed {margin}",
             fill="#fbdcc5",
             ink=_DARK,
             verdict=DETECTABLE,

@@ -1,4 +1,4 @@
-"""What the explorer of the page draws: runs, fits and effects of a study as plain numbers.
+"""Data of the explorer of the page: runs, fits and effects of a study as plain numbers.
 
 The vendored library is the basic bundle of plotly.js 4.1.1 (MIT, `vendor/LICENSE`), as published in
 the npm package plotly.js-basic-dist-min.
@@ -13,15 +13,15 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.demands.columns import KEY, column_of
-from skewbridge.demands.completeness import is_complete
-from skewbridge.fragility.old_likelihood.fit import FITTED
-from skewbridge.fragility.tables.key_columns import BRIDGE_COLUMNS
-from skewbridge.fragility.tables.verdicts import DIFFERENCE, may_be_negligible
+from skewbridge.demands.columns import KEY, column_of, demands_for
+from skewbridge.demands.completeness import is_complete, with_derived_columns
+from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
+from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.limit_states import HEADLINE_STATES
+from skewbridge.fragility.verdicts import DIFFERENCE, may_be_negligible
 from skewbridge.report.answer import model_name
 from skewbridge.report.axis_layout import named_value, plain_label, shown_axes, value_text
-from skewbridge.report.fragility_figures import total_dispersion
-from skewbridge.report.verdict_style import DEPTHS, STYLES
+from skewbridge.report.verdict_style import DEPTHS, STYLES, demand_name
 from skewbridge.statuses import STATUSES
 from skewbridge.units import INCH, KIP, KN, MM
 from skewbridge.variant.axes import axes_of
@@ -33,10 +33,15 @@ _US_UNITS: Final = {
     "mm": {"unit": "in", "factor": MM / INCH},
     "kN": {"unit": "kip", "factor": KN / KIP},
 }
-_FIT_TEXTS: Final = ("component", "limit_state", "method", "demand")
+_FIT_VALUES: Final = ("component", "limit_state", "method", "demand", "preferred", "methods_differ")
 _FIT_NUMBERS: Final = (
-    *("theta", "theta_low", "theta_high", "beta", "threshold", "ln_a", "b", "sigma"),
-    *("var_ln_theta", "cov_ln_theta_beta", "var_beta", "level", "n_exceed", "n_runs"),
+    *("theta", "theta_low", "theta_high", "beta", "beta_total", "threshold"),
+    *("capacity_dispersion", "ln_a", "b", "sigma", "var_ln_theta", "cov_ln_theta_beta", "var_beta"),
+    *("level", "methods_ratio", "n_exceed", "n_runs"),
+)
+_EFFECT_COLUMNS: Final = (
+    *("model", "quantity", "demand", "axis", "from", "to", "values", "judged_by", "unit", "status"),
+    *("value", "low", "high", "margin", "level", "dof", "possible", "headline", "n_motions"),
 )
 
 
@@ -45,17 +50,20 @@ def library() -> str:
     return _packed((files("skewbridge.report.html") / "vendor" / _LIBRARY).read_bytes())
 
 
-def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame) -> str:
+def explorer_data(
+    demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame, medians: pd.DataFrame
+) -> str:
     """Return a study as packed JSON.
 
     Args:
         demands: Demands table.
         curves: Fits of the single variants.
-        effects: Paired effects on the demands.
+        effects: Paired effects on demands.
+        medians: Effects on median capacities.
     """
+    demands = with_derived_columns(demands)
     im = str(curves["im"].iloc[0])
     fits = curves[curves["status"] == FITTED]
-    effects = effects[effects["demand"].isin(demands.columns)]
     names = dict.fromkeys([*curves["demand"], *effects["demand"]])
     columns = [str(name) for name in names if name in demands]
     models = demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False, name=None)
@@ -71,8 +79,12 @@ def explorer_data(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataF
         "axes": _axes(demands),
         "variants": _variants(variants, places),
         "demands": {name: _demand(name) for name in columns},
+        "states": {str(name): demand_name(str(name)) for name in medians["demand"].unique()},
         "fits": _fits(fits, variant_places),
-        "effects": _effects(effects, places, demands),
+        "effects": {
+            "columns": _EFFECT_COLUMNS,
+            "rows": [*_effects(medians, places, demands), *_effects(effects, places, demands)],
+        },
         "styles": {
             name: {
                 "sign": style.sign,
@@ -160,20 +172,23 @@ def _fits(fits: pd.DataFrame, places: dict[str, int]) -> dict[str, Any]:
     rows = [
         [
             places[row["variant"]],
-            *(row[name] for name in _FIT_TEXTS),
+            *(row[name] for name in _FIT_VALUES),
             *(_number(row[name]) for name in _FIT_NUMBERS),
-            _number(total_dispersion(row)),
         ]
         for row in fits.to_dict("records")
     ]
-    return {"columns": ["variant", *_FIT_TEXTS, *_FIT_NUMBERS, "beta_total"], "rows": rows}
+    return {"columns": ["variant", *_FIT_VALUES, *_FIT_NUMBERS], "rows": rows}
 
 
 def _effects(
     effects: pd.DataFrame, places: dict[Any, int], demands: pd.DataFrame
-) -> dict[str, Any]:
-    """Return the effects on the scale that they are judged on; a pooled row has no values."""
+) -> list[list[Any]]:
+    """Return rows of `_EFFECT_COLUMNS` on the scale of their verdict; pooled rows have no values.
+
+    The page derives the family-wise verdicts, which depend on the margin that is set there.
+    """
     axes = axes_of(demands.columns)
+    headline = {*demands_for("headline"), *HEADLINE_STATES}
     rows: list[list[Any]] = []
     possible = may_be_negligible(effects)
     for row, may_be in zip(effects.to_dict("records"), possible, strict=True):
@@ -186,22 +201,18 @@ def _effects(
         rows.append(
             [
                 places[row["bridge"], row["abutment"]],
-                *(row[name] for name in ("demand", "axis", "from_value", "to_value")),
+                *(row[name] for name in ("quantity", "demand", "axis", "from_value", "to_value")),
                 values,
-                *(row[name] for name in ("judged_by", "unit")),
+                *(row[name] for name in ("judged_by", "unit", "status")),
                 *(_number(row[name]) for name in names),
                 row["difference_margin" if apart else "margin"],
+                *(row[name] for name in ("level", "dof")),
                 bool(may_be),
+                row["demand"] in headline,
                 row["n_motions"],
             ]
         )
-    return {"columns": _EFFECT_COLUMNS, "rows": rows}
-
-
-_EFFECT_COLUMNS: Final = (
-    *("model", "demand", "axis", "from", "to", "values", "judged_by", "unit"),
-    *("value", "low", "high", "margin", "possible", "n_motions"),
-)
+    return rows
 
 
 def _number(value: float) -> float | None:

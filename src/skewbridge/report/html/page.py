@@ -95,7 +95,7 @@ def write_report(
         unreached=page_tables.states_not_reached(curves),
         predict_line=page_tables.predict_line(frames.get("check_predict")),
         input_notes=frames["input_notes"].to_dict("records"),
-        explorer=_explorer(demands, curves, effects),
+        explorer=_explorer(demands, curves, effects, frames["medians"]),
         pictures=pictures_of(read_captions(tables["captions"]), figures, _SECTIONS),
         statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
         recovered=int((demands["recovery_rung"] > 0).sum()),
@@ -139,11 +139,13 @@ def _cards(table: pd.DataFrame, counts: pd.DataFrame) -> list[dict[str, Any]]:
     return cards
 
 
-def _explorer(demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame) -> dict[str, str]:
-    """Return what the explorer needs; empty without a curve."""
+def _explorer(
+    demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame, medians: pd.DataFrame
+) -> dict[str, str]:
+    """Return data and plotting library of the explorer; empty without a curve."""
     if not (curves["status"] == FITTED).any():
         return {}
-    return {"data": explorer_data(demands, curves, effects), "library": library()}
+    return {"data": explorer_data(demands, curves, effects, medians), "library": library()}
 
 
 def _effect_words(pooled: pd.DataFrame) -> dict[str, str]:

@@ -25,8 +25,8 @@
     plot("plot", traces, { xaxis: logAxis(data.im, ...data.im_range), yaxis: logAxis(label, ...seen), shapes, annotations }, showCommands);
     const own = all.flatMap((at) => rowsOf[at]), open = own.some((row) => !runs.complete[row]), none = own.filter((row) => !(values[row] > 0)).length;
     return { rows, notes: [
-      "Choose a point: the command that repeats its analysis stands below the picture.",
-      open && "Open triangles are peaks so far: a column failed beyond the model, or the analysis did not end.",
-      none > 0 && `${none} analyses have no demand above zero and no mark.`,
+      "Choose a point: the command that repeats its analysis appears below the picture.",
+      open && "Open triangles: a column failed or the analysis ended early, so the demand is a lower bound.",
+      none > 0 && `${none} analyses have a demand of zero and no mark.`,
       all.length > MOST && `The first ${MOST} of ${all.length} variants are drawn: choose values of the axes; the CSV has all.`] };
   }

@@ -1,19 +1,20 @@
   // ---- fragility curves ----
   const BANDS = 4; // most curves that have bands: more hide each other
+  const ofMethod = (fit, chosen) => (chosen.method === "preferred" ? fit.preferred : fit.method === chosen.method);
   const fitsOf = (chosen, shown) => {
     const [component, state] = chosen.state.split("/"), there = new Set(shown);
-    return data.fits.filter((fit) => fit.component === component && fit.limit_state === state && fit.method === chosen.method && there.has(fit.variant));
+    return data.fits.filter((fit) => fit.component === component && fit.limit_state === state && ofMethod(fit, chosen) && there.has(fit.variant));
   };
-  // ends of what the complete analyses reached: the slider goes no further
+  // smallest and largest demand of the complete analyses: the ends of the slider
   function reached(demand, shown) {
     const values = shown.flatMap((at) => rowsOf[at]).filter((row) => runs.complete[row] && runs.demands[demand][row] > 0).map((row) => runs.demands[demand][row]);
     return values.length ? [Math.min(...values), Math.max(...values)] : null;
   }
   function movedFit(fit, threshold) {
-    return threshold === null ? { theta: fit.theta, beta: fit.beta_total } : { theta: Math.exp((Math.log(threshold) - fit.ln_a) / fit.b), beta: fit.sigma / fit.b };
+    return threshold === null ? { theta: fit.theta, beta: fit.beta_total } : { theta: Math.exp((Math.log(threshold) - fit.ln_a) / fit.b), beta: Math.hypot(fit.sigma, fit.capacity_dispersion) / fit.b };
   }
   function thresholdOf(chosen, fits, ends) {
-    const usable = ends !== null && fits.length > 0 && fits.every((fit) => fit.sigma > 0 && fit.b > 0);
+    const usable = ends !== null && fits.length > 0 && fits.every((fit) => fit.method === "cloud" && fit.sigma > 0 && fit.b > 0);
     pick("threshold-box").hidden = !usable;
     if (!usable) return null;
     const own = fits[0].threshold, shown = demandIn(fits[0].demand, chosen.units);
@@ -21,7 +22,7 @@
     const moved = chosen.threshold !== "" ? Math.exp(low + (high - low) * Math.min(1, Math.max(0, chosen.threshold / 1000))) : null;
     const place = moved === null ? 1000 * (Math.log(own) - low) / (high - low) : Number(chosen.threshold);
     pick("threshold").value = String(Math.round(Math.min(1000, Math.max(0, place))));
-    pick("threshold-text").textContent = `${shown.label}: ${digits(shown.by * (moved ?? own))} ` + (moved === null ? "(the limit state)" : `(limit state: ${digits(shown.by * own)}; without the dispersion of the capacity, no band)`);
+    pick("threshold-text").textContent = `${shown.label}: ${digits(shown.by * (moved ?? own))} ` + (moved === null ? "(the limit state)" : `(limit state: ${digits(shown.by * own)}; no band)`);
     pick("threshold-reset").hidden = moved === null;
     return moved;
   }
@@ -45,9 +46,12 @@
       traces.push({ x: grid, y: p, mode: "lines", name, line, hovertemplate: `${name}<br>%{x:.3g}, P = %{y:.3f}<extra></extra>` });
     });
     legend(entries);
+    const differing = all.filter((fit) => fit.methods_differ), changes = differing.map((fit) => fit.methods_ratio - 1);
+    const percents = unique([Math.min(...changes), Math.max(...changes)].map((change) => signed(Math.round(100 * change), "%")));
     plot("plot", traces, { xaxis: logAxis(data.im, low, high), yaxis: plainAxis("P(exceeds | IM)", { range: [0, 1.01] }) });
     return { rows, notes: [
-      !all.length && "No analysis of these variants gives a curve of this state by this method: see the list of states out of reach under the table.",
+      !all.length && "No curve of this state for these variants and this method: see the list of states that no analysis reached, below the table.",
+      differing.length > 0 && `The exceedance median differs from the cloud median in ${differing.length} of ${all.length} curves (${percents.join(" to ")}).`,
       all.length > MOST && `The first ${MOST} of ${all.length} curves are drawn: choose values of the axes; the CSV has all.`,
       threshold === null && all.length > BANDS && `Bands are drawn for at most ${BANDS} curves: choose values of the axes.`] };
   }

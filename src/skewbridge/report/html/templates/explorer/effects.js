@@ -1,11 +1,11 @@
   // ---- effects: forest plot, verdict grid and the pairs behind a cell ----
-  const REACH = [0.4, 2.5]; // of the axis of ratios; what lies beyond is an arrow
-  const effectCsv = (effect, factor) => ({ bridge_abutment: data.models[effect.model], demand: effect.demand, axis: effect.axis, from_value: effect.from, to_value: effect.to, ...Object.fromEntries(data.axes.map((axis, place) => [axis.name, effect.values?.[place]])), judged_by: effect.judged_by, unit: effect.judged_by === RATIO ? "" : effect.unit, value: effect.value, low: effect.low, high: effect.high, margin: factor * effect.margin, n_motions: effect.n_motions, verdict: data.styles[styleOf(effect, factor)].verdict });
+  const REACH = [0.4, 2.5]; // ends of the axis of ratios; values outside are arrows
+  const effectCsv = (effect, factor) => ({ bridge_abutment: data.models[effect.model], quantity: effect.quantity, demand: effect.demand, axis: effect.axis, from_value: effect.from, to_value: effect.to, ...Object.fromEntries(data.axes.map((axis, place) => [axis.name, effect.values?.[place]])), judged_by: effect.judged_by, unit: effect.judged_by === RATIO ? "" : effect.unit, value: effect.value, low: effect.low, high: effect.high, margin: factor * effect.margin, n_motions: effect.n_motions, verdict: data.styles[styleOf(effect, factor)].verdict });
   const groupName = (effect, units) => shownUnit(effect, units).unit;
 
   function drawForest(chosen) {
     const factor = Number(chosen.margin), units = chosen.units;
-    const all = chosenEffects(chosen).filter((effect) => effect.change === chosen.change && (!effect.values || effect.demand === chosen.demand));
+    const all = chosenEffects(chosen).filter((effect) => effect.change === chosen.change && (!effect.values || effect.demand === (chosen.quantity === "demand" ? chosen.demand : chosen.state)));
     const lines = all.slice(0, 2 * MOST);
     const groups = unique(lines.map((effect) => groupName(effect, units))).map((unit) => ({ unit, own: lines.filter((effect) => groupName(effect, units) === unit) }));
     const traces = [], layout = { shapes: [] }, narrow = pick("plot").parentElement.clientWidth < 600;
@@ -25,12 +25,12 @@
       bands.forEach(([[below, above], y0, y1]) => layout.shapes.push({ type: "rect", xref: "x" + suffix, yref: "y" + suffix, x0: inside(below), x1: inside(above), y0, y1, fillcolor: "#e9edf0", line: { width: 0 }, layer: "below" }));
       const drawn = known.filter((y) => own[y].low !== null && own[y].high !== null);
       traces.push({ ...axes, x: drawn.flatMap((y) => [inside(at(own[y], own[y].low)), inside(at(own[y], own[y].high)), null]), y: drawn.flatMap((y) => [y, y, null]), mode: "lines", line: { color: "#39434a", width: 2 }, hoverinfo: "skip" });
-      const told = (y) => `${data.demands[own[y].demand].label}${own[y].values ? ", " + placeText(own[y]) : ""}<br>${styles[y].sign} ${changeText(own[y], units)} (${intervalText(own[y], units)})<br>${styles[y].text}`;
-      traces.push({ ...axes, x: known.map((y) => inside(values[y])), y: known, mode: "markers", text: known.map(told), hovertemplate: "%{text}<extra></extra>", customdata: known.map((y) => own[y].id),
+      const text = (y) => `${nameOf(own[y])}${own[y].values ? ", " + placeText(own[y]) : ""}<br>${styles[y].sign} ${changeText(own[y], units)} (${intervalText(own[y], units)})<br>${styles[y].text}`;
+      traces.push({ ...axes, x: known.map((y) => inside(values[y])), y: known, mode: "markers", text: known.map(text), hovertemplate: "%{text}<extra></extra>", customdata: known.map((y) => own[y].id),
         marker: { symbol: known.map((y) => (values[y] > range[1] ? "triangle-right" : values[y] < range[0] ? "triangle-left" : "circle")), size: 10, color: known.map((y) => styles[y].fill), line: { color: "#39434a", width: 1.2 } } });
       traces.push({ ...axes, x: known.map(() => range[1]), y: known, mode: "text", textposition: "middle right", cliponaxis: false, hoverinfo: "skip", textfont: { size: 12 }, text: known.map((y) => (narrow ? changeText(own[y], units) : `${styles[y].sign} ${changeText(own[y], units)} (${intervalText(own[y], units)})`)) });
       layout["xaxis" + suffix] = { domain: [0, 1], anchor: "y" + suffix, gridcolor: "#e4e8ea", zeroline: false, ticks: "outside", tickangle: 0, nticks: narrow ? 3 : 8, ...(ratio ? { type: "log", range: range.map(Math.log10), ...percentTicks(range, narrow ? 4 : 10) } : { range, ticksuffix: " " + unit }) };
-      const label = (effect) => (effect.values ? placeText(effect) : data.demands[effect.demand].label);
+      const label = (effect) => (effect.values ? placeText(effect) : nameOf(effect));
       layout["yaxis" + suffix] = { domain: [Math.max(0, bottom), top], anchor: "x" + suffix, range: [own.length - 0.5, -0.5], tickmode: "array", tickvals: own.map((_, y) => y), ticktext: own.map(label), showgrid: false, zeroline: false, automargin: true, tickfont: { size: narrow ? 10 : 12 } };
       layout.shapes.push({ type: "line", xref: "x" + suffix, yref: "y" + suffix, x0: ratio ? 1 : 0, x1: ratio ? 1 : 0, y0: -0.5, y1: own.length - 0.5, line: { color: "#6b7378", width: 1 } });
       top = bottom - 3 / room;
@@ -51,7 +51,7 @@
     const drawn = new Set(shown), cells = new Map(effects.filter((effect) => drawn.has(title(effect))).map((effect) => [effect.demand + "/" + title(effect), effect]));
     unique(effects.map((effect) => effect.demand)).forEach((demand) => {
       const line = body.insertRow();
-      line.append(element("th", data.demands[demand].label, { scope: "row" }));
+      line.append(element("th", nameOf(effects.find((effect) => effect.demand === demand)), { scope: "row" }));
       shown.forEach((name) => {
         const effect = cells.get(demand + "/" + name), cell = line.insertCell();
         if (!effect) { cell.textContent = "–"; return; }
@@ -65,7 +65,7 @@
     pick("rows").replaceChildren(table);
     pick("rows").hidden = false;
     return { rows: () => effects.map((effect) => effectCsv(effect, factor)), notes: [
-      "Choose a cell: its pairs of analyses stand below, motion by motion.",
+      chosen.quantity === "demand" && "Choose a cell: its pairs of analyses are drawn below, motion by motion.",
       columns.length > MOST && `The first ${MOST} of ${columns.length} columns are shown: choose values of the axes; the CSV has all.`] };
   }
   function openCell(id) {
@@ -76,7 +76,7 @@
 
   function drawPairs(chosen) {
     const effect = chosen.cell === "" ? undefined : data.effects[chosen.cell];
-    pick("pairs").hidden = !effect || data.models[effect.model] !== chosen.model;
+    pick("pairs").hidden = !effect || data.models[effect.model] !== chosen.model || effect.quantity !== chosen.quantity || !(effect.demand in runs.demands);
     if (pick("pairs").hidden) return () => [];
     const factor = Number(chosen.margin), ratio = effect.judged_by === RATIO, values = runs.demands[effect.demand], known = data.demands[effect.demand];
     const by = ratio ? 1 : shownUnit(effect, chosen.units).by * known.per_unit, found = pairsOf(effect), rows = [], traces = [];
@@ -94,9 +94,9 @@
     const shapes = [band(...margins, "#e9edf0"), { type: "line", xref: "paper", x0: 0, x1: 1, y0: 0, y1: 0, line: { color: "#6b7378", width: 1 } }];
     if (low !== null && high !== null) shapes.push(band(low, high, "#0072b233"));
     if (value !== null) shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, y0: value, y1: value, line: { color: "#0072b2", width: 2 } });
-    const name = known.label.toLowerCase(), told = data.axes[axisAt[effect.axis]];
+    const name = known.label.toLowerCase();
     pick("pairs-title").textContent = `${known.label}: ${effect.change}${effect.values ? ", " + placeText(effect) : ", all variants"}`;
-    pick("pairs-note").textContent = `${changeText(effect, chosen.units)} (${intervalText(effect, chosen.units)}), ${effect.n_motions} motions, ${rows.length} pairs. Line and blue band: mean and interval; grey: margin. Open triangles: one analysis of the pair ended early or beyond the model, the change is at least (up) or at most (down) so large.`;
+    pick("pairs-note").textContent = `${changeText(effect, chosen.units)} (${intervalText(effect, chosen.units)}), ${effect.n_motions} motions, ${rows.length} pairs. Line and blue band: mean and interval; grey: margin. Open triangles: one analysis of the pair ended early or a column failed, so the change is a lower (up) or upper (down) bound.`;
     plot("pairs-plot", traces, { height: 360, shapes, xaxis: logAxis(data.im, ...data.im_range), yaxis: plainAxis(ratio ? `ln ratio of ${name}` : `Change of ${name} (${shownUnit(effect, chosen.units).unit})`) }, showCommands);
     return () => rows;
   }

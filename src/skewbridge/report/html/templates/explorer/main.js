@@ -1,10 +1,10 @@
-  // ---- what is chosen, its controls and the address ----
+  // ---- choices, their controls and the address ----
   const VIEWS = { curves: drawCurves, cloud: drawAnalyses, table: drawMedians, forest: drawForest, grid: drawGrid };
   const states = unique(data.fits.map((fit) => fit.component + "/" + fit.limit_state));
   const changes = new Map(data.models.map((model, place) => [model, unique(data.effects.filter((effect) => effect.model === place && !effect.values).map((effect) => effect.change))]));
-  const defaults = { view: "curves", model: data.models[0], state: states[0] ?? "", method: data.fits[0]?.method ?? "", demand: Object.keys(data.demands)[0], change: "", scope: "pooled", units: "si", margin: "1", threshold: "", sort: "variant", cell: "", ...Object.fromEntries(data.axes.map((axis) => [axis.name, "all"])) };
+  const defaults = { view: "curves", model: data.models[0], state: states[0] ?? "", method: "preferred", quantity: "median_capacity", demand: Object.keys(data.demands)[0], change: "", scope: "pooled", units: "si", margin: "1", threshold: "", sort: "variant", cell: "", ...Object.fromEntries(data.axes.map((axis) => [axis.name, "all"])) };
   let chosen = { ...defaults };
-  let shownRows; // what is shown as rows of a table, made when it is saved
+  let shownRows; // rows of the shown table, made when they are saved
 
   function fill(id, values, texts = values) {
     pick(id).replaceChildren(...values.map((value, i) => new Option(texts[i], value)));
@@ -18,8 +18,9 @@
   fill("model", data.models);
   fill("state", states, states.map((state) => words(state.replace("/", ", "))));
   fill("demand", Object.keys(data.demands), Object.values(data.demands).map((demand) => demand.label));
-  fill("method", unique(data.fits.map((fit) => fit.method)), unique(data.fits.map((fit) => words(fit.method))));
-  const SELECTS = ["view", "model", "state", "method", "demand", "change", "scope", "units", ...data.axes.map((axis) => axis.name)];
+  const methods = ["preferred", ...unique(data.fits.map((fit) => fit.method))];
+  fill("method", methods, methods.map(words));
+  const SELECTS = ["view", "model", "state", "method", "quantity", "demand", "change", "scope", "units", ...data.axes.map((axis) => axis.name)];
 
   function redraw() {
     if (!(chosen.view in VIEWS)) chosen.view = defaults.view;
@@ -29,7 +30,9 @@
     fill("change", own);
     if (!own.includes(chosen.change)) chosen.change = own.at(-1) ?? "";
     SELECTS.forEach((name) => { pick(name).value = chosen[name]; if (pick(name).selectedIndex < 0) { pick(name).selectedIndex = 0; chosen[name] = pick(name).value; } });
-    pick("demand").parentElement.dataset.views = chosen.scope === "variant" ? "cloud forest" : "cloud";
+    const single = chosen.scope === "variant", ofDemands = chosen.quantity === "demand";
+    pick("demand").parentElement.dataset.views = single && ofDemands ? "cloud forest" : "cloud";
+    pick("state").parentElement.dataset.views = single && !ofDemands ? "curves forest" : "curves";
     document.querySelectorAll("#explorer [data-views]").forEach((label) => { label.hidden = !label.dataset.views.split(" ").includes(view); });
     const axisOfChange = data.effects.find((effect) => effect.change === chosen.change)?.axis;
     data.axes.forEach((axis) => { pick(axis.name).disabled = effects && (chosen.scope === "pooled" || (view === "forest" && axis.name === axisOfChange)); });
@@ -45,12 +48,12 @@
   function choose(change) {
     chosen = { ...chosen, ...change };
     redraw();
-    const told = Object.entries(chosen).filter(([name, value]) => value !== defaults[name] && !(name === "change" && chosen.view !== "forest"));
-    history.replaceState(null, "", "#explorer" + (told.length ? "?" + new URLSearchParams(told) : ""));
+    const changed = Object.entries(chosen).filter(([name, value]) => value !== defaults[name] && !(name === "change" && chosen.view !== "forest"));
+    history.replaceState(null, "", "#explorer" + (changed.length ? "?" + new URLSearchParams(changed) : ""));
   }
   function fromAddress() {
-    const told = new URLSearchParams(location.hash.replace(/^#explorer\??/, ""));
-    chosen = { ...defaults, ...Object.fromEntries([...told].filter(([name]) => name in defaults)) };
+    const given = new URLSearchParams(location.hash.replace(/^#explorer\??/, ""));
+    chosen = { ...defaults, ...Object.fromEntries([...given].filter(([name]) => name in defaults)) };
     if (!(Number(chosen.margin) >= 0.2 && Number(chosen.margin) <= 4)) chosen.margin = "1";
     if (!(chosen.cell in data.effects)) chosen.cell = "";
     redraw();

@@ -1,9 +1,9 @@
   // ---- the sortable table of medians and dispersions ----
   const ROWS = 200; // drawn at once; the CSV has all
-  const HEADS = { variant: "variant", component: "component", limit_state: "state", theta: "θ", theta_low: "θ low", theta_high: "θ high", beta: "β", beta_total: "β total", n_exceed: "exceed", n_runs: "of" };
+  const HEADS = { variant: "variant", component: "component", limit_state: "state", method: "method", theta: "θ", theta_low: "θ low", theta_high: "θ high", beta: "β", beta_total: "β total", n_exceed: "exceed", n_runs: "of" };
   function drawMedians(chosen) {
     const there = new Set(chosenVariants(chosen)), [by, down] = chosen.sort.split(" ");
-    const rows = data.fits.filter((fit) => there.has(fit.variant) && fit.method === chosen.method).map((fit) => ({ ...Object.fromEntries(Object.keys(HEADS).map((name) => [name, fit[name]])), variant: variants[fit.variant].name, method: fit.method }));
+    const rows = data.fits.filter((fit) => there.has(fit.variant) && ofMethod(fit, chosen)).map((fit) => ({ ...Object.fromEntries(Object.keys(HEADS).map((name) => [name, fit[name]])), variant: variants[fit.variant].name }));
     const less = (a, b) => (a[by] === null ? 1 : b[by] === null ? -1 : a[by] < b[by] ? -1 : a[by] > b[by] ? 1 : 0);
     rows.sort((a, b) => (down ? -less(a, b) : less(a, b)));
     const table = element("table", ""), head = table.createTHead().insertRow(), body = table.createTBody();

@@ -33,7 +33,7 @@
   }
   const digits = (value) => String(+value.toPrecision(4));
   const command = (row) => "skewbridge run --row " + runs.key[row];
-  const loadingText = (row) => data.motions[runs.motion[row]] + (runs.status[row] ? ", " + words(data.statuses[runs.status[row]]) : "") + (runs.complete[row] ? "" : ", a peak so far");
+  const loadingText = (row) => data.motions[runs.motion[row]] + (runs.status[row] ? ", " + words(data.statuses[runs.status[row]]) : "") + (runs.complete[row] ? "" : ", a lower bound");
 
   // pairs of runs of variants that differ in one axis alone, under the same motion
   function pairsOf(effect) {

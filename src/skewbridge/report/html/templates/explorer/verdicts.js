@@ -1,4 +1,4 @@
-  // ---- effects: what an interval says against a margin ----
+  // ---- effects: family-wise verdicts of intervals against margins ----
   const RATIO = "ratio";
   // the margins of an effect around no change, on the scale of its verdict
   function marginsOf(effect, factor) {
@@ -7,15 +7,49 @@
     return [Math.log1p(-margin), Math.log1p(margin)];
   }
   const onScale = (effect, value) => (value === null ? NaN : effect.judged_by === RATIO ? Math.log(value) : value);
+  // families of effects whose verdicts hold together (Holm): rows of a model, axis, scope and quantity, headline or not
+  const families = new Map();
+  data.effects.forEach((effect) => {
+    const family = [effect.model, effect.axis, !effect.values, effect.quantity, effect.headline].join("/");
+    if (!families.has(family)) families.set(family, []);
+    families.get(family).push(effect);
+  });
+  // p-values adjusted after Holm: those of the claims that have one
+  function adjusted(claims) {
+    const ordered = claims.filter(({ p }) => Number.isFinite(p)).sort((a, b) => a.p - b.p);
+    let largest = 0;
+    return new Map(ordered.map(({ effect, p }, rank) => { largest = Math.max(largest, Math.min(1, p * (ordered.length - rank))); return [effect, largest]; }));
+  }
+  function claimsOf(effect, factor) {
+    const [below, above] = marginsOf(effect, factor), [value, low, high] = [effect.value, effect.low, effect.high].map((end) => onScale(effect, end));
+    if (!Number.isFinite(low) || !Number.isFinite(high)) return { effect, outside: NaN, inside: NaN, direction: NaN };
+    const dof = Math.max(effect.dof, 1), t = studentQuantile(0.5 + 0.5 * effect.level, dof);
+    const steps = (distance, error) => (distance === 0 ? 0 : distance / error);
+    const isBelow = (limit) => student(steps(value - limit, (high - value) / t), dof), isAbove = (limit) => student(steps(limit - value, (value - low) / t), dof);
+    return { effect, outside: Math.min(isBelow(below), isAbove(above)), inside: Math.max(isBelow(above), isAbove(below)), direction: Math.min(1, 2 * Math.min(isBelow(0), isAbove(0))) };
+  }
+  const styles = { factor: null, found: new Map() }; // of all effects at one factor on the margins
   function styleOf(effect, factor) {
-    const [below, above] = marginsOf(effect, factor);
-    const [value, low, high] = [effect.value, effect.low, effect.high].map((end) => onScale(effect, end));
-    if (high < below || low > above) {
-      const size = Math.abs(value / (value < 0 ? below : above));
-      return (high < below ? "lower" : "higher") + (1 + data.depths.filter((depth) => size >= depth).length);
+    if (styles.factor !== factor) {
+      styles.factor = factor;
+      families.forEach((members) => {
+        const claims = members.map((member) => claimsOf(member, factor));
+        const [outside, inside, direction] = ["outside", "inside", "direction"].map((name) => adjusted(claims.map((claim) => ({ effect: claim.effect, p: claim[name] }))));
+        members.forEach((member) => styles.found.set(member, styleIn(member, factor, outside.get(member), inside.get(member), direction.get(member))));
+      });
     }
-    if (low >= below && high <= above && effect.possible) return "within";
-    return high < 0 ? "down" : low > 0 ? "up" : "undecided";
+    return styles.found.get(effect);
+  }
+  function styleIn(effect, factor, outside, inside, direction) {
+    if (effect.status === "not_estimable") return "not_estimable";
+    const [below, above] = marginsOf(effect, factor), value = onScale(effect, effect.value), tail = 1 - effect.level;
+    if (outside <= 0.5 * tail) {
+      const size = Math.abs(value / (value < 0 ? below : above));
+      return (value < 0 ? "lower" : "higher") + (1 + data.depths.filter((depth) => size >= depth).length);
+    }
+    if (inside <= 0.5 * tail && effect.possible) return "within";
+    if (direction <= tail) return value < 0 ? "down" : "up";
+    return "undecided";
   }
   function signed(value, unit) {
     if (!Number.isFinite(value)) return "–";
@@ -26,7 +60,9 @@
   // what is shown of an effect: factor and unit of its change in the chosen units
   const shownUnit = (effect, units) => (effect.judged_by === RATIO ? { unit: "%", by: 100 } : inUnits(effect.unit, units));
   const asChange = (effect, value) => (value === null ? NaN : effect.judged_by === RATIO ? value - 1 : value);
+  const nameOf = (effect) => data.demands[effect.demand]?.label ?? data.states[effect.demand];
   function changeText(effect, units) {
+    if (effect.status === "not_estimable") return "not estimable";
     const { unit, by } = shownUnit(effect, units);
     return signed(by * asChange(effect, effect.value), unit);
   }
@@ -37,11 +73,11 @@
   }
   function marginText(effects, factor, units) {
     const apart = new Map(effects.map((effect) => [effect.judged_by + effect.unit + effect.margin, effect]));
-    const told = [...apart.values()].map((effect) => { const { unit, by } = shownUnit(effect, units); return `±${+(by * factor * effect.margin).toPrecision(3)} ${unit}`; });
-    return unique(told).join(", ");
+    const texts = [...apart.values()].map((effect) => { const { unit, by } = shownUnit(effect, units); return `±${+(by * factor * effect.margin).toPrecision(3)} ${unit}`; });
+    return unique(texts).join(", ");
   }
   const otherAxes = (effect) => data.axes.filter((axis, place) => axis.name !== effect.axis && effect.values && effect.values[place] !== null);
-  // where a pair stands; thousands are asked for at every move of a slider
+  // values of the other axes; kept, because a moved slider asks for thousands
   const placeText = (effect) => (effect.place ??= otherAxes(effect).map((axis) => textOf(axis, effect.values[axisAt[axis.name]], axis.named)).join(", "));
   // the effects that are chosen: pooled over all variants, or those of the pairs at the chosen values
-  const chosenEffects = (chosen) => data.effects.filter((effect) => data.models[effect.model] === chosen.model && (chosen.scope === "pooled" ? !effect.values : effect.values && matches(effect.values, chosen, effect.axis)));
+  const chosenEffects = (chosen) => data.effects.filter((effect) => data.models[effect.model] === chosen.model && effect.quantity === chosen.quantity && (chosen.scope === "pooled" ? !effect.values : effect.values && matches(effect.values, chosen, effect.axis)));

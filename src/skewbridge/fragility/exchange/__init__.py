@@ -1,1 +1,0 @@
-"""Files from and for other tools."""

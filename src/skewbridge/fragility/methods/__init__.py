@@ -1,1 +1,0 @@
-"""Fits of one data set: stripes, IDA, cloud, ordered states, systems."""

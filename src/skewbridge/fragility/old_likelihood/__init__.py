@@ -1,1 +1,0 @@
-"""Log-likelihoods, their maxima, intervals and the result of a fit."""

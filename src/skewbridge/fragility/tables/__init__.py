@@ -1,1 +1,0 @@
-"""The tables of a study: curves, effects, factors, systems, from its demands."""

@@ -1,0 +1,480 @@
+"""Single fits: degenerate data, intervals by hand, jackknife by motion, systems, further axes."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from fragility_tables import IM, SETTINGS, STATES, ready, states_of, synthetic_demands
+from skewbridge.errors import InputError
+from skewbridge.fragility import existence, lines
+from skewbridge.fragility.exports import annual_frequency
+from skewbridge.fragility.fits import (
+    FragilityFit,
+    brackets_of_runs,
+    fit_brackets,
+    fit_capacities,
+    fit_cloud,
+    fit_stripes,
+    motion_weights,
+)
+from skewbridge.fragility.likelihood import (
+    MedianTerm,
+    chi_square_drop,
+    exceedance_kernel,
+    maximise,
+    profile_ends,
+)
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.measures import measure_table, rank_measures
+from skewbridge.fragility.median_effects import median_effects
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.system import system_curves, system_members
+
+ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
+DEMAND = "deck_disp_m"
+
+
+# --- counts, capacities and brackets
+
+
+@pytest.mark.parametrize(
+    ("k", "status"),
+    [
+        ([0, 0, 0, 0], "no_exceedance"),
+        ([20, 20, 20, 20], "all_exceed"),
+        ([0, 0, 20, 20], "complete_separation"),
+        ([0, 7, 20, 20], "quasi_separation"),
+        ([20, 20, 0, 0], "non_increasing"),
+        ([20, 9, 0, 0], "non_increasing"),
+        ([15, 12, 9, 3], "non_increasing"),
+        ([10, 10, 10, 10], "non_increasing"),
+        ([0, 3, 12, 20], "ok"),
+        ([0, 0, 1, 0], "ok"),
+    ],
+)
+def test_every_kind_of_stripes_has_its_status(k, status):
+    fit = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, k)
+    assert fit.status == status
+    assert np.isnan(fit.theta) == (status != "ok")
+
+
+def test_firth_estimates_of_separated_data_keep_their_name():
+    fit = fit_stripes([0.3, 0.5, 0.8], [20] * 3, [0, 7, 20])
+    assert fit.details["firth"] == pytest.approx({"theta": 0.53463, "beta": 0.19540}, abs=1e-5)
+    assert fit.details["theta_interval"] == pytest.approx([0.5, 0.5])
+    # with two levels the fit is saturated: the penalised counts are (k + c)/(n + 2c) at both
+    a0, a1 = existence.firth(np.log([0.3, 0.6]), np.array([10.0, 10]), np.array([0.0, 10]))
+    assert (np.exp(-a0 / a1), 1 / a1) == pytest.approx((0.424264, 0.188502), abs=1e-5)
+    x, n = np.array([-0.37, -0.31, -0.16, 0.08, 0.14, 0.36]), np.full(6, 1000.0)
+    a0, a1 = existence.firth(x, n, np.where(x > 0.0, n, 0.0))
+    assert -0.16 < -a0 / a1 < 0.08
+    assert 0.0 < a1 < 100.0
+
+
+def test_bounds_of_separated_data_contain_the_bracket_and_match_the_likelihood():
+    im = np.array([0.2, 0.3, 0.5, 0.7, 0.9])
+    details = fit_stripes(im, np.ones(5), [0, 0, 0, 1, 1]).details
+    low, high = details["theta_bounds_given_beta"]["0.4"]
+    assert details["theta_interval"] == pytest.approx([0.5, 0.7])
+    assert low < 0.5 < 0.7 < high
+
+    def loglik(theta):
+        p = stats.norm.cdf(np.log(im / theta) / 0.4)
+        return np.sum(np.log(np.where(im > 0.6, p, 1 - p)))
+
+    best = max(loglik(theta) for theta in np.geomspace(0.3, 1.2, 2000))
+    for end in (low, high):
+        assert 2 * (best - loglik(end)) == pytest.approx(1.6449**2, rel=1e-3)
+
+
+def test_stripes_without_runs_and_fractions_of_runs_have_a_warning():
+    fit = fit_stripes([0.2, 0.5, 0.8, 1.1], [0, 20, 20, 20], [0, 7, 12, 17])
+    assert (fit.warnings[0], fit.n_runs) == ("stripes_without_runs", 60)
+    fit = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, [0.4, 4.2, 11.7, 17.3])
+    assert (fit.status, fit.ci_method) == ("ok", "")
+    assert "fractional_counts_no_interval" in fit.warnings
+
+
+def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
+    """With few exceedances theta can be a thousand times larger."""
+    ln_im = np.log(np.geomspace(0.1, 1.5, 30))
+    far = 0
+    for seed in range(20):
+        noise = 0.6 * np.random.default_rng(seed).normal(size=30)
+        hits = (ln_im + noise > 0.1).astype(float)
+        kernel = exceedance_kernel(ln_im, hits, 1.0 - hits)
+        best = maximise(kernel, np.array([[0.0, 1.0]]))
+        if not best.converged[0] or best.params[0, 1] < 0.05:
+            continue
+        drop = chi_square_drop(0.95)
+        ends = profile_ends(kernel, best, drop, [MedianTerm(0, np.array([1.0, 0.0]))])
+        far += 5.0 < ends.ln_theta[0][1] < np.inf
+        for end in ends.ln_theta[0]:
+            if np.isfinite(end):
+                slopes = np.geomspace(1e-3, 60.0, 4000)[:, None]
+                eta = slopes * (ln_im - end)
+                values = stats.norm.logcdf(np.where(hits > 0.0, eta, -eta)).sum(axis=1)
+                assert 2 * (best.loglik[0] - values.max()) == pytest.approx(drop, abs=1e-3)
+    assert far >= 3
+
+
+def test_capacities_and_brackets_without_information_have_a_status():
+    assert fit_capacities([1.0, 1.0, 0.9], [0, 0, 1]).status == "unbounded_likelihood"
+    assert fit_capacities([1.0, 1.0, 1.4], [0, 0, 1]).status == "ok"
+    assert fit_brackets([0.4, 0.4], [0.7, 0.7]).status == "complete_separation"
+    assert fit_brackets([0.4, 0.7], [0.7, 1.0]).status == "quasi_separation"
+    assert fit_brackets([0.0, 0.0], [0.7, 1.0]).status == "all_exceed"
+    assert fit_brackets([0.7, 1.0], [None, None]).status == "all_censored"
+    assert fit_brackets([0.0, 1.2], [0.7, None]).status == "non_increasing"
+
+
+def test_brackets_take_the_first_crossing_and_count_later_returns():
+    im = np.array([0.2, 0.4, 0.6, 0.2, 0.4, 0.6, 0.2, 0.4, 0.6])
+    hit = np.array([0, 1, 0, 0, 0, 0, 1, 1, 1.0])
+    lower, upper, odd = brackets_of_runs(im, hit, np.repeat([0, 1, 2], 3))
+    assert list(lower) == [0.2, 0.6, 0.0]
+    assert list(upper) == [0.4, np.inf, 0.2]
+    assert odd == 1
+
+
+@pytest.mark.parametrize("level", [0.8, 0.95])
+def test_complete_capacities_have_the_intervals_of_a_normal_sample(level):
+    capacity = np.array([0.9, 1.3, 1.1, 1.8, 0.7, 1.5])
+    fit = fit_capacities(capacity, None, FitSettings(confidence=level))
+    y = np.log(capacity)
+    mean = stats.t.interval(level, y.size - 1, y.mean(), stats.sem(y))
+    assert fit.details["ci_theta_exact"] == pytest.approx(np.exp(mean))
+    quantiles = stats.chi2.ppf([0.5 * (1 + level), 0.5 * (1 - level)], y.size - 1)
+    assert fit.details["ci_beta_exact"] == pytest.approx(np.sqrt(5 * y.var(ddof=1) / quantiles))
+    assert fit.details["beta_unbiased_n_minus_1"] == pytest.approx(y.std(ddof=1))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_distance_from_a_normal_sample_is_that_of_either_side(sign):
+    values = sign * np.random.default_rng(2).exponential(size=25)
+    scaled = (values - values.mean()) / values.std(ddof=1)
+    assert lines.lilliefors(values)[0] == pytest.approx(stats.kstest(scaled, "norm").statistic)
+
+
+@pytest.mark.parametrize(("k", "n"), [(1, 20), (7, 20), (19, 20), (2, 3)])
+def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
+    low, high = existence.clopper_pearson(np.array([float(k)]), np.array([float(n)]), 0.9)
+    expected = stats.binomtest(k, n).proportion_ci(0.9, method="exact")
+    assert (low[0], high[0]) == pytest.approx((expected.low, expected.high))
+
+
+def test_deviance_of_single_runs_has_no_p_value_and_a_curved_predictor_is_detected():
+    rng = np.random.default_rng(5)
+    x = np.sort(rng.uniform(-2, 1, 3000))
+
+    def single(eta):
+        k = (rng.uniform(size=3000) < stats.norm.cdf(eta)).astype(float)
+        return fit_stripes(np.exp(x), np.ones(3000), k).details
+
+    straight = single(1.5 * x)
+    assert "deviance_p" not in straight
+    assert straight["link_p"] > 0.01
+    assert single(1.5 * x + 0.8 * x**2)["link_p"] < 1e-6
+    grouped = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, [0, 4, 12, 18]).details
+    assert 0 < grouped["deviance_p"] < 1
+
+
+def test_json_of_a_fit_has_the_keys_of_the_contract():
+    keys = "status theta beta se_ln_theta se_beta cov_ln_theta_beta ci_theta ci_beta loglik n_runs"
+    assert {*keys.split(), "warnings"} <= set(FragilityFit(method="x", status="ok").as_json())
+
+
+# --- clouds
+
+
+def test_flat_falling_and_exact_clouds_are_refused():
+    rng = np.random.default_rng(1)
+    im = np.exp(rng.uniform(-2, 0, 12))
+    noise = np.exp(rng.normal(size=12))
+    assert fit_cloud(im, 0.02 * noise, 0.03).status in {"slope_not_significant", "non_increasing"}
+    assert fit_cloud([0.3, 0.3, 0.3], [0.01, 0.02, 0.03], 0.02).status == "single_level"
+    assert fit_cloud([0.3, 0.4], [0.01, 0.02], 0.02).status == "too_few_runs"
+    assert fit_cloud(im, 0.02 * im, 0.01).status == "zero_dispersion"
+    edp = [0.01, 0.02, 0.03, 0.02, 0.05, 0.05]
+    upper = [*edp[:4], np.inf, np.inf]
+    alone = [0.3, 0.3, 0.3, 0.3, 0.6, 0.9]
+    assert fit_cloud(alone, edp, 0.03, upper).status in {"too_few_runs", "single_level"}
+    assert fit_cloud(np.exp([0.0, 0.5, 1.0]), [0.01, 0.0171, 0.03], 0.03).status == "ok"
+
+
+@pytest.mark.parametrize("side", ["above", "below"])
+def test_censoring_removes_the_bias_of_clipped_demands(side):
+    rng = np.random.default_rng(4)
+    im = np.exp(rng.uniform(-2.3, 0.4, 400))
+    edp = 0.03 * im * np.exp(0.4 * rng.normal(size=400))
+    if side == "above":
+        lower, upper = np.minimum(edp, 0.02), np.where(edp < 0.02, edp, np.inf)
+        clipped = lower
+    else:
+        lower, upper = np.where(edp > 0.008, edp, 0.0), np.maximum(edp, 0.008)
+        clipped = upper
+    censored = fit_cloud(im, lower, 0.015, upper)
+    assert censored.ci_theta[0] < 0.5 < censored.ci_theta[1]
+    assert censored.ci_beta[0] < 0.4 < censored.ci_beta[1]
+    assert fit_cloud(im, clipped, 0.015).line.b < 0.85 < censored.details["b"]
+
+
+def test_variance_of_beta_is_that_of_slope_and_scatter():
+    """beta = s/b of independent s and b: var beta / beta^2 = 1/[2(n - 2)] + var b / b^2."""
+    rng = np.random.default_rng(3)
+    im = np.exp(np.linspace(-4.0, 0.5, 60))
+    edp = 0.03 * im**1.5 * np.exp(0.3 * rng.normal(size=60))
+    line = stats.linregress(np.log(im), np.log(edp))
+    relative = 1.0 / (2.0 * (60 - 2)) + (line.stderr / line.slope) ** 2
+    fit = fit_cloud(im, edp, 0.03 * np.exp(-4.5))
+    assert fit.var_beta / fit.beta**2 == pytest.approx(relative, rel=1e-6)
+
+
+def test_uncertain_capacity_widens_the_curve_by_its_dispersion_over_the_slope():
+    rng = np.random.default_rng(12)
+    im = np.exp(rng.uniform(-2.5, 1.0, 1500))
+    edp = 0.03 * im**1.2 * np.exp(0.35 * rng.normal(size=1500))
+    fit = fit_cloud(im, edp, 0.02, capacity_dispersion=0.4)
+    assert fit.ci_theta[0] < (2 / 3) ** (1 / 1.2) < fit.ci_theta[1]
+    assert fit.ci_beta[0] < np.hypot(0.35, 0.4) / 1.2 < fit.ci_beta[1]
+    assert fit_cloud(im, edp, 0.02).theta == fit.theta
+
+
+def test_the_profile_of_a_line_is_that_of_student_where_hardly_anything_is_censored():
+    rng = np.random.default_rng(3)
+    im = np.exp(rng.uniform(-2, 0.5, 40))
+    edp = 0.02 * im * np.exp(0.3 * rng.normal(size=40))
+    plain = fit_cloud(im, edp, 0.02)
+    # a run known to lie above next to nothing does not count
+    far = fit_cloud(np.append(im, 1.0), np.append(edp, 1e-9), 0.02, np.append(edp, np.inf))
+    assert far.ci_theta == pytest.approx(plain.ci_theta, rel=1e-6)
+    assert far.beta == pytest.approx(plain.beta * np.sqrt(38 / 40), rel=1e-6)
+
+
+@pytest.mark.parametrize(("bend", "names"), [(-0.2, ["saturating"]), (0.2, ["curved"]), (0, [])])
+def test_a_bent_line_has_a_warning(bend, names):
+    x = np.linspace(-2, 1, 40)
+    noise = 0.05 * np.tile([1.0, -1.0], 20)
+    assert lines.tested_line(x, 1.1 * x + bend * x**2 + noise).warnings == names
+
+
+def test_weights_leave_out_one_motion_at_a_time():
+    weights = motion_weights(np.array([4, 4, 7, 9]))
+    assert weights.tolist() == [[1, 1, 1, 1], [0, 0, 1, 1], [1, 1, 0, 1], [1, 1, 1, 0]]
+
+
+def test_a_replicate_without_a_slope_has_no_line():
+    x = np.array([-1.0, 0.0, 2.0, 3.0])
+    found = lines.fit_lines(x, np.zeros(4), np.zeros(4), np.ones((1, 4)))
+    assert np.isnan(found.b[0])
+
+
+def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
+    table = synthetic_demands(**ONE, scales=(0.5, 1.0, 2.0), motions=12)
+    codes = np.unique(table["motion_id"], return_inverse=True)[1]
+    fit = fit_cloud(table[IM], table[DEMAND], 0.15, motions=codes)
+    values = []
+    for motion in range(12):
+        rest = table[codes != motion]
+        b, ln_a = np.polyfit(np.log(rest[IM]), np.log(rest[DEMAND]), 1)
+        values.append((np.log(0.15) - ln_a) / b)
+    error = np.sqrt(11 / 12 * np.sum((values - np.mean(values)) ** 2))
+    assert fit.ci_method == "jackknife"
+    assert fit.ci_theta[1] / fit.theta == pytest.approx(np.exp(stats.t.ppf(0.975, 10) * error))
+
+
+# --- ratios of median capacities
+
+
+def two_variants(ln_ratios):
+    """Return a study of two variants, friction 0 and 0.5, with these ratios of a demand."""
+    table = synthetic_demands(motions=len(ln_ratios), skews=(0,), gaps=(25,), run_scatter=0.0)
+    with_friction = table["friction"] > 0.0
+    without = table.loc[~with_friction, DEMAND].to_numpy()
+    table.loc[with_friction, DEMAND] = without * np.exp(ln_ratios)
+    return table
+
+
+def deck_state(threshold):
+    return LimitState(
+        component="deck", name="state", demand=DEMAND, threshold=threshold, dispersion=0.0
+    )
+
+
+def test_the_interval_of_a_median_ratio_is_as_wide_as_its_error():
+    """Ratios scattered by s at a slope of 1: the error of ln theta is s / sqrt(n) at the mean."""
+    n, s = 20, 0.1
+    values = np.random.default_rng(7).normal(size=n)
+    values = s * (values - values.mean()) / values.std(ddof=1)
+    table = two_variants(values)
+    threshold = float(np.exp(np.log(table.loc[table["friction"] == 0.0, DEMAND]).mean()))
+    states = [deck_state(threshold)]
+    found = median_effects(ready(table, states), states, SETTINGS).iloc[0]
+    expected = stats.t.ppf(0.95, n - 2) * s / np.sqrt(n)
+    for end in ("ci_low", "ci_high"):
+        assert abs(np.log(found[end] / found["ratio"])) == pytest.approx(expected, rel=0.25)
+
+
+def test_pooled_ratios_are_the_average_of_the_cells_and_name_their_range():
+    table = synthetic_demands(skews=(0, 30), gaps=(51,), run_scatter=0.01)
+    table.loc[table["friction"] == 0.5, "column_drift_ratio"] *= 1.2
+    drift = states_of("column_drift")
+    found = median_effects(ready(table, drift), drift, SETTINGS)
+    moderate = found[(found["demand"] == "column_drift/moderate") & (found["axis"] == "friction")]
+    cells = moderate[moderate["scope"] == "variant"]
+    pooled = moderate[moderate["scope"] == "pooled"].iloc[0]
+    assert np.log(pooled["ratio"]) == pytest.approx(np.log(cells["ratio"]).mean())
+    assert pooled["ratio"] == pytest.approx(1 / 1.2, rel=0.03)
+    assert (pooled["verdict"], pooled["n_cells"], pooled["n_motions"]) == ("lower", 2, 16)
+    assert pooled["im_low"] < pooled["from_mean"] < pooled["im_high"] * 1.000001
+    assert "column_drift/complete" not in set(found["demand"])  # no run exceeds it
+
+
+def test_a_strong_bridge_is_not_compared_with_the_survivors_of_a_weak_one():
+    """Without collapses as demands above the last value, friction seems to cost 13 % less."""
+    table = synthetic_demands(skews=(0,), gaps=(51,), motions=32)
+    weaker = table["friction"] == 0.5
+    table.loc[weaker, "column_drift_ratio"] *= 1.3
+    strong = weaker & (table["column_drift_ratio"] > 0.03)
+    table.loc[strong, "status"] = "collapse"
+    table.loc[strong, "column_drift_ratio"] = 0.03
+    drift = states_of("column_drift")[:1]
+    found = median_effects(ready(table, drift), drift, SETTINGS)
+    effect = found.query("axis == 'friction'").iloc[0]
+    assert effect["n_motions"] == 32
+    assert effect["n_collapse_to"] == strong.sum() > 2
+    assert effect["ratio"] == pytest.approx(1 / 1.3, rel=0.04)
+
+
+# --- systems
+
+
+def systems(table, states=STATES):
+    return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
+
+
+def test_a_system_is_weaker_than_its_weakest_component():
+    system = systems(synthetic_demands(**ONE, motions=30))
+    assert set(system.index) == {"slight", "moderate", "extensive", "complete"}
+    usable = system[system["status"] == "ok"]
+    assert len(usable) >= 2
+    assert (usable["theta"] < usable["theta_weakest"]).all()
+    assert (usable["theta_independent"] <= usable["theta"] * 1.01).all()
+    assert (usable["theta"] <= usable["theta_correlated"] * 1.002).all()
+    assert (usable["max_dp"] < 0.05).all()
+    assert (usable["theta_low"] < usable["theta"]).all()
+    assert (usable["beta"] < usable["beta_high"]).all()
+
+
+def test_a_system_has_no_secondary_component_beyond_moderate_damage():
+    members = system_members([state for state in STATES if state.system_degree])
+    taken = {name: {s.component: s.name for s in own} for name, own in members.items()}
+    assert list(taken) == ["slight", "moderate", "extensive", "complete"]
+    for degree in ("extensive", "complete"):
+        assert not {"shear_key", "bearing", "abutment_passive", "deck_displacement"} & set(
+            taken[degree]
+        )
+    drift = states_of("column_drift")
+    turned = [
+        LimitState(component="other", name=n, demand=s.demand, threshold=s.threshold, dispersion=0)
+        for s, n in zip(drift, ("moderate", "slight"), strict=False)
+    ]
+    with pytest.raises(InputError, match="different orders"):
+        system_members([*drift[:2], *turned])
+
+
+def test_a_system_names_the_components_without_a_line_and_the_reason():
+    table = synthetic_demands(**ONE, motions=24)
+    table["bearing_disp_m"] = 0.015 / table[IM]
+    table["abutment_passive_m"] = np.nan
+    found = systems(table).loc["slight"]
+    assert found["status"] == "ok"
+    assert "bearing: demand does not grow" in found["left_out"]
+    assert "abutment_passive: too few complete runs" in found["left_out"]
+
+
+def test_a_system_that_no_run_damages_has_no_median():
+    found = systems(synthetic_demands(**ONE), states_of("column_drift")[-1:]).iloc[0]
+    assert found["status"] in {"no_component", "no_exceedance"}
+    assert np.isnan(found["theta"])
+
+
+def test_collapses_hardly_move_the_median_of_a_system():
+    table = synthetic_demands(**ONE, motions=32)
+    whole = systems(table).loc["moderate"]
+    strong = table["column_drift_ratio"] > 0.03
+    fallen = table.assign(status=np.where(strong, "collapse", "ok"))
+    for name in [n for n in table if n.startswith(("column_", "deck_", "unseating"))]:
+        fallen.loc[strong, name] *= 0.3  # the peak so far
+    found = systems(fallen).loc["moderate"]
+    assert found["n_collapse"] == strong.sum() > 3
+    assert found["theta"] == pytest.approx(whole["theta"], rel=0.08)
+
+
+def test_a_single_component_is_its_own_system_and_agrees_with_its_curve():
+    table = synthetic_demands(**ONE, motions=40)
+    found = systems(table, states_of("column_drift")[:1]).iloc[0]
+    fit = fit_cloud(table[IM], table["column_drift_ratio"], 0.01, capacity_dispersion=0.35)
+    assert (found["theta"], found["beta"]) == pytest.approx((fit.theta, fit.beta), rel=5e-3)
+
+
+# --- intensity measures
+
+
+def test_measures_are_ranked_and_tested_by_motion():
+    table = synthetic_demands(skews=(0, 30), gaps=(51,), motions=40)
+    rng = np.random.default_rng(4)
+    names = sorted(table["motion_id"].unique())
+    motions = pd.DataFrame(
+        {
+            "motion_id": names,
+            "magnitude": rng.uniform(6, 8, len(names)),
+            "distance_km": rng.uniform(5, 40, len(names)),
+        }
+    )
+    noise = dict(zip(names, np.exp(rng.normal(size=len(names))), strict=True))
+    table["im_pga_rotd50_g"] = table[IM] * table["motion_id"].map(noise)
+    found = measure_table(table, motions)
+    assert found.groupby("demand")["im"].first().eq(IM).all()
+    assert found["recommended"].eq(found["im"] == IM).all()
+    doubled = measure_table(pd.concat([table, table]), motions)
+    assert doubled["p_magnitude"].to_numpy() == pytest.approx(found["p_magnitude"].to_numpy())
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_sufficiency_is_the_p_value_of_the_residual_and_nan_for_constant_properties(sign):
+    table = synthetic_demands(**ONE, motions=12)
+    demand = np.log(table[DEMAND])
+    line = stats.linregress(np.log(table[IM]), demand)
+    residual = demand - line.intercept - line.slope * np.log(table[IM])
+    rng = np.random.default_rng(5)
+    magnitude = 7.0 + sign * (residual - residual.mean()) + 0.3 * rng.normal(size=12)
+    # 8 km but for rounding in the sum of the runs
+    motions = table[["motion_id"]].assign(magnitude=magnitude, distance_km=8.0 * (1.0 + 1e-15))
+    found = rank_measures(
+        table.assign(im_flat_g=0.3, im_none_g=0.0), DEMAND, motions=motions
+    ).set_index("im")
+    expected = stats.linregress(magnitude, residual)
+    assert found.loc[IM, "p_magnitude"] == pytest.approx(expected.pvalue)
+    assert np.isnan(found.loc[IM, "p_ln_distance"])
+    assert found.loc["im_flat_g", "status"] == "single_level"
+    assert found.loc["im_none_g", "status"] == "non_positive_im"
+
+
+def test_a_single_motion_ranks_no_measure():
+    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(0, 50), motions=1)
+    found = measure_table(table, table[["motion_id"]])
+    assert set(found["status"]) == {"single_level"}
+
+
+# --- annual frequency
+
+
+def test_hazard_tables_must_increase_and_the_rate_above_them_is_named():
+    found = annual_frequency(0.8, 0.4, [0.1, 1.0], [1e-2, 1e-4])
+    assert found["annual_frequency_above_most"] == 1e-4
+    assert found["annual_frequency"] < 1e-2
+    assert found["probability_at_first_level"] < 1e-6
+    with pytest.raises(InputError, match=r"im must increase \(row 1\)"):
+        annual_frequency(0.8, 0.4, [0.5, 0.3], [1e-2, 1e-3])
