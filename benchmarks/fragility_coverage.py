@@ -77,11 +77,15 @@ def _capacities(runs: int, *, brackets: bool = False) -> Plan:
 def _cloud(motions: int, censored: float = 0.0, repeats: int = 1) -> Plan:
     def simulate(rng: np.random.Generator) -> Hits:
         x = rng.uniform(np.log(0.2), np.log(3.0), (motions, repeats))
-        own = 0.6 if repeats > 1 else 0.0  # share of the scatter that the runs of a motion do not share
+        own = (
+            0.6 if repeats > 1 else 0.0
+        )  # share of the scatter that the runs of a motion do not share
         scatter = np.sqrt(1.0 - own) * rng.normal(size=(motions, 1))
         scatter = scatter + np.sqrt(own) * rng.normal(size=x.shape)
         ln_d = (x + BETA * scatter).ravel()
-        limit = np.where(rng.random(ln_d.size) < 2.0 * censored, rng.normal(0.0, 0.8, ln_d.size), 9.9)
+        limit = np.where(
+            rng.random(ln_d.size) < 2.0 * censored, rng.normal(0.0, 0.8, ln_d.size), 9.9
+        )
         low, high = np.exp(np.minimum(ln_d, limit)), np.exp(np.where(ln_d > limit, np.inf, ln_d))
         codes = np.repeat(np.arange(motions), repeats) if repeats > 1 else None
         return _hits(fit_cloud(np.exp(x.ravel()), low, THETA, high, motions=codes))
@@ -140,7 +144,9 @@ def _medians(motions: int, cells: int = 12, level: float = 0.90) -> Plan:
     settings = replace(SETTINGS, effect_confidence=level)
 
     def simulate(rng: np.random.Generator) -> Hits:
-        table = median_effects(_runs(rng, motions, 1, cells), STATES[:1], settings, axes=["friction"])
+        table = median_effects(
+            _runs(rng, motions, 1, cells), STATES[:1], settings, axes=["friction"]
+        )
         row = table[table["scope"] == "pooled"].iloc[0]
         return {"ratio": row["ci_low"] <= RATIO <= row["ci_high"]}
 

@@ -17,21 +17,20 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from synthetic_rows import IM, arrow_table, synthetic_rows
+from synthetic_rows import arrow_table, synthetic_rows
 
 from skewbridge.analysis.suspect import LIMITS
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.tables import write_study
-from skewbridge.fragility.old_joint.table import joint_table
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.effects import effect_tables
+from skewbridge.fragility.joint import joint_table
+from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.median_effects import median_effects
+from skewbridge.fragility.paper_table import latex_table, paper_table
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.effects import paired_effects
-from skewbridge.fragility.tables.factors import factor_summary
-from skewbridge.fragility.tables.limit_states import load_limit_states
-from skewbridge.fragility.tables.median_effects import paired_capacity_effects
-from skewbridge.fragility.tables.ordered_curves import ordered_curves
-from skewbridge.fragility.tables.paper_table import latex_table, paper_table
-from skewbridge.fragility.tables.system_curves import system_curves
+from skewbridge.fragility.system import system_curves
 from skewbridge.report.checks import StudyTables, check_tables
 from skewbridge.report.html.explorer import explorer_data
 
@@ -42,7 +41,8 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
     """Return processor seconds of each step, in one process, and the peak memory of all in MB."""
     rows, settings = synthetic_rows(variants, motions), FitSettings()
     states, names = load_limit_states(_STATES), list(demands_for("effect", rows.columns))
-    fit_study(rows.head(motions), states, IM, settings)  # imports
+    runs = prepared(rows, [state.demand for state in states], settings).table
+    fit_study(runs.head(motions), states, settings)  # imports
     seconds: dict[str, float] = {}
 
     def timed[Found](name: str, step: Callable[[], Found]) -> Found:
@@ -53,19 +53,17 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
         return found
 
     timed("collect", lambda: _collect(rows, motions))
-    effects = timed("effects", lambda: paired_effects(rows, names, settings))
-    timed("factors", lambda: factor_summary(rows, names, settings))
-    medians = timed("medians", lambda: paired_capacity_effects(rows, states, IM, settings))
-    curves = timed("curves", lambda: fit_study(rows, states, IM, settings))
-    timed("ordered", lambda: ordered_curves(rows, states, IM, settings))
-    joint = timed("joint", lambda: joint_table(rows, states, IM, curves, settings))
+    effects = timed("effects", lambda: effect_tables(runs, names, settings)).effects
+    medians = timed("medians", lambda: median_effects(runs, states, settings))
+    curves = timed("curves", lambda: fit_study(runs, states, settings))
+    joint = timed("joint", lambda: joint_table(runs, states, curves, settings))
     checked = StudyTables(
         demands=rows, curves=curves, effects=effects, suite=rows, max_unfinished_share=1.0
     )
     timed("check", lambda: check_tables(checked))
     timed("table", lambda: latex_table(paper_table(curves, medians, joint, settings)))
     timed("explorer", lambda: explorer_data(rows, curves, effects))
-    timed("systems", lambda: system_curves(rows, states, IM, settings))
+    timed("systems", lambda: system_curves(runs, states, settings))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     return {"variants": variants, "motions": motions, "seconds": seconds, "peak_mb": peak}
 

@@ -23,7 +23,7 @@ from mutation import mutant_of
 from skewbridge.bridge.catalogue import load_bridge_file
 from skewbridge.errors import InputError
 from skewbridge.fragility.fit_data import FitOptions, fit_file
-from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.read import read_trace
 from skewbridge.motions.suite import read_entry

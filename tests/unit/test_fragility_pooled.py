@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from fragility_tables import synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.fragility.effects import paired_effects
-from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.verdicts import needed_motions
 from skewbridge.provenance.tables import write_frame
 

@@ -67,7 +67,7 @@ def study(tmp_path_factory):
     (root / "results" / "motions").mkdir()
     motions.to_parquet(root / "results" / "motions" / "suite.parquet")
     (root / "docs" / "images").mkdir(parents=True)
-    text = f"before\n{headline.BEGIN}\nold\n{headline.END}\nafter\n"
+    text = f"before\n{headline.BEGIN}\nprevious text\n{headline.END}\nafter\n"
     (root / "README.md").write_text(text, encoding="utf-8")
     headline.write_headline(root / "results", root)
     return root, tables
@@ -102,7 +102,7 @@ def test_headline_keeps_the_rest_of_the_readme(study):
     readme = (root / "README.md").read_text(encoding="utf-8")
     assert readme.startswith("before\n")
     assert readme.endswith("\nafter\n")
-    assert "old" not in readme
+    assert "previous text" not in readme
     assert "Columns failed in" in readme
     assert "of one scenario, magnitude 6.5 at 8 km" in readme
     assert (root / headline.PICTURE).stat().st_size > 10_000

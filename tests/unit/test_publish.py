@@ -145,7 +145,7 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
             {"analysis": {"scheme": "paper"}},
             ("Houbolt 1950", "distributed plasticity", "committed"),
         ),
-        ({"motions": {"design": "stripes"}}, ("scaled to 0.1, 0.2", "bootstrap of whole records")),
+        ({"motions": {"design": "stripes"}}, ("scaled to 0.1, 0.2", "jackknife over motions")),
         ({"motions": {"design": "ida"}}, ("Vamvatsikos and Cornell 2002", "column_drift_ratio")),
         ({"motions": {"design": "cloud"}}, ("unscaled",)),
         ({"grid": {"abutment": ["roller"]}}, ("modelled on rollers",)),

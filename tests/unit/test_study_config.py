@@ -10,7 +10,7 @@ import yaml
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
-from skewbridge.fragility.tables.limit_states import load_limit_states
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions
 from skewbridge.provenance.files import writable_folder
 from skewbridge.reading import read_mapping, read_yaml

@@ -12,11 +12,11 @@ from skewbridge.analysis.rungs import rung_shares
 from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons, reasons_in
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.tables import write_study
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.effects import paired_effects
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.tables.curves import fit_study
-from skewbridge.fragility.tables.effects import paired_effects
-from skewbridge.fragility.tables.limit_states import load_limit_states
-from skewbridge.fragility.tables.suspect_rows import rows_to_fit
 from skewbridge.provenance.closure import PACKAGE, closure
 from skewbridge.report.checks import read_tables, write_checks
 from skewbridge.report.reference_pages import ROOT
@@ -157,15 +157,15 @@ def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
     demands = synthetic_demands().assign(suspect="", beyond_model="")
     strong = demands["motion_id"] == "m15"
     demands.loc[strong, "suspect"] = "recovery rung 6"
-    kept = rows_to_fit(demands, FitSettings())
-    assert kept is demands
-    left = rows_to_fit(demands, FitSettings(exclude_suspect=True))
     states = load_limit_states(ROOT / "config" / "limit_states.yaml")
-    curves = fit_study(left, states, "im_saavg_rotd50_g")
-    assert curves["n_unknown"].max() == 1
-    effects = [
-        paired_effects(table, ["deck_disp_m"], FitSettings(bootstrap=99)) for table in (kept, left)
-    ]
+    columns = [state.demand for state in states]
+    kept, left = (
+        prepared(demands, columns, FitSettings(exclude_suspect=exclude)).table
+        for exclude in (False, True)
+    )
+    assert fit_study(kept, states)["n_unknown"].max() == 0
+    assert fit_study(left, states)["n_unknown"].max() == 1
+    effects = [paired_effects(table, ["deck_disp_m"]) for table in (kept, left)]
     most = [table["n_motions"].max() for table in effects]
     assert most[1] < most[0]
 

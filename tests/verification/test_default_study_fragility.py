@@ -171,7 +171,14 @@ def bounds_of(part, column, mode):
         ("osb1_fixed", "friction", "column_shear/dcr_050", "column_shear_dcr", "shear", 0.5),
         ("osb1", "skew_deg", "unseating/slight", "unseating_m", "", 0.038),
         ("osb1", "gap_mm", "column_drift/slight", "column_drift_ratio", "", 0.01),
-        ("osb1_fixed", "skew_deg", "column_curvature/slight", "column_curvature_ductility", "", 1.0),
+        (
+            "osb1_fixed",
+            "skew_deg",
+            "column_curvature/slight",
+            "column_curvature_ductility",
+            "",
+            1.0,
+        ),
     ],
 )
 def test_pooled_ratios_of_medians_agree_with_an_independent_jackknife(

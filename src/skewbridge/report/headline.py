@@ -82,7 +82,10 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
     keys = ["bridge", "abutment", "axis", "from_value", "to_value"]
     for key, part in medians.groupby(keys, sort=False):
         cells = {row["demand"]: _cell(row) for row in records_of(part)}
-        model, place = (str(key[0]), str(key[1])), (str(key[2]), float(key[3]), float(key[4]))
+        model, place = (
+            (str(key[0]), str(key[1])),
+            (str(key[2]), float(str(key[3])), float(str(key[4]))),
+        )
         shown = " | ".join(cells.get(state, "") for state in states)
         lines.append(f"| {names[model]} | {change_name(*place)} | {shown} |")
     return "\n".join(lines)

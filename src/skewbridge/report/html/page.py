@@ -131,7 +131,7 @@ def _cards(table: pd.DataFrame, counts: pd.DataFrame) -> list[dict[str, Any]]:
             sentences.append((shown, answer.card_sentences(rows, counts[own])))
         cards.append(
             {
-                "title": answer.change_name(str(key[0]), float(key[1]), float(key[2])),
+                "title": answer.change_name(str(key[0]), float(str(key[1])), float(str(key[2]))),
                 "sentences": sentences,
                 "plot": forest.plot(part),
             }
