@@ -22,7 +22,7 @@ A4_INSIDE_MARGINS_PX = round((210 - 2 * 14) / 25.4 * 96)
 
 @pytest.mark.parametrize("view", VIEWS)
 def test_nothing_stands_beyond_the_screen(opened, width, view):
-    page = opened(width, view=view, cell=0)
+    page = opened(width, view=view, quantity="demand", cell=0)
     assert page.evaluate(TOO_WIDE) == []
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
@@ -30,7 +30,7 @@ def test_nothing_stands_beyond_the_screen(opened, width, view):
 @pytest.mark.parametrize("view", VIEWS)
 def test_axe_finds_nothing(opened, width, view):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
-    page = opened(width, view=view, cell=0)
+    page = opened(width, view=view, quantity="demand", cell=0)
     page.evaluate(OPEN_DETAILS)
     found = axe.run(page)
     assert found.violations_count == 0, found.generate_report()

@@ -157,7 +157,7 @@ def independent_median(x, low, high, threshold):
 
 
 def bounds_of(part, column, mode):
-    """Return ends of ln demand: a failure of the own mode is at least at capacity, others censor."""
+    """Return ends of ln demand; a failure of the own mode is at capacity at least."""
     peak = part[column].to_numpy(dtype=float)
     failed = part["beyond_model"].to_numpy(dtype=str)
     peak = np.where(np.isin(failed, mode), np.maximum(peak, np.nextafter(1.0, 2.0)), peak)

@@ -56,7 +56,7 @@ class Jackknifed:
         *,
         parameters: int = 1,
     ) -> Self:
-        """Return the estimate; ``values`` are those of all motions, then without each, (1 + M, ...)."""
+        """Return the estimate; ``values`` are of all motions, then without each, (1 + M, ...)."""
         count = max(int(np.count_nonzero(present)), 1)
         influence = np.zeros_like(values[1:])
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count

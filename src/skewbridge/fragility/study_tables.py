@@ -30,6 +30,9 @@ REFERENCE_STATES: Final = (
     "column_curvature/moderate",
     "column_drift/moderate",
     "unseating/moderate",
+    "column_curvature/slight",
+    "column_drift/slight",
+    "unseating/slight",
 )
 _KEYS: Final = {name: CURVE_COLUMNS[name] for name in ("variant", *BRIDGE_COLUMNS)}
 #: Descriptions of the columns by table.

@@ -48,8 +48,12 @@ def plain_log_ticks(axis: DrawnAxis) -> None:
     low, high = axis.get_view_interval()
     many = high > _MANY * low > 0.0
     axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
+    axis.set_major_formatter(FuncFormatter(_tick))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _tick(value: float, _position: int) -> str:
+    return plain_number(value)
 
 
 def plain_number(value: float) -> str:

@@ -55,7 +55,7 @@ def pooled_effects(effects: pd.DataFrame) -> Figure:
         panels = figure.subplots(down, across, sharey=True, squeeze=False).ravel()
         for axes, (change, part) in zip(panels, changes, strict=False):
             name, start, end = change
-            axis = axes_of([name])[0]
+            axis = axes_of([str(name)])[0]
             axes.set_title(f"{axis.label_with_unit} {start:g} to {end:g}", loc="left", fontsize=9)
             _pooled_panel(axes, part.set_index("demand").reindex(demands))
             axes.set_yticks(range(len(demands)), [demand_name(name) for name in demands])
@@ -76,8 +76,12 @@ def _pooled_panel(axes: Axes, part: pd.DataFrame) -> None:
     for y, item in enumerate(part.to_dict("records")):
         if isinstance(item["axis"], float):  # the state has no such effect
             continue
-        beside = {"transform": axes.get_yaxis_transform(), "va": "center", "fontsize": 7}
-        axes.text(1.05, y, change_text(item), **beside)
+        look: dict[str, Any] = {
+            "transform": axes.get_yaxis_transform(),
+            "va": "center",
+            "fontsize": 7,
+        }
+        axes.text(1.05, y, change_text(item), **look)
         low, value, high = in_margins(item)
         if not np.isfinite(value):
             continue

@@ -83,7 +83,7 @@ def explorer_data(
         "fits": _fits(fits, variant_places),
         "effects": {
             "columns": _EFFECT_COLUMNS,
-            "rows": [*_effects(medians, places, demands), *_effects(effects, places, demands)],
+            "rows": [*_effects(effects, places, demands), *_effects(medians, places, demands)],
         },
         "styles": {
             name: {
