@@ -490,7 +490,7 @@ def _estimate(
         "coefficients": estimate[:-2].tolist(),
         "covariance": jackknife_covariance(without).ravel().tolist(),
     }
-    model = JointModel.of_row(row | found)
+    model = JointModel.of_row({**row, **found})
     middle = model.axis_range.middle
     found["theta"], found["theta_low"], found["theta_high"] = model.median(middle)
     found["beta_low"], found["beta_high"] = model.ci_beta

@@ -142,8 +142,11 @@ def _properties(
         distance = joined["distance_km"].to_numpy(dtype=np.float64)
         columns["magnitude"] = joined["magnitude"].to_numpy(dtype=np.float64)
         columns["ln_distance"] = np.log(np.where(distance > 0.0, distance, np.nan))
-    logs = {"ln_scale": ("scale",), "ln_duration": ("im_d5_75_s",)}
-    logs["ln_shape"] = ("im_sa_t1_rotd50_g", "im_saavg_rotd50_g")
+    logs: dict[str, tuple[str, ...]] = {
+        "ln_scale": ("scale",),
+        "ln_duration": ("im_d5_75_s",),
+        "ln_shape": ("im_sa_t1_rotd50_g", "im_saavg_rotd50_g"),
+    }
     for name, sources in logs.items():
         if all(source in table for source in sources):
             values = [table[source].to_numpy(dtype=np.float64) for source in sources]

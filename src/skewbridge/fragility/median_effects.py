@@ -91,8 +91,9 @@ def _group_rows(
                 if not found:
                     continue
                 pooled = average([effect.ratio for _, effect in found])
-                counts = pd.DataFrame([effect.counts for _, effect in found])
-                sums = counts.filter(regex="^n_").sum().to_dict()
+                counts = pd.DataFrame([dict(effect.counts) for _, effect in found])
+                names = [str(name) for name in counts if str(name).startswith("n_")]
+                sums = {name: int(counts[name].sum()) for name in names}
                 rows.append(
                     {**place, **shared, "scope": "pooled", **effect_row(pooled, settings), **sums}
                     | {
@@ -106,7 +107,7 @@ def _group_rows(
                 for pair, effect in found:
                     values = {k: v for k, v in model.places[pair[0]].items() if k != axis}
                     row = {**place, **shared, **values, "scope": "variant"}
-                    rows.append(row | effect_row(effect.ratio, settings) | effect.counts)
+                    rows.append({**row, **effect_row(effect.ratio, settings), **effect.counts})
     return rows
 
 

@@ -130,7 +130,7 @@ def fit_mixed(
                 information[place, place] = 1.0
         step = _uphill(score, information)
         step /= max(1.0, float(np.max(np.abs(step[-2:]))))
-        gain = float(score @ step)
+        gain, trial = float(score @ step), fit
         for _ in range(_HALVINGS):
             moved = fit.parameters + step
             trial = likelihood.at(np.concatenate([moved[:-2], np.maximum(moved[-2:], floor)]))
@@ -281,7 +281,7 @@ class _Likelihood:
 
         ``above`` is the fitted value of each censored run less its bound, shape (h,).
         """
-        mode, prior = mean.copy(), np.sqrt(variance)
+        mode, prior, curve = mean.copy(), np.sqrt(variance), 1.0 / variance
         if self._rows.size == 0:  # the integrand is normal times a polynomial of degree 4
             return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS
         for _ in range(_MODE_STEPS):

@@ -126,7 +126,7 @@ def described(frame: pd.DataFrame, descriptions: Mapping[str, str]) -> pa.Table:
         field.with_metadata({"description": texts[field.name]}) if field.name in texts else field
         for field in table.schema
     ]
-    return table.cast(pa.schema(fields, metadata=table.schema.metadata))
+    return table.cast(pa.schema(fields).with_metadata(table.schema.metadata))
 
 
 def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:

@@ -62,7 +62,7 @@ def write_predict_check(
         for task in sampled(setup.tasks(slug), MOTIONS)
     ]
     with open_journal(setup.folder.journal(_JOURNAL)) as journal:
-        rows: list[Mapping[str, Any]] = run_tasks(
+        rows = run_tasks(
             tasks,
             journal,
             read_journals(setup.folder),
@@ -78,5 +78,5 @@ def write_predict_check(
     table = described(
         check_predict(read_frame(tables["joint"]), grid, inner, states, settings), CHECK_COLUMNS
     )
-    metadata = {**(table.schema.metadata or {}), **provenance()}
+    metadata: dict[Any, Any] = {**(table.schema.metadata or {}), **provenance()}
     write_table(table.replace_schema_metadata(metadata), output)
