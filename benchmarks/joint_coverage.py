@@ -23,7 +23,7 @@ from skewbridge.fragility.settings import FitSettings
 from skewbridge.reading.tables import records_of
 
 SEED: Final = 20261122
-REPLICATES: Final = 500
+REPLICATES: Final = 200
 MOTIONS: Final = 32
 LEVELS_G: Final = (0.1, 1.5)
 IM: Final = "im_saavg_rotd50_g"
