@@ -7,6 +7,7 @@ import pandas as pd
 
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.effects import effect_tables
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import verdicts_of
@@ -142,3 +143,8 @@ def verdict_of(ci_low: float, ci_high: float, margin: float = 0.05) -> str:
     """Return the verdict of an interval of a ratio."""
     ends = np.array([[ci_low], [1.0 - margin], [1.0], [1.0 + margin], [ci_high]])
     return str(verdicts_of(*ends, possible=np.ones(1, dtype=np.bool_))[0])
+
+
+def paired_effects(demands, columns=None, settings=SETTINGS, *, jobs=1) -> pd.DataFrame:
+    """Return the table of demand effects, without that of effects by intensity."""
+    return effect_tables(demands, columns, settings, jobs=jobs).effects

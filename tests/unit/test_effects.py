@@ -6,14 +6,9 @@ import pytest
 from scipy import optimize, stats
 from statsmodels.stats.multitest import multipletests
 
-from fragility_tables import IM, several_models, synthetic_demands, verdict_of
+from fragility_tables import IM, paired_effects, several_models, synthetic_demands, verdict_of
 from skewbridge.errors import InputError
-from skewbridge.fragility.effects import (
-    EFFECT_COLUMNS,
-    INTENSITY_COLUMNS,
-    effect_tables,
-    paired_effects,
-)
+from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.motion_means import (
     Jackknifed,
     average,

@@ -6,12 +6,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fragility_tables import IM, SETTINGS, STATES, curves_of, ready, states_of, synthetic_demands
+from fragility_tables import (
+    IM,
+    SETTINGS,
+    STATES,
+    curves_of,
+    paired_effects,
+    ready,
+    states_of,
+    synthetic_demands,
+)
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.effects import paired_effects
 from skewbridge.fragility.exports import export_curves
 from skewbridge.fragility.fit_data import FitOptions, fit_file
 from skewbridge.fragility.joint import joint_table

@@ -5,9 +5,8 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from fragility_tables import synthetic_demands
+from fragility_tables import paired_effects, synthetic_demands
 from skewbridge.cli import build_app
-from skewbridge.fragility.effects import paired_effects
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.verdicts import needed_motions
 from skewbridge.provenance.tables import write_frame

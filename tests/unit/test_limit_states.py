@@ -2,13 +2,11 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import (
     demand_unit,
-    exceedance_probability,
     limit_states_of,
     load_limit_states,
 )
@@ -89,10 +87,3 @@ def test_unit_of_a_demand_column_is_in_its_name():
     assert demand_unit("column_shear_kn") == "kn"
     assert demand_unit("column_shear_dcr") == "ratio"
     assert demand_unit("column_curvature_ductility") == "ratio"
-
-
-def test_uncertain_capacity_gives_fractional_exceedance():
-    p = exceedance_probability(np.log([0.5, 1.0, 2.0]), 0.0, 0.35)
-    assert p[1] == 0.5
-    assert p[0] == pytest.approx(1 - p[2])
-    assert list(exceedance_probability(np.log([0.5, 2.0]), 0.0, 0.0)) == [0.0, 1.0]

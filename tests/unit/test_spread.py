@@ -6,10 +6,9 @@ from collections.abc import Callable
 import pandas as pd
 import pytest
 
-from fragility_tables import SETTINGS, ready, states_of, synthetic_demands
+from fragility_tables import SETTINGS, paired_effects, ready, states_of, synthetic_demands
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import spread
-from skewbridge.fragility.effects import paired_effects
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.median_effects import median_effects

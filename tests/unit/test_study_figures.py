@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fragility_tables import synthetic_demands
+from fragility_tables import paired_effects, synthetic_demands
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.effects import effect_tables, paired_effects
+from skewbridge.fragility.effects import effect_tables
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import DEFAULTS, FitSettings

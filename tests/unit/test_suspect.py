@@ -7,14 +7,13 @@ import pandas as pd
 import pytest
 import yaml
 
-from fragility_tables import synthetic_demands
+from fragility_tables import paired_effects, synthetic_demands
 from skewbridge.analysis.rungs import rung_shares
 from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons, reasons_in
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.tables import write_study
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.effects import paired_effects
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.provenance.closure import PACKAGE, closure

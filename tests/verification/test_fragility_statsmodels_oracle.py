@@ -13,9 +13,8 @@ from scipy import stats
 from statsmodels.miscmodels.ordinal_model import OrderedModel
 from statsmodels.stats.diagnostic import het_breuschpagan
 
-from fragility_tables import synthetic_demands
+from fragility_tables import paired_effects, synthetic_demands
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.effects import paired_effects
 from skewbridge.fragility.fits import fit_brackets, fit_cloud, fit_stripes
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.lines import tested_line as line_with_tests

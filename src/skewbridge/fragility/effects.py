@@ -134,17 +134,6 @@ class EffectTables(NamedTuple):
     intensities: pd.DataFrame
 
 
-def paired_effects(
-    demands: pd.DataFrame,
-    columns: Sequence[str] | None = None,
-    settings: FitSettings = DEFAULTS,
-    *,
-    jobs: int = 1,
-) -> pd.DataFrame:
-    """Return the effects of `effect_tables` without those by intensity."""
-    return effect_tables(demands, columns, settings, jobs=jobs).effects
-
-
 def effect_tables(
     demands: pd.DataFrame,
     columns: Sequence[str] | None = None,

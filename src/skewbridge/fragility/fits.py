@@ -54,8 +54,8 @@ _ESTIMATE: Final = (
     "ci_method", "loglik",
 )  # fmt: skip
 _HEADLINE: Final = (
-    "status", "theta", "beta", "se_ln_theta", "se_beta", "cov_ln_theta_beta", "ci_theta", "ci_beta",
-    "ci_method", "level", "loglik", "n_runs", "method", "warnings",
+    "status", "theta", "beta", "cov_ln_theta_beta", "ci_theta", "ci_beta", "ci_method", "level",
+    "loglik", "n_runs", "method", "warnings",
 )  # fmt: skip
 
 
@@ -118,6 +118,7 @@ class FragilityFit:
     def as_json(self) -> dict[str, Any]:
         """Return the object that `skewbridge fit --json` prints."""
         values = {name: getattr(self, name) for name in _HEADLINE} | dict(self.details)
+        values |= {"se_ln_theta": self.se_ln_theta, "se_beta": self.se_beta}
         return {name: list(v) if isinstance(v, tuple) else v for name, v in values.items()}
 
 

@@ -6,7 +6,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-import numpy as np
 from pydantic import (
     BaseModel,
     BeforeValidator,
@@ -18,7 +17,6 @@ from pydantic import (
 
 from skewbridge.demands.columns import column_of
 from skewbridge.errors import InputError, raise_all
-from skewbridge.fragility.columns import FloatArray
 from skewbridge.reading import checked, read_yaml, shortened
 from skewbridge.reading.files import shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
@@ -325,18 +323,3 @@ def demand_unit(column: str) -> str:
     raise InputError(
         f"demand column {shortened(column)} carries no unit in its name", column=column
     )
-
-
-def exceedance_probability(
-    ln_demand: FloatArray, ln_capacity: float, dispersion: float
-) -> FloatArray:
-    """Return P(C < D) = Phi[(ln D - ln C)/dispersion]; 0 or 1 without dispersion.
-
-    References:
-        Cornell et al. (2002): capacity as a lognormal variable independent of demand.
-    """
-    if dispersion == 0.0:
-        return (ln_demand > ln_capacity).astype(np.float64)
-    from scipy import special  # imported here: the workflow only reads limit states at its start
-
-    return np.asarray(special.ndtr((ln_demand - ln_capacity) / dispersion))
