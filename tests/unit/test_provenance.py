@@ -25,7 +25,7 @@ DRAWING = set(
 ANALYSES = "the analyses themselves"
 #: Rules that list or run analyses; all but the last look at the journals, which say what is new.
 ANALYSING = {"plan", "analyse", "sensitivity", "friction_pair"}
-FITS = {"fit_fragility", "paired_effects"}
+FITS = {"fit_fragility"}
 PAGES = {"figures", "report"}
 MAKING = {"prepare_motions", "verification"}
 ALL = {ANALYSES, *RULES}
@@ -54,7 +54,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "analysis/sdc.py": (set(), {ANALYSES, *ANALYSING}),
     "demands/columns.py": ({*ANALYSING, "collect_demands"}, {ANALYSES, "prepare_motions"}),
     "demands/schema.py": ({"collect_demands"}, {ANALYSES, "sensitivity", "prepare_motions"}),
-    "fragility/tables/effects.py": ({"paired_effects"}, {ANALYSES, *ANALYSING, "collect_demands"}),
+    "fragility/effects.py": ({"fit_fragility"}, {ANALYSES, *ANALYSING, "collect_demands"}),
     "study/journal.py": (ANALYSING - {"friction_pair"}, {ANALYSES, *FITS}),
     "study/session.py": (RULES, {ANALYSES}),
     "study/sensitivity.py": ({"sensitivity"}, ALL - {"sensitivity"}),
@@ -126,7 +126,16 @@ def test_nothing_but_the_analysis_is_in_the_key_of_an_analysis() -> None:
     package = ROOT / "src/skewbridge"
     inside = {path.relative_to(package).as_posix() for path in closure(ANALYSIS_MODULE)}
     packages = {name.split("/")[0] for name in inside if "/" in name}
-    assert packages == {"analysis", "bridge", "contact", "motions", "reading", "study", "variant"}
+    assert packages == {
+        "analysis",
+        "bridge",
+        "contact",
+        "demands",
+        "motions",
+        "reading",
+        "study",
+        "variant",
+    }
     assert {name for name in inside if name.startswith(("motions/", "study/"))} == {
         "motions/__init__.py",
         "motions/record.py",

@@ -182,7 +182,7 @@ def jobs_after(tree: Path, edits: dict[str, tuple[str, str]], over: str = "") ->
 
 
 ANALYSES = {"plan", "analyse", "collect_demands", "sensitivity", "friction_pair"}
-FITS = {"fit_fragility", "paired_effects", "figures", "check_results", "report"}
+FITS = {"fit_fragility", "figures", "check_results", "report"}
 
 
 def test_a_copied_tree_runs_nothing(copy: Path) -> None:
@@ -203,7 +203,7 @@ def test_notes_and_comments_run_nothing(copy: Path) -> None:
 
 def test_a_changed_limit_state_reruns_the_fits_and_what_follows(copy: Path) -> None:
     jobs = jobs_after(copy, {"config/limit_states.yaml": ("dcr_050: 0.5", "dcr_050: 0.55")})
-    assert jobs == FITS - {"paired_effects"}
+    assert jobs == FITS
 
 
 def test_width_and_font_of_the_figures_rerun_these_and_the_page(copy: Path) -> None:

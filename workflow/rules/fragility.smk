@@ -50,6 +50,11 @@ rule check_predict:
         bridges=BRIDGES,
         opensees=opensees_version(),
         fragility=section("fragility"),
-        digest=script_digest("check_predict", rules.fit_fragility),
+        digest=script_digest(
+            "check_predict",
+            rules.prepare_motions,
+            rules.collect_demands,
+            rules.fit_fragility,
+        ),
     script:
         "../scripts/check_predict.py"
