@@ -116,7 +116,7 @@ STYLES: Final = {
             sign="–",
             text="not estimable",
             fill="#f4f4f4",
-            ink="#6b7378",
+            ink="#596168",
             verdict=UNDECIDED,
         ),
     )
