@@ -22,7 +22,7 @@ pytestmark = pytest.mark.cluster
 
 HERE = Path(__file__).parent
 BIN = Path(sys.executable).parent
-TABLES = ["demands", "fragility/curves", "fragility/effects", "fragility/factors"]
+TABLES = ["demands", "fragility/curves", "fragility/effects", "fragility/median_effects"]
 STUDY = """
 grid: {bridge: [osb1], skew_deg: [30], gap_mm: [25]}
 motions: {count: 4}
