@@ -5,7 +5,7 @@ from math import cos, hypot, radians, sin
 import pytest
 
 from skewbridge.contact import ContactLaw
-from skewbridge.contact.frame import contact_frame, cross
+from skewbridge.contact.element import contact_frame, cross
 from skewbridge.contact.law import (
     advance_pair,
     friction_limit_n,
@@ -14,7 +14,7 @@ from skewbridge.contact.law import (
     yields_by_direction,
     yields_on_cone,
 )
-from skewbridge.contact.ledger import Account, close_account
+from skewbridge.contact.state import UnitLedger
 from skewbridge.errors import InputError
 
 LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
@@ -106,4 +106,4 @@ def test_other_dimensions_are_refused():
 
 
 def test_a_ledger_without_friction_has_no_violation():
-    assert close_account("pair", Account(), 0.0).cone_violation_ratio == 0.0
+    assert UnitLedger(name="pair", normal_potential_j=0.0).cone_violation_ratio == 0.0

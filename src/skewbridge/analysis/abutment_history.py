@@ -13,7 +13,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, StepLoop, solver_log
 from skewbridge.bridge.model import domain
 from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
-from skewbridge.contact.ledger import UnitLedger
+from skewbridge.contact.state import UnitLedger
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 

@@ -7,7 +7,7 @@ Closures and peaks of single contacts depend on the time step; times, impulses a
 from collections.abc import Sequence
 
 from skewbridge.bridge.handles import BridgeModel
-from skewbridge.contact.ledger import UnitLedger
+from skewbridge.contact.state import UnitLedger
 from skewbridge.units import KJ, KN
 
 

@@ -25,13 +25,10 @@ Signs: opening is positive, normal_n > 0 is compression, the tangential force ha
 slip of node j relative to node i (the force of the spring; the body feels its negative).
 """
 
-from skewbridge.contact.contact_set import ContactSet
-from skewbridge.contact.element import ContactError
+from skewbridge.contact.contact_set import ContactSet, make_step
+from skewbridge.contact.element import ContactError, Tags, TagSource
 from skewbridge.contact.law import ContactLaw
-from skewbridge.contact.ledger import UnitLedger
-from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitState
-from skewbridge.contact.stepping import make_step
-from skewbridge.contact.tags import Tags, TagSource
+from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitLedger, UnitState
 from skewbridge.contact.unit import ContactUnit
 
 __all__ = [

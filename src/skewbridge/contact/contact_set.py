@@ -2,18 +2,30 @@
 
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from math import inf
 from typing import Final, get_args
 
 import openseespy.opensees as ops
 
-from skewbridge.contact.element import make_springs, prove_bounds_act, require_nodes
-from skewbridge.contact.frame import contact_frame
+from skewbridge.contact.element import (
+    Tags,
+    TagSource,
+    contact_frame,
+    make_springs,
+    prove_bounds_act,
+    require_nodes,
+)
 from skewbridge.contact.law import ContactLaw
-from skewbridge.contact.ledger import UnitLedger, close_account
 from skewbridge.contact.schemes import ComponentwiseUnit, ElasticUnit
-from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitState
-from skewbridge.contact.tags import Tags, TagSource
+from skewbridge.contact.state import (
+    Coupling,
+    Drive,
+    Scheme,
+    Snapshot,
+    UnitLedger,
+    UnitState,
+)
 from skewbridge.contact.unit import ContactUnit
 from skewbridge.errors import InputError
 
@@ -29,8 +41,8 @@ class ContactSet:
 
     Args:
         tags: Source of unused tags; by default the tags above those of the live domain.
-        update: False leaves the friction springs without strength for ever: the model without
-            friction, with the same elements and equations.
+        update: False never gives the friction springs strength: the model without friction, with
+            the same elements and equations.
         scheme: `vector` tracks one vector stick point per pair; `componentwise` is the literal
             reading of the paper; `elastic` moves the stick point of elastic springs.
         coupling: `extrapolated` predicts normal force and slip direction linearly to the end of
@@ -79,10 +91,10 @@ class ContactSet:
     ) -> int:
         """Add a contact between two nodes of the domain.
 
-        The pair closes when node j has moved by the gap against the normal. The nodes may lie
-        apart: only their relative displacement counts, so that a positive gap makes a node to
-        line (2D) or node to surface (3D) contact. It counts from the moment of adding, so that a
-        contact added to a deformed model starts with its full gap.
+        The pair closes when node j has moved by the gap against the normal. Only the relative
+        displacement of the nodes counts, so they may lie apart: a positive gap makes a
+        node-to-line (2D) or node-to-surface (3D) contact. Displacements count from the moment of
+        adding, so that a contact added to a deformed model starts with its full gap.
 
         Args:
             node_i: Node of the surface.
@@ -137,7 +149,7 @@ class ContactSet:
         return index
 
     def after_step(self, dt_s: float, next_dt_s: float | None = None) -> bool:
-        """Take over a converged step and set the bounds of the next; call it once per step.
+        """Read a converged step and set the bounds of the next one; call it once per step.
 
         Args:
             dt_s: Length of the step just done.
@@ -168,8 +180,8 @@ class ContactSet:
     def prepare(self, next_dt_s: float) -> None:
         """Set the bounds again for a coming step of another length.
 
-        For the retry of a step that failed (OpenSees has gone back to the committed state, which
-        is also the state tracked here) and for a change of the step.
+        Call it before the retry of a failed step (OpenSees has returned to the committed state,
+        which is also the state tracked here) and when the step changes.
         """
         if not (self._is_updated and self._is_extrapolated and self._dt_s > 0.0):
             return
@@ -177,9 +189,9 @@ class ContactSet:
             unit.set_bounds(next_dt_s / self._dt_s)
 
     def start_from_rest(self) -> None:
-        """Take over the committed state without motion, between a static and a dynamic stage.
+        """Read the committed state as one at rest, between a static and a dynamic stage.
 
-        The increments of a static stage say nothing about the motion to come: the bounds of the
+        The increments of a static stage do not predict the coming motion, so the bounds of the
         first step are those of the state itself.
         """
         for unit in self._units:
@@ -188,9 +200,9 @@ class ContactSet:
                 unit.set_bounds(None)
 
     def time_to_change_s(self) -> float:
-        """Return in what time the first pair opens or closes, by the speeds of the last step.
+        """Return the time until the first pair opens or closes at the speeds of the last step.
 
-        Infinite where none does, and before the first step.
+        Infinite if no pair does, and before the first step.
         """
         steps = min((unit.steps_to_change() for unit in self._units), default=inf)
         return steps * self._dt_s if self._dt_s > 0.0 else inf
@@ -250,9 +262,13 @@ class ContactSet:
         )
 
     def ledger(self) -> list[UnitLedger]:
-        """Return what each unit did since it was added."""
+        """Return the ledger of each unit since it was added."""
         return [
-            close_account(unit.name, unit.account, unit.normal_potential_j())
+            UnitLedger(
+                name=unit.name,
+                normal_potential_j=unit.normal_potential_j(),
+                **asdict(unit.account),
+            )
             for unit in self._units
         ]
 
@@ -263,7 +279,7 @@ class ContactSet:
         )
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to a snapshot, bounds included."""
+        """Return to a snapshot, including its bounds."""
         self._time_s, self._dt_s = snapshot.time_s, snapshot.dt_s
         for unit, saved in zip(self._units, snapshot.units, strict=True):
             unit.restore(saved)
@@ -282,6 +298,28 @@ class ContactSet:
         finally:
             for unit in self._units:
                 unit.scale_tangents(1.0)
+
+
+def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) -> bool:
+    """Make one step of the transient analysis and update the contacts.
+
+    A pair that closes or opens inside a step costs one order of accuracy. Sub-steps where a change
+    is expected restore it at little cost. Use them with one-step integrators only: Houbolt restarts
+    by the trapezoidal rule whenever the step changes.
+
+    Returns:
+        Whether OpenSees made the step. If not, the domain is at the last part that was committed
+        and the contacts with it.
+    """
+    parts = parts_on_change if contacts.time_to_change_s() < dt_s else 1
+    part_s = dt_s / parts
+    if parts > 1:
+        contacts.prepare(part_s)
+    for part in range(parts):
+        if ops.analyze(1, part_s) != 0:
+            return False
+        contacts.after_step(part_s, dt_s if part == parts - 1 else part_s)
+    return True
 
 
 def _require_choice(field: str, value: str, choices: Sequence[str]) -> None:

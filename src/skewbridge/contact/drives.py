@@ -145,7 +145,7 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
         opening, rate = state.opening_m, state.opening_rate_mps
         predicted = state.predicted_opening_m
         if predicted >= 0.0:
-            # Should it stay closed after all, the spring is there.
+            # The spring remains, in case the pair stays closed.
             return {"kn_n_per_m": kn_n_per_m, "dashpot_n_s_per_m": 0.0}
         if kn_n_per_m * predicted + dashpot_n_s_per_m * rate >= 0.0:
             return {"kn_n_per_m": 0.0, "dashpot_n_s_per_m": 0.0}

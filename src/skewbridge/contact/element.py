@@ -1,20 +1,165 @@
-"""The OpenSees side of one contact: a zeroLength element, its materials and its parameters.
+"""OpenSees objects of one contact: tags, local frame, zeroLength element and its parameters.
 
 A parameter is attached by position (`'material', k, 'Fy'`). The short form without `'material'`
-reaches every material of the element, the normal spring included, and silently removes the
-contact; a wrong name is accepted silently, too. Hence nothing here is trusted before it has been
-read back from the element and seen to act.
+reaches every material of the element, including the normal spring, and silently removes the
+contact; OpenSees also accepts a wrong name silently. Hence every parameter is read back from the
+element and its effect on a force is checked before use.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from math import isfinite, sqrt
+from typing import Final, Protocol
 
 import openseespy.opensees as ops
 
-from skewbridge.contact.frame import Vector
 from skewbridge.contact.law import ContactLaw
-from skewbridge.contact.tags import Tags
 from skewbridge.errors import InputError
+
+type Vector = tuple[float, ...]
+
+# ASSUME a pair keeps the directions it is created with, and its contact plane has no edges.
+
+# Directions that are meant to be perpendicular may be off by rounding of four-digit input.
+ORTHOGONALITY_LIMIT: Final = 1e-4
+_VERTICAL_LIMIT: Final = 1e-6
+
+
+def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Vector:
+    """Return a vector of length one.
+
+    Raises:
+        InputError: The vector has a wrong number of components, is zero or not finite.
+    """
+    values = tuple(float(value) for value in vector)
+    if len(values) != ndm:
+        raise InputError(
+            f"{field} must have {ndm} components in a model of {ndm} dimensions, got {values}"
+        )
+    length = sqrt(sum(value * value for value in values))
+    if not (isfinite(length) and length > 0.0):
+        raise InputError(f"{field} must be a finite vector of positive length, got {values}")
+    return tuple(value / length for value in values)
+
+
+def contact_frame(
+    normal: Sequence[float], tangent: Sequence[float] | None, ndm: int
+) -> tuple[Vector, ...]:
+    """Return the orthonormal frame (normal, tangent) in the plane, (normal, t1, t2) in space.
+
+    Args:
+        normal: Outward normal of the surface, any length.
+        tangent: First direction of the contact plane; by default horizontal (z x normal), and x
+            for a vertical normal; in the plane always the normal turned counter-clockwise.
+        ndm: Dimensions of the model, 2 or 3.
+
+    Raises:
+        InputError: A vector is zero, or the tangent is not perpendicular to the normal.
+    """
+    if ndm not in (2, 3):
+        raise InputError(f"contacts need a model of 2 or 3 dimensions, got ndm = {ndm}")
+    n = unit_vector(normal, "normal", ndm)
+    if tangent is None:
+        t1 = _default_tangent(n)
+    else:
+        t1 = unit_vector(tangent, "tangent", ndm)
+        cosine = sum(a * b for a, b in zip(n, t1, strict=True))
+        if abs(cosine) > ORTHOGONALITY_LIMIT:
+            raise InputError(
+                "normal and tangent must be perpendicular (cosine at most "
+                f"{ORTHOGONALITY_LIMIT}), got a cosine of {cosine:.3g}"
+            )
+        t1 = unit_vector([b - cosine * a for a, b in zip(n, t1, strict=True)], "tangent", ndm)
+    if ndm == 3:
+        return n, t1, cross(n, t1)
+    # OpenSees takes the normal turned by 90 degrees in plane models, whatever it is given.
+    if n[0] * t1[1] - n[1] * t1[0] < 0.0:
+        raise InputError(
+            f"tangent must be the normal turned counter-clockwise in plane models, got {t1}"
+        )
+    return n, t1
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the vector product of two vectors in space."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def _default_tangent(n: Vector) -> Vector:
+    if len(n) == 2:
+        return (-n[1], n[0])
+    horizontal = (n[0] * n[0] + n[1] * n[1]) ** 0.5
+    if horizontal < _VERTICAL_LIMIT:
+        return unit_vector([1.0 - n[0] * n[0], -n[0] * n[1], -n[0] * n[2]], "tangent", 3)
+    return (-n[1] / horizontal, n[0] / horizontal, 0.0)
+
+
+# ASSUME a user's own material tags lie below this one: OpenSees cannot be asked for them.
+FIRST_FREE_MATERIAL: Final = 900_000
+# Tags set aside for the materials of one element, so that two sources in one domain never collide.
+_MATERIALS_PER_ELEMENT: Final = 8
+
+
+class Tags(Protocol):
+    """Anything that hands out unused tags, for example the allocator of a bridge model."""
+
+    def node(self) -> int:
+        """Return an unused node tag."""
+        ...
+
+    def element(self) -> int:
+        """Return an unused element tag."""
+        ...
+
+    def material(self) -> int:
+        """Return an unused uniaxial material tag."""
+        ...
+
+    def parameter(self) -> int:
+        """Return an unused parameter tag."""
+        ...
+
+
+class TagSource:
+    """Hands out tags above those that the domain has at the time of asking.
+
+    Args:
+        first_material: Materials get tags above this one.
+    """
+
+    def __init__(self, first_material: int = FIRST_FREE_MATERIAL) -> None:
+        self._first = first_material
+        self._next_material = first_material
+
+    def node(self) -> int:
+        """Return an unused node tag."""
+        return max(_listed(ops.getNodeTags()), default=0) + 1
+
+    def element(self) -> int:
+        """Return an unused element tag."""
+        return max(_listed(ops.getEleTags()), default=0) + 1
+
+    def material(self) -> int:
+        """Return an unused uniaxial material tag."""
+        tag = max(self._next_material, self._first + _MATERIALS_PER_ELEMENT * self.element())
+        self._next_material = tag + 1
+        return tag
+
+    def parameter(self) -> int:
+        """Return an unused parameter tag."""
+        return max(_listed(ops.getParamTags()), default=0) + 1
+
+
+def _listed(tags: list[int] | int | None) -> list[int]:
+    """Return the answer of a tag query as a list: OpenSees returns a bare number for one tag."""
+    if tags is None:
+        return []
+    return [tags] if isinstance(tags, int) else list(tags)
+
 
 # The normal spring would yield at this penetration: never.
 _NEVER_M: Final = 1.0e3
@@ -27,15 +172,16 @@ _DOF_COUNTS: Final = {2: (2, 3), 3: (3, 6)}  # by dimensions of the model
 
 
 class ContactError(RuntimeError):
-    """A contact element does not do what it was told: its results must not be used."""
+    """A contact element does not follow its parameters: its results must not be used."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Springs:
-    """Tags of one contact element: the zeroLength element, and its parameters.
+    """Tags of the zeroLength element of one contact and of its parameters.
 
-    Those of the normal stiffness, the tangential stiffnesses, the friction bounds (yields, or
-    stick points in scheme elastic), and if driven of the dashpot and of the normal spring's offset.
+    The parameters set the normal stiffness, the tangential stiffnesses, the friction bounds
+    (yields, or stick points in scheme elastic) and, if driven, the dashpot and the offset of the
+    normal spring.
     """
 
     element: int
@@ -47,7 +193,7 @@ class Springs:
 
 
 def require_nodes(nodes: tuple[int, int], ndm: int) -> None:
-    """Refuse nodes that no contact can stand between.
+    """Refuse nodes that cannot form a contact.
 
     Raises:
         InputError: A node is not in the domain, or the two do not suit each other.
@@ -107,7 +253,7 @@ def make_springs(
 
 
 def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Vector, ...]) -> None:
-    """See by force that a bound set through a parameter limits its own spring and no other.
+    """Check by a force response that a bound limits its own spring and no other.
 
     A bound acts at the next state determination, which a live domain makes only in an analysis.
     So a probe element between the same nodes, its springs behind an initial strain, is driven past
@@ -128,8 +274,8 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Vector, ..
     local = range(1, len(frame) + 1)
     materials, axes = (normal, *[friction] * (len(frame) - 1)), _orientation(frame)
     ops.element("zeroLength", element, *nodes, "-mat", *materials, "-dir", *local, "-orient", *axes)
-    # The number of the bound is a large strain, too, so that one parameter serves for both:
-    # OpenSees keeps 3 kB of each that is removed.
+    # The value of the bound is also a large strain, so that one parameter serves for both:
+    # OpenSees keeps 3 kB of each parameter that is removed.
     probed = _attach(tags, element, 2, "Fy")
     for position in local:
         ops.addToParameter(probed, "element", element, "material", position, "epsInit")
@@ -150,7 +296,7 @@ def _normal_material(tags: Tags, law: ContactLaw, *, is_gap_driven: bool) -> int
     ops.uniaxialMaterial("ElasticPPGap", material, kn, -kn * _NEVER_M, -gap, 0.0, "noDamage")
     if not is_gap_driven:
         return material
-    # The gap itself is no use as a parameter: OpenSees accepts it and goes on with the old one.
+    # The gap itself cannot be a parameter: OpenSees accepts an update but keeps the old gap.
     offset = tags.material()
     ops.uniaxialMaterial("InitStrainMaterial", offset, material, 0.0)
     return offset
@@ -182,7 +328,7 @@ def _orientation(frame: tuple[Vector, ...]) -> tuple[float, ...]:
 
 
 def _prove(springs: Springs, law: ContactLaw, *, is_elastic: bool) -> None:
-    """Read every parameter back from the element and see its response follow."""
+    """Read every parameter back from the element and check that the response follows."""
     kt = law.kt_n_per_m
     signature = _SIGNATURE_M if is_elastic else kt * _SIGNATURE_M
     _expect("normal stiffness", ops.getParamValue(springs.normal_modulus), law.kn_n_per_m)

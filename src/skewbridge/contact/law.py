@@ -1,10 +1,10 @@
-"""The Coulomb cone with cohesion, its vector stick point and the open/close logic: pure functions.
+"""Coulomb friction with cohesion and a vector stick point, and unilateral contact: pure functions.
 
-One convention throughout: `opening_m` is positive while the pair is apart, `normal_n` is positive
-in compression, the tangential force has the sign of the slip (it is the force of the spring; the
-moving body feels its negative). Everything is a plain float, because these functions sit in the
-inner loop of the response histories; a pair of values is the two directions of the contact plane
-(the second is zero in plane models).
+Signs: `opening_m` is positive while the pair is apart, `normal_n` is positive in compression, and
+the tangential force has the sign of the slip (it is the force of the spring; the moving body feels
+its negative). All values are plain floats, because these functions run in the inner loop of the
+response histories. Two values are those along the two directions of the contact plane (the second
+is zero in plane models).
 
 References:
     Rahman and Mackie (2023), Finite Elements in Analysis and Design 218 (parameter updates);
@@ -30,7 +30,7 @@ class ContactLaw:
         cohesion_n: Part of the friction limit that does not depend on the normal force; it acts
             only while the pair is closed.
         gap_m: Initial opening.
-        gap_closing_m: Part of the gap that the season, creep or shrinkage has closed already.
+        gap_closing_m: Part of the gap already closed by temperature, creep or shrinkage.
 
     Raises:
         InputError: A value is outside its limits.
@@ -87,7 +87,7 @@ def friction_limit_n(normal_n: float, friction: float, cohesion_n: float) -> flo
 def radial_return(
     offset_1_m: float, offset_2_m: float, kt_n_per_m: float, limit_n: float
 ) -> tuple[float, float]:
-    """Return the tangential force for an offset from the stick point, brought back to the cone.
+    """Return the tangential force for an offset from the stick point, returned to the cone.
 
     Offsets are position minus stick point, the limit is the radius of the cone. After slip the
     stick point is the position minus force / kt.
@@ -106,7 +106,7 @@ def advance_pair(
     position_m: tuple[float, float],
     opening_m: float,
 ) -> PairState:
-    """Advance a pair by one step with the force of the same step (the exact law in time steps).
+    """Advance a pair by one step with the normal force at its end (the exact discrete law).
 
     The stick point is that at the end of the last step, position and opening (the gap is part of
     it) are those at the end of this one.
@@ -142,9 +142,9 @@ def advance_pair(
 def yields_on_cone(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[float, float]:
     """Return the yield forces of two separate springs that together stay inside the cone.
 
-    The corner of the box of the two yields lies on the cone. For a trial outside the cone it is
-    the point of radial return; for one inside, the box holds the trial with the same slack in both
-    directions, so that a pair that sticks is not made to slip by a component near zero.
+    The pair of yields lies on the cone. For a trial force outside the cone it is the point of
+    radial return. For one inside, both yields exceed the trial by the same slack, so that a
+    component near zero does not make a sticking pair slip.
     """
     size_1, size_2 = abs(trial_1_n), abs(trial_2_n)
     size = hypot(size_1, size_2)

@@ -1,8 +1,8 @@
-"""Restitution of dampers in contact, for a force that is clipped at zero: no tension.
+"""Coefficients of restitution of damped contacts whose force is clipped at zero (no tension).
 
-The textbook relation of the Kelvin-Voigt model holds only where the dashpot may pull the bodies
-together before they part. With the force clipped at zero the rebound is faster, so more damping is
-needed for the same restitution.
+The textbook relation of the Kelvin-Voigt model assumes that the dashpot may pull the bodies
+together before they separate. With the force clipped at zero the rebound is faster, so the same
+restitution needs more damping.
 
 References:
     Schwager and Poeschel (2007), Granular Matter 9 (end of contact at zero force);
@@ -68,7 +68,7 @@ def hunt_crossley_damping(restitution: float) -> float:
     def residual(d: float) -> float:
         return log((1.0 + d) / (1.0 - e * d)) - d * (1.0 + e)
 
-    # Zero is a root, too; the residual is negative just beside it and infinite at d = 1 / e.
+    # Zero is also a root; the residual is negative just above it and infinite at d = 1 / e.
     return float(brentq(residual, 1e-3 * (1.0 - e), (1.0 - 1e-15) / e, xtol=1e-14))
 
 

@@ -1,4 +1,4 @@
-"""The two other ways to friction, for comparison with the vector stick point of `unit`."""
+"""Two alternative friction schemes, for comparison with the vector stick point of `unit`."""
 
 from math import hypot
 from typing import Any
@@ -11,7 +11,7 @@ from skewbridge.contact.unit import FORCE_ROUNDING, ContactUnit
 
 
 class ComponentwiseUnit(ContactUnit):
-    """The literal reading of the paper: each spring returns by itself.
+    """The literal reading of the paper: each spring returns to its own yield.
 
     The bounds are the limit times the direction cosines of the displacement from the springs' own
     plastic strains. In space this does not converge with the time step (the force lags the
@@ -29,8 +29,8 @@ class ComponentwiseUnit(ContactUnit):
     def set_bounds(self, ratio: float | None) -> None:
         """Set the bounds of the coming step; see `ContactUnit.set_bounds`."""
         if ratio is None:
-            # The stick point kept here is that before the last step: the offsets are those before
-            # the springs returned. After it, the direction of the bounds would freeze.
+            # The stick point is that before the last step, so the offsets are those before the
+            # return. With the offsets after it, the direction of the bounds would freeze.
             limit, offset_1, offset_2 = self._committed()
         else:
             if self.closed:
@@ -93,7 +93,7 @@ class ElasticUnit(ContactUnit):
             limit, offset_1, offset_2 = self._predict(ratio)
             force_1, force_2 = radial_return(offset_1, offset_2, self.kt, limit)
             if self.opening > 0.0:
-                # Of a step in which the pair closes, the offset holds the last part only.
+                # In a step in which the pair closes, the offset holds only the part after closing.
                 position_1 = self._e1 + ratio * self._step_1
                 position_2 = self._e2 + ratio * self._step_2
             else:

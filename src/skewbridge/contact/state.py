@@ -1,4 +1,4 @@
-"""What a contact unit tells its user, and how a user function drives its parameters."""
+"""State and ledger of a contact unit, and drives that set its parameters."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -6,6 +6,78 @@ from math import isfinite
 from typing import Any, Final, Literal
 
 from skewbridge.errors import InputError
+
+
+@dataclass(slots=True)
+class Account:
+    """Running sums of one contact unit; plain numbers, added up in the step loop.
+
+    Attributes:
+        closures: Number of steps that ended closed after one that ended open.
+        contact_time_s: Time spent closed.
+        max_penetration_m: Largest negative opening.
+        max_normal_n: Largest compression.
+        max_friction_n: Largest tangential force.
+        max_limit_n: Largest friction limit.
+        max_violation_n: Largest excess of the tangential force over cohesion + friction x normal
+            force at the end of a step.
+        slip_path_m: Length of the slip path in contact.
+        slip_work_j: Energy dissipated by slip, trapezoidal rule on end-of-step forces.
+        normal_work_j: Work done on the normal spring (and its dashpot), the same rule.
+        friction_impulse_ns: Sum of friction force times step.
+        friction_work_j: Sum of end-of-step friction force times slip; the three kinds of work
+            below are parts of it.
+        excess_work_j: Friction work above the limit at the end of the step.
+        opening_work_j: Friction work in steps in which the pair opened.
+        time_over_1_s: Time with a friction force at least 1 % above its limit; ``_10`` and ``_50``
+            for 10 and 50 %.
+        work_over_1_j: Friction work in that time; ``_10`` and ``_50`` likewise.
+    """
+
+    closures: int = 0
+    contact_time_s: float = 0.0
+    max_penetration_m: float = 0.0
+    max_normal_n: float = 0.0
+    max_friction_n: float = 0.0
+    max_limit_n: float = 0.0
+    max_violation_n: float = 0.0
+    slip_path_m: float = 0.0
+    slip_work_j: float = 0.0
+    normal_work_j: float = 0.0
+    friction_impulse_ns: float = 0.0
+    friction_work_j: float = 0.0
+    excess_work_j: float = 0.0
+    opening_work_j: float = 0.0
+    time_over_1_s: float = 0.0
+    time_over_10_s: float = 0.0
+    time_over_50_s: float = 0.0
+    work_over_1_j: float = 0.0
+    work_over_10_j: float = 0.0
+    work_over_50_j: float = 0.0
+
+
+@dataclass(slots=True, kw_only=True)
+class UnitLedger(Account):
+    """Ledger of one contact unit since it was added.
+
+    Attributes:
+        name: Name given by the caller.
+        normal_potential_j: Energy stored in the normal spring at the end.
+    """
+
+    name: str
+    normal_potential_j: float
+
+    @property
+    def cone_violation_n(self) -> float:
+        """Largest excess, at most friction times the error of the predicted normal force."""
+        return self.max_violation_n
+
+    @property
+    def cone_violation_ratio(self) -> float:
+        """Largest excess over the largest friction limit of the run."""
+        return self.max_violation_n / self.max_limit_n if self.max_limit_n > 0.0 else 0.0
+
 
 type Scheme = Literal["vector", "componentwise", "elastic"]
 type Coupling = Literal["extrapolated", "lagged"]
@@ -33,7 +105,7 @@ class UnitState:
         slip_m: Stick point along t1 and t2 (the position itself while open).
         position_m: Relative tangential displacement along t1 and t2.
         slip_speed_mps: Speed of the stick point in the last step.
-        slip_path_m: Length of the way slipped under friction so far.
+        slip_path_m: Length of the slip path under friction so far.
         slip_work_j: Energy dissipated by slip so far.
         approach_speed_mps: Closing speed at the last closing of the pair.
         dt_s: Length of the coming step.

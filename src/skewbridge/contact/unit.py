@@ -1,25 +1,26 @@
-"""The inner loop of a contact unit: read the springs, move the stick point, set the bounds.
+"""One contact unit: read its springs, move its stick point, set the bounds of the next step.
 
-It runs for every contact in every step of every response history: plain floats, slots, no calls
-that can be spared.
+`read` and `set_bounds` run for every contact in every step of every response history. They use
+plain floats, slots and as few calls as possible.
 """
 
-from math import hypot
-from typing import Final
+from copy import copy
+from math import hypot, inf
+from typing import Any, Final
 
 import openseespy.opensees as ops
 
-from skewbridge.contact.element import ContactError
-from skewbridge.contact.law import yields_on_cone
-from skewbridge.contact.tracked import TrackedUnit
+from skewbridge.contact.element import ContactError, Springs, Vector
+from skewbridge.contact.law import ContactLaw, yields_on_cone
+from skewbridge.contact.state import Account, Drive, UnitState
 
 # Force read back against force expected, relative: the springs are evaluated in double precision,
 # and the largest loss is that of a small offset between large displacements.
 FORCE_ROUNDING: Final = 1e-6
-# A friction force below this share of the largest so far does no work that counts: what it is off
-# its limit by, often rounding, is no reason for short steps.
+# A friction force below this share of the largest so far does negligible work: its excess over the
+# limit, often rounding, does not justify shorter steps.
 LEAST_FRICTION: Final = 0.01
-# Steps that differ by less are of one length: their difference is rounding of the times.
+# Steps whose lengths differ by less than this are equal: the difference is rounding of the times.
 SAME_STEP: Final = 1e-6
 
 _basic_deformation = ops.basicDeformation
@@ -27,10 +28,145 @@ _basic_force = ops.basicForce
 _update_parameter = ops.updateParameter
 
 
-class ContactUnit(TrackedUnit):
-    """A pair with one tracked vector stick point (scheme `vector`)."""
+class ContactUnit:
+    """A node-to-node pair with one tracked vector stick point (scheme `vector`).
 
-    __slots__ = ()
+    `ContactSet.add` makes it. Its friction springs get their bounds from the tracked state. The
+    attributes below are for callers.
+
+    Attributes:
+        name: Name given by the caller.
+        node_i: Node of the surface.
+        node_j: Node of the body.
+        element: Tag of the zeroLength element.
+        normal: Outward normal of the surface.
+        tangents: One direction of the contact plane in plane models, two in space.
+        gap_m: Initial gap (less what a drive has closed).
+    """
+
+    __slots__ = (
+        "_b1", "_b2", "_bend_1", "_bend_2", "_dt", "_e1", "_e2", "_gap_closing", "_is_space",
+        "_is_watched", "_opening_before", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2",
+        "_stick_1", "_stick_2", "account", "approach_speed", "closed", "cohesion", "dashpot",
+        "drive", "element", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "moved", "name",
+        "node_i", "node_j", "normal", "normal_n", "opening", "over", "slip_1", "slip_2", "springs",
+        "tangents",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        name: str,
+        nodes: tuple[int, int],
+        frame: tuple[Vector, ...],
+        law: ContactLaw,
+        springs: Springs,
+        drive: Drive | None = None,
+    ) -> None:
+        self.name, self.springs, self.element = name, springs, springs.element
+        self.node_i, self.node_j = nodes
+        self.normal, self.tangents = frame[0], frame[1:]
+        self.gap_m = law.open_gap_m
+        self.kn, self.kt = law.kn_n_per_m, law.kt_n_per_m
+        self.friction, self.cohesion, self.dashpot = law.friction, law.cohesion_n, 0.0
+        self.drive = drive
+        self.account = Account()
+        self._is_space = len(frame) == 3
+        self.closed = self._is_watched = False
+        self.opening = self._opening_before = law.open_gap_m
+        self.normal_n = self.force_1 = self.force_2 = 0.0
+        self._e1 = self._e2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
+        self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
+        self._slip_1_before = self._slip_2_before = 0.0
+        self._b1 = self._b2 = self._gap_closing = 0.0
+        self.moved = self.approach_speed = self._dt = self.over = 0.0
+        self.start()
+
+    def start(self) -> None:
+        """Set the springs to the state of an open pair; they are created without strength."""
+
+    def steps_to_change(self) -> float:
+        """Return in how many steps like the last one the pair opens or closes, or inf."""
+        towards = self._opening_before - self.opening
+        return self.opening / towards if self.opening * towards > 0.0 else inf
+
+    def normal_potential_j(self) -> float:
+        """Return the energy stored in the normal spring."""
+        return 0.5 * self.kn * self.opening**2 if self.opening < 0.0 else 0.0
+
+    def state(self, dt_s: float) -> UnitState:
+        """Return the state at the end of the last committed step, before one of `dt_s`."""
+        change = self.opening - self._opening_before
+        return UnitState(
+            is_closed=self.closed,
+            opening_m=self.opening,
+            opening_rate_mps=change / self._dt if self._dt else 0.0,
+            normal_n=self.normal_n,
+            tangential_n=(self.force_1, self.force_2),
+            slip_m=(self.slip_1, self.slip_2),
+            position_m=(self._e1, self._e2),
+            slip_speed_mps=self.moved / self._dt if self._dt else 0.0,
+            slip_path_m=self.account.slip_path_m,
+            slip_work_j=self.account.slip_work_j,
+            approach_speed_mps=self.approach_speed,
+            dt_s=dt_s,
+        )
+
+    def rest(self) -> None:
+        """Read the springs as they are and forget the motion that led there."""
+        deformation, forces = ops.basicDeformation(self.element), ops.basicForce(self.element)
+        self.opening = self._opening_before = self.gap_m + deformation[0]
+        self._e1 = deformation[1]
+        self.normal_n, self.force_1 = -forces[0], forces[1]
+        if self._is_space:
+            self._e2 = deformation[2]
+            self.force_2 = forces[2]
+        self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
+        self.closed = self._is_watched = self.opening < 0.0
+        self.slip_1 = self._stick_1 = self._e1 - self.force_1 / self.kt
+        self.slip_2 = self._stick_2 = self._e2 - self.force_2 / self.kt
+
+    def apply_drive(self, dt_s: float, time_s: float) -> None:
+        """Apply the user function's parameters for the coming step."""
+        if self.drive is None:
+            return
+        values = self.drive.values(self.state(dt_s), time_s)
+        self.friction = values.get("friction", self.friction)
+        self.cohesion = values.get("cohesion_n", self.cohesion)
+        if "kn_n_per_m" in values:
+            self.kn = values["kn_n_per_m"]
+            ops.updateParameter(self.springs.normal_modulus, self.kn)
+        if "kt_n_per_m" in values:
+            self.kt = values["kt_n_per_m"]
+            self.scale_tangents(1.0)
+        if "dashpot_n_s_per_m" in values and self.springs.dashpot is not None:
+            self.dashpot = values["dashpot_n_s_per_m"]
+            ops.updateParameter(self.springs.dashpot, self.dashpot)
+        if "gap_closing_m" in values and self.springs.gap_offset is not None:
+            change = values["gap_closing_m"] - self._gap_closing
+            self._gap_closing += change
+            self.gap_m -= change
+            self.opening -= change
+            self._opening_before -= change
+            ops.updateParameter(self.springs.gap_offset, -self._gap_closing)
+
+    def scale_tangents(self, ratio: float) -> None:
+        """Set the stiffness of the friction springs to `ratio` times their own."""
+        for parameter in self.springs.moduli:
+            ops.updateParameter(parameter, ratio * self.kt)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return the whole tracked state."""
+        names = [slot for base in type(self).__mro__ for slot in getattr(base, "__slots__", ())]
+        saved = {slot: getattr(self, slot) for slot in names}
+        return saved | {"account": copy(self.account)}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Go back to a snapshot and set its bounds again."""
+        for slot, value in saved.items():
+            setattr(self, slot, value)
+        self.account = copy(self.account)
+        for parameter, bound in zip(self.springs.bounds, (self._b1, self._b2), strict=False):
+            ops.updateParameter(parameter, bound)
 
     def read(self, dt_s: float) -> bool:
         """Take over the committed step; return whether the pair opened or closed in it."""
@@ -51,14 +187,14 @@ class ContactUnit(TrackedUnit):
         self._dt = dt_s
         if self._is_watched or opening < 0.0:
             return self._read_forces(dt_s)
-        # Open before and after: the springs are at rest and the stick point goes along.
+        # Open before and after: the springs are at rest and the stick point follows the node.
         self._stick_1 = self.slip_1 = self._e1
         self._stick_2 = self.slip_2 = self._e2
         self.moved = 0.0
         return False
 
     def _read_forces(self, dt_s: float) -> bool:
-        """Read the springs, keep the accounts and check that the bounds of the step acted."""
+        """Read the springs, update the account and check that the bounds of the step acted."""
         forces = _basic_force(self.element)
         e1, e2, kt, opening, account = self._e1, self._e2, self.kt, self.opening, self.account
         normal, force_1 = -forces[0], forces[1]
@@ -104,7 +240,7 @@ class ContactUnit(TrackedUnit):
         self._slip_1_before, self._slip_2_before = self.slip_1, self.slip_2
         self.slip_1, self.slip_2, self.force_1, self.force_2 = slip_1, slip_2, force_1, force_2
         self.normal_n, self.closed = normal, closed
-        # A pair that has just opened still holds the friction of the step: look once more.
+        # A pair that has just opened still holds the friction of the step: read it once more.
         self._is_watched = closed or size > 0.0 or normal != 0.0
         self._move_stick_point(limit)
         return closed != was_closed
@@ -112,7 +248,7 @@ class ContactUnit(TrackedUnit):
     def _keep_cone(
         self, size_n: float, limit_n: float, moved_m: float, dt_s: float, *, is_closed: bool
     ) -> None:
-        """Keep the account of the friction force against its limit at the end of the step."""
+        """Record the friction force against its limit at the end of the step."""
         account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
         account.friction_impulse_ns += size_n * dt_s
         account.friction_work_j += work_j
@@ -141,7 +277,7 @@ class ContactUnit(TrackedUnit):
         )
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
-        """Compare the friction with its bounds: the other part of the proof at run time."""
+        """Check that the friction springs stay within their bounds."""
         if abs(force_1) <= self._b1 and abs(force_2) <= self._b2:
             return
         slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))
@@ -198,7 +334,8 @@ class ContactUnit(TrackedUnit):
         if self.dashpot:
             normal -= self.dashpot * (opening - self._opening_before) / self._dt
         limit = self.cohesion + self.friction * normal if normal > 0.0 else 0.0
-        # While the pair is open the stick point goes along: only the part after closing counts.
+        # While the pair is open the stick point follows the node: only the part after closing
+        # counts.
         offset_1, offset_2 = self._e1 - self._stick_1, self._e2 - self._stick_2
         if opening > 0.0:
             share = ratio * predicted / (predicted - opening)
