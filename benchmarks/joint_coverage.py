@@ -20,7 +20,7 @@ from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.joint import JointModel, joint_table
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.reading.tables import records_of
+from skewbridge.reading import records_of
 
 SEED: Final = 20261122
 REPLICATES: Final = 200

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from skewbridge.cli.us_units import Units, in_units
 from skewbridge.errors import InputError, SolutionError
-from skewbridge.reading.files import shortened
+from skewbridge.reading import shortened
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2

@@ -226,7 +226,7 @@ def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
 def _needed_motions(config: Path) -> list[dict[str, Any]]:
     """Return what the finished study of a configuration says; nothing where there is none."""
     from skewbridge.provenance.tables import read_frame
-    from skewbridge.reading.tables import records_of
+    from skewbridge.reading import records_of
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
 

@@ -29,7 +29,7 @@ from skewbridge.fragility.paper_table import METHODS, chosen_curves, latex_table
 from skewbridge.fragility.results import read_table
 from skewbridge.provenance.digests import digest_of
 from skewbridge.provenance.files import write_text
-from skewbridge.reading.tables import no_formula
+from skewbridge.reading import no_formula
 
 FORMATS: Final = ("nrml", "pelicun", "csv", "latex")
 _NEEDED: Final = (

@@ -18,8 +18,7 @@ from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
 from skewbridge.fragility.results import read_mapped, read_table
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.reading import read_json, shortened
-from skewbridge.reading.files import shown_path
+from skewbridge.reading import read_json, shortened, shown_path
 from skewbridge.statuses import COLLAPSE, OK
 
 METHODS: Final = ("stripes", "ida", "cloud")

@@ -17,8 +17,7 @@ from pydantic import (
 
 from skewbridge.demands.columns import column_of
 from skewbridge.errors import InputError, raise_all
-from skewbridge.reading import checked, read_yaml, shortened
-from skewbridge.reading.files import shown_path
+from skewbridge.reading import checked, read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 COLLAPSE_EXCEEDS: Final = "exceeds"

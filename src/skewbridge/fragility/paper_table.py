@@ -10,7 +10,7 @@ from skewbridge.fragility.demand_table import axis_names
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.reading.tables import records_of
+from skewbridge.reading import records_of
 from skewbridge.units import split_unit
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, Axis, axes_of

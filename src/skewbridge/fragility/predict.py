@@ -23,7 +23,7 @@ from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.provenance.tables import read_frame
-from skewbridge.reading.tables import records_of
+from skewbridge.reading import records_of
 from skewbridge.variant.axes import axis
 
 _USUAL_ABUTMENT: Final = "contact_friction"

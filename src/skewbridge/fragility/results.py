@@ -42,8 +42,7 @@ from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, wri
 from skewbridge.provenance.files import writable_folder
 from skewbridge.provenance.tables import frame_of, read_frame, texts_of
 from skewbridge.provenance.tables import read_table as read_parquet
-from skewbridge.reading import checked, read_yaml
-from skewbridge.reading.tables import read_csv, records_of
+from skewbridge.reading import checked, read_csv, read_yaml, records_of
 from skewbridge.statuses import OK, STATUSES
 
 #: Column that is true where every demand is a peak over the whole motion.

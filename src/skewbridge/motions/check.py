@@ -18,7 +18,7 @@ from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
 from skewbridge.motions.read import PairError, different_records, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.write import index_row, write_index
-from skewbridge.reading.files import shown_path
+from skewbridge.reading import shown_path
 
 type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 _PASSING: Final = frozenset({"ok", "warn"})

@@ -9,8 +9,7 @@ from skewbridge.errors import InputError
 from skewbridge.motions.folders import files_below
 from skewbridge.provenance.digests import digest_of, source_digest
 from skewbridge.provenance.files import write_text
-from skewbridge.reading import read_json
-from skewbridge.reading.files import shown_path
+from skewbridge.reading import read_json, shown_path
 
 if TYPE_CHECKING:
     from skewbridge.motions.index import IndexEntry

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.reading import shortened
-from skewbridge.reading.files import shown_path
+from skewbridge.reading import shortened, shown_path
 
 MAX_FILES: Final = 50_000
 # Anything else in a folder of motions (notes, tables) is left alone.

@@ -14,9 +14,7 @@ from skewbridge.motions.formats.trace import Given, Trace
 from skewbridge.motions.pairing import group_by_name, pair_by_header, refuse_unpaired
 from skewbridge.motions.read import read_trace
 from skewbridge.motions.record import NUMBER_FIELDS
-from skewbridge.reading import shortened
-from skewbridge.reading.files import shown_path
-from skewbridge.reading.tables import read_csv, records_of
+from skewbridge.reading import read_csv, records_of, shortened, shown_path
 
 MAX_MOTIONS: Final = 20_000
 INDEX_NAME: Final = "index.csv"

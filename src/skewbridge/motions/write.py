@@ -13,7 +13,7 @@ from skewbridge.motions.index import COLUMNS
 from skewbridge.motions.read import files_digest
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, Vector
 from skewbridge.provenance.files import writable_folder
-from skewbridge.reading.tables import no_formula
+from skewbridge.reading import no_formula
 from skewbridge.units import G_MPS2
 
 _PER_LINE: Final = 5

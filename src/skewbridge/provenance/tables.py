@@ -17,8 +17,7 @@ import pyarrow.parquet as pq
 from skewbridge.errors import InputError
 from skewbridge.provenance.closure import PACKAGE
 from skewbridge.provenance.files import written_aside
-from skewbridge.reading import read_bytes
-from skewbridge.reading.files import shown_path
+from skewbridge.reading import read_bytes, shown_path
 
 #: Raised by one when a column changes its meaning; tables in another form are refused.
 TABLE_FORMAT: Final = 2

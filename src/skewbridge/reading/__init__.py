@@ -1,8 +1,19 @@
-"""The one way from a file to checked values, within limits; what is wrong becomes a sentence."""
+"""Reading of files and checking of their values, within limits and with clear messages."""
 
 from skewbridge.reading.checking import FileName, Number, Whole, checked, merged
-from skewbridge.reading.documents import parse_yaml, read_json, read_mapping, read_yaml
-from skewbridge.reading.files import read_bytes, read_text, shortened
+from skewbridge.reading.files import (
+    no_formula,
+    parse_yaml,
+    read_bytes,
+    read_csv,
+    read_json,
+    read_mapping,
+    read_text,
+    read_yaml,
+    records_of,
+    shortened,
+    shown_path,
+)
 
 __all__ = [
     "FileName",
@@ -10,11 +21,15 @@ __all__ = [
     "Whole",
     "checked",
     "merged",
+    "no_formula",
     "parse_yaml",
     "read_bytes",
+    "read_csv",
     "read_json",
     "read_mapping",
     "read_text",
     "read_yaml",
+    "records_of",
     "shortened",
+    "shown_path",
 ]

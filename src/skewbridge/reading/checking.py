@@ -1,4 +1,4 @@
-"""From plain values to checked ones: what is wrong becomes a sentence per finding."""
+"""Checks of plain values against a pydantic class, with one sentence per finding."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from pydantic_core import ArgsKwargs
 from skewbridge.errors import InputError
 from skewbridge.reading.files import shortened, shown_path
 
-#: Numbers that text is not taken for: "2e7", which YAML 1.1 reads as text, must not pass.
+#: Numbers, not text that looks like one: "2e7", which YAML 1.1 reads as text, must not pass.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
 #: Path of a file or folder.
@@ -28,9 +28,9 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     """Return plain values as an instance of a pydantic model or dataclass.
 
     Args:
-        kind: What they must be.
-        raw: Values as YAML or a command line gives them.
-        where: What the message says they are; a path is a file, and named in the details, too.
+        kind: The class.
+        raw: Values from YAML or a command line.
+        where: Name of their source in a message; a path is also named in the details.
 
     Raises:
         InputError: One line per finding: key, limit, value given.
@@ -50,7 +50,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
 
 
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a mapping with another laid over it, key by key; lists and values replace."""
+    """Return a mapping updated by another, level by level; lists and values are replaced."""
     out = dict(base)
     for key, value in over.items():
         below: Any = out.get(key)
@@ -61,38 +61,32 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 def _explain(finding: Any) -> str:
     """Return one finding of pydantic in words: key, limit, value given."""
-    where = ".".join(_part(part) for part in finding["loc"])
-    said, kind, given = _in_words(finding), finding["type"], finding["input"]
-    if kind not in _UNKNOWN | _MISSING and not isinstance(given, Mapping | ArgsKwargs):
-        said += f", got {shortened(given)}".removesuffix(".0")
-    if isinstance(given, str) and kind in {"float_type", "float_parsing", "int_type"}:
-        said += " (it is text; a number with an exponent is written like 2.0e+7)"
-    return f"{where}: {said}" if where else said
-
-
-def _part(part: object) -> str:
-    return str(part) if str(part).isidentifier() and len(str(part)) < 60 else _plain(part)
-
-
-def _plain(part: object) -> str:
-    return str(part) if isinstance(part, int) else shortened(part)
-
-
-def _in_words(finding: Any) -> str:
-    if finding["type"] in _UNKNOWN:
-        return "unknown key"
-    if finding["type"] in _MISSING:
-        return "is missing"
-    if finding["type"] in _NO_KEYS:
-        return "keys and values are needed"
-    message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
-    return re.sub(r"^(Input|Tuple|List|String) should", "must", message).replace(
-        " after validation", ""
+    where = ".".join(
+        str(part)
+        if isinstance(part, int) or (part.isidentifier() and len(part) < 60)
+        else shortened(part)
+        for part in finding["loc"]
     )
+    kind, given = finding["type"], finding["input"]
+    if kind in _UNKNOWN:
+        words = "unknown key"
+    elif kind in _MISSING:
+        words = "is missing"
+    elif kind in _NO_KEYS:
+        words = "keys and values are needed"
+    else:
+        message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
+        words = re.sub(r"^(Input|Tuple|List|String) should", "must", message)
+        words = words.replace(" after validation", "")
+    if kind not in _UNKNOWN | _MISSING and not isinstance(given, Mapping | ArgsKwargs):
+        words += f", got {shortened(given)}".removesuffix(".0")
+    if isinstance(given, str) and kind in {"float_type", "float_parsing", "int_type"}:
+        words += " (it is text; a number with an exponent is written like 2.0e+7)"
+    return f"{where}: {words}" if where else words
 
 
 def _without_echoes(findings: Sequence[Any]) -> list[Any]:
-    """Leave out that a list is too short where its items are already found to be wrong."""
+    """Leave out that a list is too short where its items are already reported as wrong."""
     places = [finding["loc"] for finding in findings]
     return [
         finding

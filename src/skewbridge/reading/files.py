@@ -1,33 +1,62 @@
-"""Bytes and text of a file that somebody else wrote, up to a limit of its size."""
+"""Files from outside: bytes, text, YAML, JSON and CSV, each within a limit of size.
 
+A file of a few lines can name a tree of 10^9 values (aliases of aliases), a number of a million
+digits or a thousand levels: each is refused.
+"""
+
+import csv
+import io
+import json
+import warnings
 from pathlib import Path
 from stat import S_ISREG
-from typing import Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NoReturn
+
+import yaml
 
 from skewbridge.errors import InputError
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 LONGEST_SHOWN: Final = 80  # characters of a value in a message
 LONGEST_PATH: Final = 200
+MAX_YAML_BYTES: Final = 200_000  # the largest YAML file of the project has 12 000
+MAX_JSON_BYTES: Final = 16_000_000
+MAX_CSV_BYTES: Final = 64_000_000
+MAX_DEPTH: Final = 30
+MAX_VALUES: Final = 20_000
+MAX_DIGITS: Final = 30  # of an integer: 64 bits need 19
+MAX_NUMBER_TEXT: Final = 100  # characters of any number
+MAX_CELLS: Final = 5_000_000
+MAX_COLUMNS: Final = 2_000
+_READ_AS_TEXT: Final = {"timestamp", "value", "yaml"}
+# source: OWASP, CSV injection: cells that spreadsheets take for formulas
+_FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r")
 
 
 def shortened(value: object) -> str:
-    """Return a value as a message shows it: on one line, without control characters, not long."""
+    """Return a value for a message: on one line, without control characters, shortened."""
     text = repr(value)
     shown = text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}..."
-    return "".join(sign if sign.isprintable() else "?" for sign in shown)
+    return _printable(shown)
 
 
 def shown_path(path: Path) -> str:
-    """Return a path as a message shows it; of a long one the end, which names the file."""
-    text = "".join(sign if sign.isprintable() else "?" for sign in str(path))
+    """Return a path for a message; of a long path the end, which contains the file name."""
+    text = _printable(str(path))
     return text if len(text) <= LONGEST_PATH else f"...{text[3 - LONGEST_PATH :]}"
 
 
+def _printable(text: str) -> str:
+    return "".join(sign if sign.isprintable() else "?" for sign in text)
+
+
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a file of at most so many bytes.
+    """Return the content of a file of at most `most` bytes.
 
     Raises:
-        InputError: There is no such file, it is a folder or a device, or it is larger.
+        InputError: The file does not exist, is a folder or a device, or is too large.
     """
     shown = shown_path(path)
     try:
@@ -51,10 +80,10 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def read_text(path: Path, most: int) -> str:
-    """Return the UTF-8 text of a file of at most so many bytes, without a byte order mark.
+    """Return the UTF-8 text of a file of at most `most` bytes, without a byte order mark.
 
     Raises:
-        InputError: As `read_bytes`, or a byte that is no UTF-8; names its line.
+        InputError: As `read_bytes`, or a byte is not UTF-8; names its line.
     """
     content = read_bytes(path, most)
     try:
@@ -62,8 +91,228 @@ def read_text(path: Path, most: int) -> str:
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise InputError(
-            f"{shown_path(path)}, line {line}: byte 0x{content[error.start]:02x} is no UTF-8 text: "
-            "save the file as UTF-8",
+            f"{shown_path(path)}, line {line}: byte 0x{content[error.start]:02x} is not UTF-8 "
+            "text: save the file as UTF-8",
             file=str(path),
             line=line,
         ) from None
+
+
+class _Refusal(yaml.MarkedYAMLError):
+    """Valid YAML that is not accepted."""
+
+
+def _refuse(place: Any, problem: str) -> NoReturn:
+    raise _Refusal(problem=problem, problem_mark=place.start_mark)
+
+
+class _Loader(yaml.SafeLoader):
+    """Loader of plain values; a date is text."""
+
+    yaml_implicit_resolvers: ClassVar[Any] = {
+        first: [kind for kind in kinds if kind[0].rpartition(":")[2] not in _READ_AS_TEXT]
+        for first, kinds in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    }
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Return the next node of the document; refuse an explicit tag."""
+        tag = getattr(self.peek_event(), "tag", None)
+        if tag is not None:
+            _refuse(self.peek_event(), f"tags such as {shortened(tag)} are not allowed")
+        return super().compose_node(parent, index)
+
+
+def parse_yaml(text: str, where: str, **details: object) -> Any:
+    """Return the plain value of a YAML text, None if it is empty.
+
+    Args:
+        text: The text.
+        where: Name of its source in a message.
+        details: Particulars of the error.
+
+    Raises:
+        InputError: Invalid YAML, a repeated key, a key that is not text, or more than the limits
+            of this module; names the line.
+    """
+    try:
+        loader = _Loader(text)
+        node = loader.get_single_node()
+        if node is None:
+            return None
+        _check_node(node)
+        return loader.construct_document(node)
+    except RecursionError:
+        raise InputError(f"{where}: nested more than {MAX_DEPTH} levels deep", **details) from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        problem = getattr(error, "problem", None) or " ".join(str(error).split())
+        if isinstance(error, _Refusal) and mark is not None:
+            line = mark.line + 1
+            raise InputError(f"{where}, line {line}: {problem}", **details, line=line) from None
+        place = "" if mark is None else f" in line {mark.line + 1}, column {mark.column + 1}"
+        told = f"{_printable(problem)[:200]}{place}"
+        raise InputError(f"{where} is not valid YAML: {told}", **details) from None
+    except (ValueError, OverflowError) as error:  # such as a number like 1:99:99
+        raise InputError(f"{where} is not valid YAML: {error}", **details) from None
+
+
+def _check_node(node: Any, depth: int = 0) -> int:
+    """Refuse what is over the limits; return the number of values, with aliases spelled out.
+
+    An alias inside the value that it names is too deep.
+    """
+    if depth > MAX_DEPTH:
+        _refuse(node, f"nested more than {MAX_DEPTH} levels deep")
+    if isinstance(node, yaml.ScalarNode):
+        kind = node.tag.rpartition(":")[2]
+        if kind in ("int", "float") and (problem := _too_long(node.value, whole=kind == "int")):
+            _refuse(node, problem)
+        return 1
+    children = node.value
+    if isinstance(node, yaml.MappingNode):
+        _check_keys(node)
+        children = [child for pair in node.value for child in pair]
+    count = 1
+    for child in children:
+        count += _check_node(child, depth + 1)
+        if count > MAX_VALUES:
+            _refuse(node, f"more than {MAX_VALUES} values, aliases counted as what they name")
+    return count
+
+
+def _check_keys(node: yaml.MappingNode) -> None:
+    """Refuse a key that is not text or appears twice."""
+    first: dict[str, int] = {}
+    for key, _ in node.value:
+        kind, line = key.tag.rpartition(":")[2], key.start_mark.line + 1
+        if kind == "merge":
+            continue
+        if kind != "str":
+            shown = shortened(key.value) if isinstance(key, yaml.ScalarNode) else "a list or map"
+            _refuse(key, f"a key must be text, got {shown}: put it in quotation marks")
+        if key.value in first:
+            lines = f"in lines {first[key.value]} and {line}"
+            _refuse(node, f"the key {shortened(key.value)} appears twice, {lines}")
+        first[key.value] = line
+
+
+def _too_long(text: str, *, whole: bool) -> str:
+    """Return why a number is too long to be read, an empty text if it is not."""
+    digits = sum(sign.isalnum() for sign in text)
+    if len(text) <= MAX_NUMBER_TEXT and not (whole and digits > MAX_DIGITS):
+        return ""
+    limit = f"{MAX_DIGITS} digits" if whole else f"{MAX_NUMBER_TEXT} characters"
+    return f"a number of {digits} digits, at most {limit} are read"
+
+
+def read_yaml(path: Path) -> Any:
+    """Return the plain content of a YAML file, None if it is empty.
+
+    Raises:
+        InputError: The file cannot be read, is too large, or as `parse_yaml`.
+    """
+    return parse_yaml(read_text(path, MAX_YAML_BYTES), shown_path(path), file=str(path))
+
+
+def read_mapping(path: Path) -> dict[str, Any]:
+    """Return the keys and values of a YAML file; an empty file has none.
+
+    Raises:
+        InputError: As `read_yaml`, or the file has no keys at the top level.
+    """
+    raw = read_yaml(path)
+    if raw is None:
+        return {}
+    if not isinstance(raw, dict):
+        shown = shown_path(path)
+        raise InputError(f"{shown}: keys and values are needed at the top level", file=str(path))
+    return raw
+
+
+def read_json(path: Path) -> Any:
+    """Return the content of a JSON file.
+
+    Raises:
+        InputError: The file cannot be read or is too large; invalid JSON, too many levels, a
+            repeated key or a number that is too long.
+    """
+
+    def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        content: dict[str, Any] = {}
+        for name, value in pairs:
+            if name in content:
+                raise ValueError(f"the key {shortened(name)} appears twice")
+            content[name] = value
+        return content
+
+    def whole(text: str) -> int:
+        if problem := _too_long(text, whole=True):
+            raise ValueError(problem)
+        return int(text)
+
+    text, shown = read_text(path, MAX_JSON_BYTES), shown_path(path)
+    try:
+        return json.loads(text, object_pairs_hook=distinct, parse_int=whole)
+    except json.JSONDecodeError as error:
+        problem = f"{error.msg} in line {error.lineno}, column {error.colno}"
+        raise InputError(f"{shown} is not valid JSON: {problem}", file=str(path)) from None
+    except RecursionError:
+        raise InputError(f"{shown}: nested too deeply", file=str(path)) from None
+    except ValueError as error:
+        raise InputError(f"{shown}: {error}", file=str(path)) from None
+
+
+def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
+    """Return a CSV table with one header line.
+
+    Args:
+        path: The file, UTF-8.
+        options: Options of `pandas.read_csv`, for the types of the cells.
+
+    Raises:
+        InputError: The file cannot be read or is too large, a column appears twice, or a row has
+            more or fewer cells than the header; names the line.
+    """
+    import pandas as pd  # here: pandas takes longer to import than everything else
+
+    text, shown = read_text(path, MAX_CSV_BYTES), shown_path(path)
+    try:
+        _refuse_ragged(text)
+        with warnings.catch_warnings():  # of blank cells beyond the header
+            warnings.simplefilter("ignore", pd.errors.ParserWarning)
+            return pd.read_csv(io.StringIO(text), index_col=False, **options)
+    except (ValueError, csv.Error, OverflowError) as error:
+        problem = " ".join(str(error).split())
+        raise InputError(f"{shown} is not a table: {problem}", file=str(path)) from None
+
+
+def records_of(table: "pd.DataFrame") -> list[dict[str, Any]]:
+    """Return the rows of a table as dictionaries by column name."""
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
+
+
+def no_formula(value: Any) -> Any:
+    """Return a cell that no spreadsheet takes for a formula: such a text gets a ``'``."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
+
+
+def _refuse_ragged(text: str) -> None:
+    """Refuse a header that repeats a name and rows of another width; blank rows are skipped."""
+    rows = csv.reader(io.StringIO(text), skipinitialspace=True, strict=True)
+    header = next((row for row in rows if row), None)
+    if header is None:
+        raise ValueError("it is empty")
+    names = [name.strip() for name in header]
+    if len(names) > MAX_COLUMNS:
+        raise ValueError(f"{len(names)} columns, at most {MAX_COLUMNS} are read")
+    twice = next((name for name in names if name and names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"the column {shortened(twice)} appears twice")
+    cells = 0
+    for row in rows:
+        cells += len(row)
+        if cells > MAX_CELLS:
+            raise ValueError(f"more than {MAX_CELLS} cells")
+        beyond = any(cell.strip() for cell in row[len(names) :])
+        if row and (len(row) < len(names) or beyond):
+            raise ValueError(f"line {rows.line_num} has {len(row)} cells, the header {len(names)}")

@@ -27,7 +27,7 @@ from skewbridge.fragility.verdicts import (
     RATIO,
     UNDECIDED,
 )
-from skewbridge.reading.tables import records_of
+from skewbridge.reading import records_of
 from skewbridge.report.axis_layout import value_text
 from skewbridge.report.verdict_style import demand_name, signed
 from skewbridge.statuses import COLLAPSE

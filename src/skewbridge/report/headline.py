@@ -22,7 +22,7 @@ from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
-from skewbridge.reading.tables import records_of
+from skewbridge.reading import records_of
 from skewbridge.report.answer import (
     NOT_REACHED,
     answer_table,

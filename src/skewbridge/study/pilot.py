@@ -24,7 +24,7 @@ from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.record import Vector
 from skewbridge.motions.scaling import FACTOR_LIMITS, block_factors
 from skewbridge.motions.settings import LEVEL_MEASURE
-from skewbridge.reading.tables import records_of
+from skewbridge.reading import records_of
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, analysis_sections
 from skewbridge.study.folder import StudyFolder

@@ -17,8 +17,7 @@ from typing import Any, Final
 
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.errors import InputError
-from skewbridge.reading import checked, read_mapping, shortened
-from skewbridge.reading.files import shown_path
+from skewbridge.reading import checked, read_mapping, shortened, shown_path
 
 FOLDER: Final = Path(__file__).parent
 #: Bridges of the user, beside the configuration.

@@ -17,7 +17,7 @@ from skewbridge.fragility.paper_table import (
     with_interval,
 )
 from skewbridge.fragility.verdicts import MORE, OK
-from skewbridge.reading.tables import records_of
+from skewbridge.reading import records_of
 from skewbridge.report.answer import (
     change_name,
     effect_name,

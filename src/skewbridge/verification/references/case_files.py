@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from skewbridge.errors import InputError
-from skewbridge.reading import FileName, checked, read_mapping
-from skewbridge.reading.tables import read_csv
+from skewbridge.reading import FileName, checked, read_csv, read_mapping
 
 # Limits that no physical case comes near, so that no power of a number overflows.
 Length = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
