@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from skewbridge.bridge.abutment.backfill import Passive, sdc_backfill, skew_reduction
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import shear_section
-from skewbridge.bridge.dead_load import continuous_reactions_n
-from skewbridge.bridge.deck_plan import deck_end, tributary_shares
+from skewbridge.bridge.deck import deck_end, tributary_shares
+from skewbridge.bridge.gravity import continuous_reactions_n
 from skewbridge.bridge.moment_curvature import section_response
 from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
 

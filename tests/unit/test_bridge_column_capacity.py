@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import shear_section
-from skewbridge.bridge.dead_load import column_axial_n
+from skewbridge.bridge.gravity import column_axial_n
 from skewbridge.bridge.materials import (
     Concrete,
     confinement_pressure_pa,

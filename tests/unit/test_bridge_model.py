@@ -11,18 +11,18 @@ from pydantic import ValidationError
 from bridge_variants import variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge.abutment.backfill import variation_factors
-from skewbridge.bridge.abutment.elements import key_material, key_stiffness_n_per_m
-from skewbridge.bridge.abutment.penalty import (
+from skewbridge.bridge.abutment.elements import (
     NORMAL_OVER_TANGENT,
+    key_material,
+    key_stiffness_n_per_m,
     normal_penalty,
     tangent_penalty,
 )
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.deck import mass_centre_m, spine_points_m
-from skewbridge.bridge.deck_plan import deck_end, tributary_shares
+from skewbridge.bridge.deck import deck_end, mass_centre_m, spine_points_m, tributary_shares
 from skewbridge.bridge.gravity import column_axial_forces_n, support_reactions_n
+from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.tags import TagAllocator
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 

@@ -8,9 +8,8 @@ from pathlib import Path
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis.model_script import model_script
+from skewbridge.analysis.model_script import model_script, recording
 from skewbridge.bridge.model import DomainError, build, domain
-from skewbridge.bridge.recording import recording
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 

@@ -8,8 +8,8 @@ import pytest
 
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.bridge.column import build_fiber_section, gross_inertia_m4
+from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.tags import TagAllocator
 from skewbridge.units import MM
 from skewbridge.variant.options import ModelOptions
 

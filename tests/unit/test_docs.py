@@ -13,7 +13,7 @@ import yaml
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from skewbridge.bridge.catalogue.schema import bridge_schema
+from skewbridge.bridge.catalogue.loading import bridge_schema
 from skewbridge.cli import build_app
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.results import ColumnMap

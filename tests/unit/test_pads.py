@@ -7,13 +7,12 @@ import openseespy.opensees as ops
 import pytest
 from numpy.typing import NDArray
 
-from skewbridge.bridge.abutment.arrays import build_arrays
-from skewbridge.bridge.abutment.supports import build_pads, pad_supports
+from skewbridge.bridge.abutment.supports import build_arrays, build_pads, pad_supports
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import PadData
-from skewbridge.bridge.deck_plan import deck_end
+from skewbridge.bridge.deck import deck_end
+from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.tags import TagAllocator
 from skewbridge.variant.options import ModelOptions
 
 PADS = load_bridge("osb1").abutment.pads

@@ -11,7 +11,7 @@ import pytest
 
 from skewbridge.analysis.pushover import PushCurve, push_abutment
 from skewbridge.bridge.abutment.backfill import sdc_backfill, skew_reduction, wall_backfill
-from skewbridge.bridge.abutment.penalty import NORMAL_OVER_NEIGHBOUR
+from skewbridge.bridge.abutment.elements import NORMAL_OVER_NEIGHBOUR
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

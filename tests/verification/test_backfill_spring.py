@@ -13,8 +13,8 @@ import pytest
 from skewbridge.bridge.abutment.backfill import Passive, wall_backfill
 from skewbridge.bridge.abutment.elements import elastic_material, gap_material, passive_material
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.tags import TagAllocator
 
 OSB1 = wall_backfill(load_bridge("osb1").abutment, "hyperbolic", 0.0)
 STIFFNESS = OSB1.stiffness_n_per_m

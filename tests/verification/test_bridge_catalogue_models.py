@@ -12,7 +12,7 @@ import pytest
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.dead_load import (
+from skewbridge.bridge.gravity import (
     abutment_reactions_n,
     column_axial_n,
     continuous_reactions_n,

@@ -11,7 +11,7 @@ from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.dead_load import total_weight_n
+from skewbridge.bridge.gravity import total_weight_n
 from skewbridge.motions.record import GroundMotion
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions

@@ -11,13 +11,18 @@ from skewbridge.analysis.pushover import PushCurve, push_bridge
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.column import column_shear_section
-from skewbridge.bridge.fibers import bar_material, core_materials, lasting_core_material
+from skewbridge.bridge.column import (
+    axial_failure_drift,
+    bar_material,
+    column_shear_section,
+    core_materials,
+    lasting_core_material,
+    shear_loss,
+)
+from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.hinge import bent_capacity
 from skewbridge.bridge.materials import core_concrete
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.shear_failure import axial_failure_drift, shear_loss
-from skewbridge.bridge.tags import TagAllocator
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

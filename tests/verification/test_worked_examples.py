@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from skewbridge.bridge.abutment.backfill import skew_reduction
-from skewbridge.bridge.abutment.penalty import normal_penalty
+from skewbridge.bridge.abutment.elements import normal_penalty
 from skewbridge.contact.law import ContactLaw, advance_pair
 from skewbridge.contact.restitution import kelvin_voigt_restitution
 from skewbridge.fragility.fits import fit_cloud

@@ -11,8 +11,7 @@ from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.series import at_regular_steps
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, StepLoop, solver_log
-from skewbridge.bridge.model import domain
-from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
+from skewbridge.bridge.model import AbutmentModel, build_abutment, domain
 from skewbridge.contact.state import UnitLedger
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

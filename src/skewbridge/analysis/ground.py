@@ -9,7 +9,7 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.tags import TagAllocator
+from skewbridge.bridge.handles import TagAllocator
 from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion
 

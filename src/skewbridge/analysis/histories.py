@@ -9,9 +9,9 @@ from skewbridge.analysis.column_peaks import (
     column_shear_dcr,
     column_shear_n,
 )
-from skewbridge.analysis.contact_layout import contact_column
 from skewbridge.analysis.peaks import backfill_force_n, unseating_m, wall_force_n
 from skewbridge.analysis.trace import Trace
+from skewbridge.bridge.geometry import contact_column
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.units import KN
 

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 
 from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.gravity import open_linear_pattern
-from skewbridge.bridge.handles import PlanVector
-from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.subsystem import AbutmentModel, build_abutment
-from skewbridge.bridge.tags import TagAllocator
+from skewbridge.bridge.handles import PlanVector, TagAllocator
+from skewbridge.bridge.model import AbutmentModel, build, build_abutment, domain
 from skewbridge.contact import ContactSet
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.column_peaks import ModelEnd
-from skewbridge.analysis.contact_layout import ContactLayout
+from skewbridge.bridge.geometry import ContactLayout
 from skewbridge.statuses import Status
 
 

@@ -7,7 +7,6 @@ from typing import Final
 import openseespy.opensees as ops
 
 from skewbridge.analysis.column_peaks import model_end
-from skewbridge.analysis.contact_layout import contact_layout
 from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.energy import EnergyBalance
 from skewbridge.analysis.energy_checks import energy_ratios
@@ -23,6 +22,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.status import Watch
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, solver_log
 from skewbridge.analysis.trace import Trace
+from skewbridge.bridge.geometry import contact_layout
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.statuses import OK

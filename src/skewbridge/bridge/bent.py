@@ -13,10 +13,9 @@ from skewbridge.bridge.column import (
     column_handle,
     shear_modulus_pa,
 )
-from skewbridge.bridge.dead_load import column_weight_n, deck_reaction_n
 from skewbridge.bridge.deck import Deck, add_moment, add_weight, bent_positions_m
-from skewbridge.bridge.handles import ColumnHandle
-from skewbridge.bridge.tags import TagAllocator
+from skewbridge.bridge.gravity import column_weight_n, deck_reaction_n
+from skewbridge.bridge.handles import ColumnHandle, TagAllocator
 from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2, GPA, KN
 from skewbridge.variant.options import ModelOptions
@@ -50,7 +49,7 @@ def build_bents(
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints)
         for joint, y in joints:
-            # the top hangs rigidly on the joint at the deck's centroid
+            # the top is rigidly linked to the joint at the deck's centroid
             base, top = nodes = tags.node(), tags.node()
             ops.node(base, x, y, -bent.clear_height_m)
             ops.node(top, x, y, 0.0)
@@ -117,11 +116,11 @@ def _build_cap(
 def _spread_deck_load(
     bridge: BridgeData, number: int, spine: Deck, joints: list[tuple[int, float]]
 ) -> None:
-    """Move the deck's dead load from the middle of a cap to where a spread load acts.
+    """Spread the dead load of the deck over the width of a cap.
 
-    The spine hands it to the middle of the cap, which would bend the cap and push the columns'
-    bases apart. The loads added here are in equilibrium with each other and make up the
-    difference: fixed-end forces of the cap between its nodes under an even load, less the spine's.
+    The spine applies it at the middle of the cap, which would bend the cap and push the column
+    bases apart. The loads added here are self-equilibrated: the fixed-end forces of the cap
+    between its nodes under a uniform load, less the load of the spine.
     """
     bent, width = bridge.bents[number], bridge.deck.width_m
     load_n = deck_reaction_n(bridge, number) + bent.cap_weight_kn * KN
@@ -142,7 +141,7 @@ def _spread_deck_load(
 
 
 def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllocator) -> list[int]:
-    """Fix a base, or set it on springs; a pinned base keeps its torsion."""
+    """Fix a base or support it on springs; a pinned base still resists torsion."""
     bends = 0 if bridge.base == "pinned" else 1
     if options.foundation == "springs" and bridge.foundation is None:
         raise InputError(f"option foundation: {bridge.name} has no foundation springs")
@@ -150,7 +149,7 @@ def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllo
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
     ground = grounded_node(ops.nodeCoord(base), tags)
-    # The fields of the foundation stand in the order of the degrees of freedom.
+    # The fields of the foundation are in the order of the degrees of freedom.
     stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)
     held = {dof: 1e6 * value for dof, value in stiffness if bends or dof not in (4, 5)}
     materials = [elastic_material(value, tags) for value in held.values()]

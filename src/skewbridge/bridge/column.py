@@ -1,27 +1,187 @@
-"""Reinforced concrete columns: fiber sections, elements, and the data to judge them."""
+"""Reinforced concrete columns: fibers, sections, elements, shear failure and capacity data."""
 
-from math import ceil, cos, pi, sin, sqrt
+from dataclasses import dataclass, replace
+from math import ceil, cos, pi, radians, sin, sqrt, tan
 
+import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
-from skewbridge.bridge.dead_load import column_axial_n
-from skewbridge.bridge.fibers import (
-    bar_material,
-    concrete_material,
-    core_materials,
-    lasting_core_material,
-)
-from skewbridge.bridge.handles import ColumnHandle
+from skewbridge.bridge.gravity import column_axial_n
+from skewbridge.bridge.handles import ColumnHandle, TagAllocator
 from skewbridge.bridge.hinge import bent_capacity, hinge_length_m, shear_span_m
-from skewbridge.bridge.materials import STEELS, cover_concrete
+from skewbridge.bridge.materials import STEELS, Concrete, core_concrete, cover_concrete
 from skewbridge.bridge.moment_curvature import MomentCurvature, section_response
-from skewbridge.bridge.shear_capacity import ShearSection
-from skewbridge.bridge.shear_failure import build_shear_section, shear_loss
-from skewbridge.bridge.tags import TagAllocator
+from skewbridge.bridge.shear_capacity import ShearSection, hoop_strength_n, sdc_shear_strength
 from skewbridge.errors import InputError
 from skewbridge.units import GPA, MM, MPA
-from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.options import HingeRule, ModelOptions
+
+# source: Kent and Park (1971), J. Struct. Div. ASCE 97(7), 1969-1990: crushed core keeps 0.2 fc
+RESIDUAL_CORE = 0.2
+
+
+def core_materials(column: ColumnData, tags: TagAllocator) -> tuple[int, int]:
+    """Create confined concrete that crushes, as two parallel materials; return their tags.
+
+    Once its strain has passed the ultimate strain of Mander's energy balance (the first hoop
+    breaks), a fiber keeps 0.2 of its strength at any strain. The first material is the part that
+    is lost, the second the part that remains.
+    """
+    core = core_concrete(column)
+    crushed_pa = float(core.stress_pa(core.ultimate_strain))
+    kept_pa = RESIDUAL_CORE * core.peak_pa
+    kept = concrete_material(_part(core, RESIDUAL_CORE), kept_pa, tags)
+    lost = concrete_material(_part(core, 1.0 - RESIDUAL_CORE), crushed_pa - kept_pa, tags)
+    ended = tags.material()
+    ops.uniaxialMaterial("MinMax", ended, lost, "-min", -core.ultimate_strain)
+    return ended, kept
+
+
+def lasting_core_material(column: ColumnData, tags: TagAllocator) -> int:
+    """Create confined concrete that never crushes and return its tag."""
+    core = core_concrete(column)
+    return concrete_material(core, float(core.stress_pa(core.ultimate_strain)), tags)
+
+
+def bar_material(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> int:
+    """Create the longitudinal bars and return the tag of their material.
+
+    With ``has_end``, a bar breaks at the reduced ultimate tensile strain and buckles at the strain
+    that breaks the hoops; a broken or buckled bar carries no force.
+    """
+    steel = STEELS[column.steel]
+    material = tags.material()
+    backbone = (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio)
+    # source: transition parameters recommended in the OpenSees manual for Steel02
+    ops.uniaxialMaterial("Steel02", material, *backbone, 18.5, 0.925, 0.15)
+    if not has_end:
+        return material
+    ended = tags.material()
+    # ASSUME bars are held by the hoops as long as the core is, and buckle at once without them
+    limits = ("-min", -core_concrete(column).ultimate_strain, "-max", steel.rupture_strain)
+    ops.uniaxialMaterial("MinMax", ended, material, *limits)
+    return ended
+
+
+def concrete_material(concrete: Concrete, crushed_pa: float, tags: TagAllocator) -> int:
+    """Create Concrete01 with the strength, initial modulus and ultimate strain of a Mander curve.
+
+    The initial slope of its parabola is twice the strength over the peak strain, and the peak
+    strain is chosen to match the initial modulus. The parabola is then above the Mander curve by
+    less than 8 % of the strength.
+    """
+    material = tags.material()
+    # ASSUME the initial stiffness matters more than the strain at the peak
+    peak_strain = 2 * concrete.peak_pa / concrete.modulus_pa
+    points = (-concrete.peak_pa, -peak_strain, -crushed_pa, -concrete.ultimate_strain)
+    ops.uniaxialMaterial("Concrete01", material, *points)
+    return material
+
+
+def _part(concrete: Concrete, share: float) -> Concrete:
+    """Return a concrete with a share of the strength and stiffness at the same strains."""
+    return replace(
+        concrete, peak_pa=share * concrete.peak_pa, modulus_pa=share * concrete.modulus_pa
+    )
+
+
+CRACK_ANGLE_DEG = 65.0  # source: Elwood and Moehle (2005)
+SHEAR_AREA_RATIO = 0.8  # source: Caltrans SDC 1.7 section 3.6.2, effective over gross area
+# ASSUME a broken column keeps a tenth of its shear strength: friction and hoops across the crack
+RESIDUAL_SHEAR = 0.1
+PLATEAU = 100.0  # length of the residual branch, in times the deformation where it starts
+# ASSUME pinched loops: on reloading, 0.5 of the deformation at 0.4 of the force
+PINCHING = (0.5, 0.4)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShearLoss:
+    """Backbone of the shear of a column, the same in all directions.
+
+    Attributes:
+        strength_n: Shear at which the column fails.
+        elastic_m: Shear deformation of the whole column there.
+        failure_drift_ratio: Flexural drift at which a monotonic push reaches the strength; the
+            displacement capacity's if it never does.
+        residual_m: Shear deformation at which the residual strength is reached.
+    """
+
+    strength_n: float
+    elastic_m: float
+    failure_drift_ratio: float
+    residual_m: float
+
+
+def shear_loss(
+    bridge: BridgeData, bent_number: int, section: ShearSection, hinge_rule: HingeRule = "sdc"
+) -> ShearLoss:
+    """Return the loss of shear strength of a column of a bent (numbered from 0).
+
+    The column fails where the shear of its flexural response, M(phi) over the shear span, reaches
+    the SDC capacity at the same ductility, under dead load. If it never does, the strength is the
+    capacity at the ultimate curvature. From there the shear falls linearly to zero at the drift of
+    axial failure, but not below the residual.
+
+    References:
+        Elwood and Moehle (2005), Earthquake Spectra 21(1), 71-89: drift at axial failure; Elwood
+        (2004), Can. J. Civ. Eng. 31(5), 846-859: straight loss between the two drifts.
+    """
+    axial_n = column_axial_n(bridge, bent_number)
+    curve = section_response(bridge.column, axial_n)
+    span, height = shear_span_m(bridge, bent_number), bridge.bents[bent_number].clear_height_m
+    hinge = hinge_length_m(bridge, bent_number, hinge_rule)
+    yielded = curve.yield_curvature_per_m
+    plastic = np.maximum(curve.curvature_per_m - yielded, 0.0)
+    elastic_drift = np.minimum(curve.curvature_per_m, yielded) * span / 3
+    drift = elastic_drift + plastic * hinge * (1.0 - hinge / 2 / span)
+    capacity = sdc_shear_strength(section, axial_n, drift / (yielded * span / 3))
+    shear = curve.moment_nm / span
+    fails = shear >= capacity
+    at = int(fails.argmax()) if fails.any() else -1
+    strength = float(shear[at] if fails.any() else capacity[at])
+    area_m2 = SHEAR_AREA_RATIO * section.gross_area_m2
+    elastic_m = strength * height / (bridge.column.elastic_modulus_gpa * GPA / 2.4 * area_m2)
+    lost_m = (axial_failure_drift(section, axial_n) - float(drift[at])) * height
+    return ShearLoss(
+        strength_n=strength,
+        elastic_m=elastic_m,
+        failure_drift_ratio=float(drift[at]),
+        # never steeper than the elastic branch
+        residual_m=elastic_m + (1.0 - RESIDUAL_SHEAR) * max(lost_m, elastic_m),
+    )
+
+
+def axial_failure_drift(section: ShearSection, axial_n: float) -> float:
+    """Return the drift at which a column that failed in shear loses its axial load.
+
+    References:
+        Elwood and Moehle (2005), equation 3; the force of the hoops across a crack is
+        pi/2 A_b f_yh, as in the shear strength of circular columns.
+    """
+    slope = tan(radians(CRACK_ANGLE_DEG))
+    return 0.04 * (1.0 + slope**2) / (slope + axial_n / (hoop_strength_n(section) * slope))
+
+
+def build_shear_section(fiber: int, loss: ShearLoss, tributary_m: float, tags: TagAllocator) -> int:
+    """Add the shear response to the fiber section of a length of column; return the new tag.
+
+    The two directions fail independently, so an oblique resultant can reach 1.41 times the
+    strength.
+    """
+    material, section = tags.material(), tags.section()
+    residual = RESIDUAL_SHEAR * loss.strength_n
+    points = (
+        (loss.strength_n, loss.elastic_m / tributary_m),
+        (residual, loss.residual_m / tributary_m),
+        (residual, PLATEAU * loss.residual_m / tributary_m),
+    )
+    branch = [value for point in points for value in point]
+    opposite = [-value for value in branch]
+    ops.uniaxialMaterial("Hysteretic", material, *branch, *opposite, *PINCHING, 0.0, 0.0)
+    ops.section("Aggregator", section, material, "Vy", material, "Vz", "-section", fiber)
+    return section
+
 
 LOBATTO_POINTS = 5  # source: usual choice for force-based columns; the paper gives no number
 HINGE_RADAU_SECTIONS = 6  # OpenSees numbers the points of HingeRadau 1 to 6
@@ -54,7 +214,7 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     if has_end:
         ending, kept = core_materials(column, tags)
         _add_rings(ending, (0.0, core_m), rings, wedges)
-        # a fifth of the strength: half of the rings and wedges resolve it as well
+        # this part has a fifth of the strength: half the rings and wedges are enough
         _add_rings(kept, (0.0, core_m), ceil(rings / 2), max(3, ceil(wedges / 2)))
     else:
         _add_rings(lasting_core_material(column, tags), (0.0, core_m), rings, wedges)
@@ -68,9 +228,9 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
 def _add_rings(material: int, radii_m: tuple[float, float], rings: int, wedges: int) -> None:
     """Fill a ring of the section with fibers, in rings of equal thickness.
 
-    A fiber stands where its ring keeps its second moment of area, so that a coarse mesh is as
-    stiff as a fine one. Rings inside have fewer fibers, in proportion to their radius and alike in
-    all four quarters.
+    Each fiber is at the radius that preserves the second moment of area of its ring, so that a
+    coarse mesh is as stiff as a fine one. Inner rings have fewer fibers, in proportion to their
+    radius and the same in all four quadrants.
     """
     inner_m, outer_m = radii_m
     for ring in range(rings):
@@ -109,8 +269,8 @@ def build_integration(
 ) -> tuple[int, tuple[int, ...]]:
     """Create the beam integration shared by the columns of a bent, numbered from 0.
 
-    A pinned base never yields, so its hinge carries the elastic section (no change of demands).
-    A loss of shear strength is that of the top section.
+    A pinned base never yields, so its hinge has the elastic section (demands do not change). The
+    top section carries the loss of shear strength.
 
     Returns:
         Tag, and the integration points where plastic curvature is read.
@@ -179,13 +339,13 @@ def column_handle(
 
 
 def column_shear_section(bridge: BridgeData, bent_number: int) -> ShearSection:
-    """Return what the shear strength of the columns of a bent, numbered from 0, depends on."""
+    """Return the shear data of the columns of a bent (numbered from 0)."""
     curve = section_response(bridge.column, column_axial_n(bridge, bent_number))
     return shear_section(bridge.column, shear_span_m(bridge, bent_number), curve)
 
 
 def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> ShearSection:
-    """Return what the shear strength of a column depends on."""
+    """Return the shear data of a column with a shear span and a moment-curvature."""
     gross = column.gross_area_m2
     return ShearSection(
         diameter_m=column.diameter_m,

@@ -1,21 +1,122 @@
-"""Superstructure: the elastic spine at the centroid, integral caps, masses and dead load.
+"""Superstructure: plan of the skewed deck ends, elastic spine, masses and dead load.
 
-Heights are measured from the soffit. All dead load is nodal.
+Positive skew turns the abutment lines counter-clockwise from the transverse axis. The origin is
+at the middle of the deck; heights are measured from the soffit. All dead load is nodal.
 """
 
 from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import cos, radians, sin
+from typing import Literal
 
 import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BridgeData, DeckData
 from skewbridge.bridge.column import shear_modulus_pa
-from skewbridge.bridge.dead_load import column_weight_n
-from skewbridge.bridge.tags import TagAllocator
+from skewbridge.bridge.gravity import column_weight_n
+from skewbridge.bridge.handles import PlanVector, TagAllocator
 from skewbridge.units import G_MPS2, GPA, KN
 
-# The node at the mass centre may be a spine node this close to it; shorter elements help nobody.
+type Side = Literal["left", "right"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeckEnd:
+    """One end of the deck in plan, ``left`` (negative x) or ``right``.
+
+    Attributes:
+        side: ``left`` or ``right``.
+        bearing_x_m: Where the bearing line crosses the centreline.
+        skew_rad: Signed skew.
+        width_m: Width across the deck.
+        thickness_m: Thickness of the end diaphragm, normal to its faces.
+    """
+
+    side: Side
+    bearing_x_m: float
+    skew_rad: float
+    width_m: float
+    thickness_m: float
+
+    @property
+    def sign(self) -> float:
+        """+1 at the right end."""
+        return 1.0 if self.side == "right" else -1.0
+
+    @property
+    def normal(self) -> PlanVector:
+        """Outward normal of the end face."""
+        return (self.sign * cos(self.skew_rad), self.sign * sin(self.skew_rad))
+
+    @property
+    def inward(self) -> PlanVector:
+        """Normal of the backwall, towards the deck."""
+        return (-self.normal[0], -self.normal[1])
+
+    @property
+    def tangent(self) -> PlanVector:
+        """The normal turned by +90 degrees: along the wall."""
+        return (-self.normal[1], self.normal[0])
+
+    @property
+    def wall_length_m(self) -> float:
+        """Length of the end face along the wall."""
+        return self.width_m / cos(self.skew_rad)
+
+    @property
+    def acute_sign(self) -> float:
+        """Side of the acute deck corner along the tangent; zero skew counts as positive."""
+        return 1.0 if self.skew_rad < 0.0 else -1.0
+
+    def point(self, line: Literal["inner", "bearing", "outer"], along_m: float) -> PlanVector:
+        """Return a point of a transverse array, ``along_m`` from the centreline along the wall."""
+        # ASSUME the arrays are at the faces and in the middle of the end diaphragm
+        faces = {"inner": -0.5, "bearing": 0.0, "outer": 0.5}[line]
+        offset = faces * self.thickness_m * self.sign / cos(self.skew_rad)
+        return (
+            self.bearing_x_m + offset + along_m * self.tangent[0],
+            along_m * self.tangent[1],
+        )
+
+    def wall_stations(self, count: int) -> list[float]:
+        """Return positions along the wall, corners included, increasing."""
+        half = self.wall_length_m / 2
+        return [half * (2 * i / (count - 1) - 1) for i in range(count)]
+
+
+def deck_end(
+    side: Side, length_m: float, skew_deg: float, width_m: float, thickness_m: float
+) -> DeckEnd:
+    """Return the end of a deck whose bearing lines are ``length_m`` apart."""
+    sign = 1.0 if side == "right" else -1.0
+    return DeckEnd(
+        side=side,
+        bearing_x_m=sign * length_m / 2,
+        skew_rad=radians(skew_deg),
+        width_m=width_m,
+        thickness_m=thickness_m,
+    )
+
+
+def tributary_shares(count: int) -> list[float]:
+    """Return the share of the wall behind each of equally spaced points, corners included.
+
+    With three or more points, springs in these shares resist a rotation of the deck like a
+    continuous wall; half a spacing at each corner would be 12 % stiffer with five points.
+    """
+    inner = 1.0 / (count - 1)
+    shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]
+    if count > 2:
+        # moved inwards from each corner, so that the sum of share times place squared is 1 / 12
+        moved = inner / (12 * (1 - inner))
+        for corner, next_to_it in ((0, 1), (-1, -2)):
+            shares[corner] -= moved
+            shares[next_to_it] += moved
+    return shares
+
+
+# A spine node this close to the mass centre serves as the node at the mass centre.
 NEAR_M = 0.05
 
 
@@ -64,9 +165,9 @@ def mass_centre_m(bridge: BridgeData) -> float:
 
 
 def spine_points_m(bridge: BridgeData, elements_per_span: int) -> dict[float, float]:
-    """Return the x of the spine nodes, increasing, with the length of deck whose mass each carries.
+    """Return the x of the spine nodes, increasing, with the length of deck lumped at each.
 
-    Every span has equal elements; a node at the mass centre, if not there already, has no mass.
+    Every span has equal elements. A node added at the mass centre has no mass.
     """
     points: dict[float, float] = {}
     start = -bridge.length_m / 2
@@ -88,8 +189,8 @@ def lumping_shares(elements: int) -> list[float]:
     """Return horizontal masses at the nodes of equal elements, in units of one element's mass.
 
     Gregory's end-corrected weights: total, centre and moment of inertia are those of the
-    continuous mass, while half elements at the nodes would make a deck of 8 elements 3 % harder to
-    turn.
+    continuous mass. Half elements at the nodes would give a deck of 8 elements 3 % more rotational
+    inertia.
 
     References:
         Davis and Rabinowitz (1984), Methods of Numerical Integration, section 2.9.
@@ -149,14 +250,14 @@ def _add_deck_masses(spine: Deck, deck: DeckData, lengths_m: list[float]) -> Non
             weight += deck.diaphragm_weight_kn * KN
         mass = weight / G_MPS2
         spine.masses_kg[node] += mass
-        # upright, half elements at the nodes meet the bending modes of the spans far better
+        # vertically, half elements at the nodes give far better bending modes of the spans
         lifted = spine.loads_n[node] / G_MPS2
         turning = (mass * (across + upright), mass * upright, mass * across)
         ops.mass(node, mass, mass, lifted, *turning)
 
 
 def _add_line_load(spine: Deck, deck: DeckData) -> None:
-    """Add the line load by its fixed-end forces, so that reactions do not feel the mesh."""
+    """Add the line load by its fixed-end forces, so that reactions do not depend on the mesh."""
     load = deck.line_load_kn_per_m * KN
     for (i, j), (a, b) in zip(pairwise(spine.nodes), pairwise(spine.x_m), strict=True):
         length = b - a
@@ -168,13 +269,13 @@ def _add_line_load(spine: Deck, deck: DeckData) -> None:
 
 
 def add_moment(spine: Deck, node: int, *, about_x_nm: float = 0.0, about_y_nm: float = 0.0) -> None:
-    """Put a further fixed-end moment of the dead load on a node."""
+    """Add a fixed-end moment of the dead load at a node."""
     x, y = spine.moments_nm.get(node, (0.0, 0.0))
     spine.moments_nm[node] = (x + about_x_nm, y + about_y_nm)
 
 
 def add_weight(spine: Deck, node: int, weight_n: float, mass_kg: float) -> None:
-    """Put further dead load and translational mass on a node.
+    """Add dead load and translational mass at a node.
 
     Called for caps and columns, whose rotational inertia comes from their positions.
     """

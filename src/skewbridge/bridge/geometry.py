@@ -1,4 +1,4 @@
-"""The geometry of a built model as plain data, for drawing."""
+"""Geometry of a built model as plain data, for drawings and replays."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -30,9 +30,11 @@ class Member:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactPlace:
-    """Where a contact unit stands, on which side.
+    """Position and law of a contact unit.
 
     Attributes:
+        name: Name of the unit.
+        side: ``left`` or ``right``.
         surface: Position of the pair on the closed line at rest, in m.
         normal: Outward normal of the surface (direction of its force on the deck), in plan.
         tangent: First direction of its friction force; the force on the deck has the other sign.
@@ -51,7 +53,7 @@ class ContactPlace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelGeometry:
-    """What a drawing needs.
+    """Geometry of a variant, for drawings.
 
     Attributes:
         title: Variant name.
@@ -89,7 +91,7 @@ def model_geometry(variant: Variant, options: ModelOptions | None = None) -> Mod
 
 
 def contact_places(model: BridgeModel) -> tuple[ContactPlace, ...]:
-    """Return where the contacts of a built model stand, none for a model without."""
+    """Return the places of the contacts of a built model; empty without contacts."""
     if model.contacts is None:
         return ()
     return tuple(
@@ -126,3 +128,49 @@ def _rigid_links() -> Generator[Member]:
         followers = ops.getConstrainedNodes(retained) or []
         for node in [followers] if isinstance(followers, int) else followers:
             yield Member(group="rigid links", tag=0, ends=(_place(retained), _place(node)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LayoutCorner:
+    """A corner of the deck: ``left`` or ``right``, ``acute`` or ``obtuse``, position at rest."""
+
+    side: str
+    kind: str
+    plan_m: PlanVector
+
+    @property
+    def column(self) -> str:
+        """Start of the names of its displacement columns in the histories."""
+        return f"abutment_{self.side}_{self.kind}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactLayout:
+    """Deck outline and contacts of one model.
+
+    Attributes:
+        corners: The four corners of the deck, in order around it.
+        contacts: All contact units; `contact_column` gives the start of their history columns.
+    """
+
+    corners: tuple[LayoutCorner, ...]
+    contacts: tuple[ContactPlace, ...]
+
+
+def contact_column(name: str) -> str:
+    """Return the start of the names of the history columns of a contact."""
+    return f"contact_{name.replace(' ', '_')}"
+
+
+def contact_layout(model: BridgeModel) -> ContactLayout | None:
+    """Return the layout of a model, None for a model without contacts."""
+    if model.contacts is None:
+        return None
+    left, right = (
+        [
+            LayoutCorner(side=abutment.side, kind=corner.kind, plan_m=corner.plan_m)
+            for corner in sorted(abutment.corners, key=lambda corner: corner.plan_m[1])
+        ]
+        for abutment in model.abutments
+    )
+    return ContactLayout(corners=(*left, *reversed(right)), contacts=contact_places(model))

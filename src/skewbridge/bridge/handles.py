@@ -1,18 +1,39 @@
-"""What a built model hands to the analyses: tags, positions and the data to read demands.
+"""Handles of a built model for the analyses: tags, positions and data to compute demands.
 
 Axes: x longitudinal, y transverse, z up, origin in plan at the middle of the deck. Every handle
-is valid only inside the `domain()` that the model was built in.
+is valid only inside the `domain()` in which the model was built.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import count
 
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.shear_capacity import ShearSection
-from skewbridge.bridge.tags import TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.variant.options import ModelOptions, ShearModel
 from skewbridge.variant.variant import Variant
+
+
+def _tags_from_one() -> Callable[[], int]:
+    return count(1).__next__
+
+
+@dataclass(frozen=True, slots=True)
+class TagAllocator:
+    """Hands out consecutive tags per kind; works as the tag source of a `ContactSet`."""
+
+    node: Callable[[], int] = field(default_factory=_tags_from_one)
+    element: Callable[[], int] = field(default_factory=_tags_from_one)
+    material: Callable[[], int] = field(default_factory=_tags_from_one)
+    section: Callable[[], int] = field(default_factory=_tags_from_one)
+    transformation: Callable[[], int] = field(default_factory=_tags_from_one)
+    integration: Callable[[], int] = field(default_factory=_tags_from_one)
+    parameter: Callable[[], int] = field(default_factory=_tags_from_one)
+    series: Callable[[], int] = field(default_factory=_tags_from_one)
+    pattern: Callable[[], int] = field(default_factory=_tags_from_one)
+    region: Callable[[], int] = field(default_factory=_tags_from_one)
+
 
 type PlanVector = tuple[float, float]
 
@@ -51,9 +72,10 @@ class ColumnHandle:
             ductility in the shear capacity.
         drift_capacity_ratio: Displacement capacity of its bent by the Caltrans criteria over clear
             height.
-        is_elastic: Whether it has no strength, so that no capacity bounds what the model says.
-        loses_shear_strength: Whether the model itself holds its failure in shear.
-        shear_model: Capacity to judge by, ``sdc`` or ``kowalsky_priestley``, from `shear`.
+        shear: Data of its shear strength.
+        shear_model: Rule of its shear strength, ``sdc`` or ``kowalsky_priestley``.
+        is_elastic: Whether the column has no strength, so that it never fails.
+        loses_shear_strength: Whether the model includes its shear failure.
     """
 
     element: int
@@ -74,7 +96,7 @@ class ColumnHandle:
 class CornerHandle:
     """One corner of the deck at an abutment: its deck-level node and its position at rest.
 
-    ``kind`` is ``acute`` or ``obtuse``; at zero skew named as at a vanishing positive skew.
+    ``kind`` is ``acute`` or ``obtuse``; zero skew counts as positive.
     """
 
     node: int
@@ -87,8 +109,8 @@ class BearingHandle:
     """Pads, or a vertical support, from the fixed seat node below to the deck node above.
 
     Attributes:
-        element: Tag; for pads that of their shear.
-        upright: Tag of the elastic element that carries pads upright; none for plain supports.
+        element: Tag of the element; for pads, of the element that carries shear.
+        upright: Tag of the elastic element that carries pads vertically; None for plain supports.
     """
 
     element: int
@@ -111,7 +133,7 @@ class AbutmentHandle:
         centre_node: Node at deck level on the centreline, moves with the deck end.
         corners: The two corners of the deck end.
         bearings: Pads (or supports), or elements that stand for several pads.
-        pad_offsets_m: Where the pads (or supports) are in plan, from ``centre_node``.
+        pad_offsets_m: Plan positions of the pads (or supports), from ``centre_node``.
         wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
             ``tangent``; empty without contact.
         key_units: Indices of the keys' contacts.
@@ -148,7 +170,7 @@ class AbutmentHandle:
 
     @property
     def support_length_m(self) -> float:
-        """Length of deck on the seat at rest, normal to it: the deck ends a gap from the wall."""
+        """Length of deck on the seat at rest, normal to it."""
         return self.seat_width_m - self.gap_m
 
     @property
@@ -162,11 +184,11 @@ class BridgeModel:
     """A built model at rest under its dead load.
 
     Attributes:
-        variant: Normalised.
+        variant: The normalised variant.
         deck_nodes: Spine nodes, left to right.
         deck_centre_node: Spine node at the mass centre of the deck.
-        deck_masses_kg: Horizontal masses of spine, caps and columns by node (upright they differ
-            a little).
+        deck_masses_kg: Horizontal masses of spine, caps and columns by node (vertical masses
+            differ slightly).
         dead_loads_n: Downward nodal load by node.
         dead_moments_nm: Fixed-end moments of the dead load of deck and caps about x and y, by node.
         columns: Bent by bent.

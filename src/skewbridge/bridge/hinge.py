@@ -1,9 +1,9 @@
-"""Plastic hinges of the columns by rule: their length, and what displacement they allow."""
+"""Plastic hinges of the columns: length, and displacement capacity of the bents."""
 
 from dataclasses import dataclass
 
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.dead_load import column_axial_n
+from skewbridge.bridge.gravity import column_axial_n
 from skewbridge.bridge.materials import STEELS
 from skewbridge.bridge.moment_curvature import section_response
 from skewbridge.units import MM, MPA
@@ -16,9 +16,9 @@ class BentCapacity:
 
     Attributes:
         bent: Number from the left, 1 and up.
-        plastic_moment_nm: Of one column.
-        axial_n: Of one column.
-        hinge_length_m: Of each plastic hinge.
+        plastic_moment_nm: Plastic moment of one column.
+        axial_n: Axial force of one column.
+        hinge_length_m: Length of each plastic hinge.
         yield_disp_m: Idealised yield displacement.
         capacity_m: Displacement at the ultimate curvature.
     """
@@ -46,10 +46,10 @@ def shear_span_m(bridge: BridgeData, bent_number: int) -> float:
 
 
 def hinge_length_m(bridge: BridgeData, bent_number: int, rule: HingeRule = "sdc") -> float:
-    """Return the length of the plastic hinges of a bent: that of the file, else by a rule.
+    """Return the length of the plastic hinges of a bent, from the bridge file or else by a rule.
 
-    Both rules are 0.08 L + 0.022 fye db (MPa, mm) with the shear span L; the criteria ask for
-    0.044 fye db at least, which governs short spans.
+    Both rules are 0.08 L + 0.022 fye db (MPa, mm) with the shear span L. Rule ``sdc`` has the lower
+    limit 0.044 fye db, which governs short spans.
 
     References:
         Caltrans SDC 1.7 section 7.6.2, equation 7.25; Paulay and Priestley (1992), Seismic Design
@@ -64,16 +64,16 @@ def hinge_length_m(bridge: BridgeData, bent_number: int, rule: HingeRule = "sdc"
 
 
 def hinge_length_source(bridge: BridgeData) -> str:
-    """Return where the hinge lengths of a bridge come from: ``rule`` or its ``file``."""
+    """Return the origin of the hinge lengths of a bridge: ``rule`` or its ``file``."""
     return "rule" if bridge.column.hinge_length_m is None else "file"
 
 
 def bent_capacity(
     bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc"
 ) -> BentCapacity:
-    """Return the displacement capacity of a bent, numbered from 0, rigid deck.
+    """Return the displacement capacity of a bent (numbered from 0) under a rigid deck.
 
-    A pinned column is a cantilever from the base; a fixed one two cantilevers of half its height.
+    A pinned column is a cantilever from the base, a fixed one two cantilevers of half its height.
 
     References:
         Caltrans SDC 1.7 section 3.1.3.
@@ -96,5 +96,5 @@ def bent_capacity(
 
 
 def bent_capacities(bridge: BridgeData) -> list[BentCapacity]:
-    """Return the displacement capacities of all bents, rigid deck."""
+    """Return the displacement capacities of all bents under a rigid deck."""
     return [bent_capacity(bridge, number) for number in range(len(bridge.bents))]

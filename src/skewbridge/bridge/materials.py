@@ -53,7 +53,7 @@ class Concrete:
     ultimate_strain: float
 
     def stress_pa(self, strain: ArrayLike) -> FloatArray:
-        """Return the stress at compressive strains; no tension, nothing beyond the end.
+        """Return the stress at compressive strains; zero in tension and past the ultimate strain.
 
         References:
             Mander, Priestley and Park (1988), J. Struct. Eng. 114(8), 1804-1826, eq. 3-6.

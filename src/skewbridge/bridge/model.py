@@ -1,15 +1,18 @@
-"""The model of a variant: the one way into the OpenSees domain."""
+"""The OpenSees domain, and the model of a bridge variant or of one abutment in it."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment import BUILDERS
-from skewbridge.bridge.abutment.arrays import Line, build_arrays
+from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.abutment.parts import SideContext, side_handle
 from skewbridge.bridge.abutment.supports import (
+    LINK_NM_PER_RAD,
+    Line,
+    build_arrays,
     build_pads,
     build_vertical_supports,
     pad_stations,
@@ -17,18 +20,17 @@ from skewbridge.bridge.abutment.supports import (
 )
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.deck import build_spine
-from skewbridge.bridge.deck_plan import DeckEnd, Side, deck_end
-from skewbridge.bridge.gravity import hold_dead_load
-from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
-from skewbridge.bridge.tags import TagAllocator
+from skewbridge.bridge.deck import DeckEnd, Side, build_spine, deck_end
+from skewbridge.bridge.gravity import abutment_reactions_n, hold_dead_load
+from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, TagAllocator
 from skewbridge.contact import ContactSet
+from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 
 class DomainError(RuntimeError):
-    """The domain holds a model already."""
+    """The domain already contains a model."""
 
 
 @contextmanager
@@ -44,7 +46,7 @@ def domain() -> Generator[None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blueprint:
-    """What is built into a domain, and what the parts share while they are built."""
+    """The variant to build, with the data that its parts share while they are built."""
 
     variant: Variant  # normalised
     bridge: BridgeData
@@ -54,9 +56,10 @@ class Blueprint:
 
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
-    """Build a variant in the open domain and bring it to rest under its dead load.
+    """Build a variant in the open domain, at rest under its dead load.
 
-    The joints are built last: dead load turns the deck's ends, and a gap is the opening at rest.
+    The joints are built last, because dead load rotates the deck ends and a gap is the opening at
+    rest.
     Axes that the abutment model does not have are ignored.
 
     Returns:
@@ -106,7 +109,7 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
 
 
 def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
-    """Return what is to be built into the open domain.
+    """Return the blueprint of a variant for the open domain.
 
     `contact` has the contact units of `contact_friction`, never updated.
 
@@ -125,7 +128,7 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
 
 
 def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
-    """Build what carries one deck end: the arrays under the spine's end node, and its supports."""
+    """Build the transverse arrays under an end node of the spine, and their supports."""
     bridge, deck = plan.bridge, plan.bridge.deck
     end = deck_end(
         side, bridge.length_m, plan.variant.skew_deg, deck.width_m, deck.diaphragm_thickness_m
@@ -153,12 +156,12 @@ def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
 
 
 def build_joint(context: SideContext, plan: Blueprint) -> AbutmentHandle:
-    """Build what stands between a deck end at rest and its abutment: walls, keys and their gaps."""
+    """Build the joint between a deck end at rest and its abutment: walls, keys and their gaps."""
     return side_handle(context, BUILDERS[plan.variant.abutment](context))
 
 
 def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
-    """Return where each array needs nodes."""
+    """Return the positions along the wall at which each array needs nodes."""
     half, traits = end.wall_length_m / 2, plan.variant.traits
     corners = [-half, half]
     walls = end.wall_stations(plan.options.backwall_points) if traits.has_wall_points else corners
@@ -166,3 +169,67 @@ def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
     if traits.has_pads:
         pads = pad_supports(plan.bridge.abutment.pads, end, plan.options)
     return {"inner": corners, "bearing": pads, "outer": walls}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbutmentModel:
+    """A right abutment under a connector node that represents the deck.
+
+    Attributes:
+        handle: The abutment.
+        connector: Node at the deck's centroid; it moves in plan without rotating.
+        contacts: Its contact units, or None.
+        tags: Allocator.
+    """
+
+    handle: AbutmentHandle
+    connector: int
+    contacts: ContactSet | None
+    tags: TagAllocator
+
+
+def build_abutment(
+    variant: Variant,
+    options: ModelOptions,
+    *,
+    guide: Callable[[int, TagAllocator], None] | None = None,
+) -> AbutmentModel:
+    """Build the right abutment of a variant in the open domain, at rest under its dead load.
+
+    Args:
+        variant: The variant.
+        options: Modelling options.
+        guide: Called with the connector and the allocator before the dead load, to hold the deck
+            end in plan if the abutment does not.
+    """
+    plan = blueprint(variant, options)
+    bridge, tags = plan.bridge, plan.tags
+    load_n = abutment_reactions_n(bridge)[1]
+    # ASSUME the deck's inertia at an abutment is that of the dead load it carries
+    mass_kg = load_n / G_MPS2
+    connector = tags.node()
+    ops.node(connector, bridge.length_m / 2, 0.0, bridge.deck.centroid_above_soffit_m)
+    _hold_rotation(connector, tags)
+    ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
+    supports = build_supports("right", connector, plan)
+    if guide is not None:
+        guide(connector, tags)
+    hold_dead_load({connector: load_n}, {}, tags)
+    return AbutmentModel(
+        handle=build_joint(supports, plan),
+        connector=connector,
+        contacts=plan.contacts,
+        tags=tags,
+    )
+
+
+def _hold_rotation(connector: int, tags: TagAllocator) -> None:
+    """Hold the rotations of the connector by stiff springs.
+
+    Fixing them fails: under the Transformation handler of OpenSees 3.8, a retained node of a rigid
+    link that has single-point constraints receives every increment more than once.
+    """
+    ground, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
+    stiff = elastic_material(LINK_NM_PER_RAD, tags)
+    springs = ("-mat", stiff, stiff, stiff, "-dir", 4, 5, 6)
+    ops.element("zeroLength", element, ground, connector, *springs)

@@ -1,4 +1,4 @@
-"""Moment-curvature of a circular reinforced concrete column, without a finite element domain."""
+"""Moment-curvature of circular reinforced concrete columns, computed without OpenSees."""
 
 import sys
 from collections.abc import Callable
@@ -130,7 +130,7 @@ class _Section:
             return self.resultants(centre, phi)[0] - axial_n
 
         half = phi * self._radius_m
-        # between every fiber well in tension and the face at the peak of the confined curve
+        # from all fibers well in tension to the face at the peak of the confined curve
         return bracketed_root(unbalance, -half - 0.02, 0.002 + half)
 
     def is_ultimate(self, centre: float, phi: float) -> bool:
@@ -145,10 +145,10 @@ class _Section:
 
 
 def bracketed_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function is zero between two places at which its signs differ.
+    """Return a root of a function between two points at which its signs differ.
 
-    Brent's method, step by step as in `scipy.optimize.brentq`, whose import takes longer than a
-    short analysis. A section that softens may balance at more than one strain; which one is found
+    Brent's method, with the same steps as `scipy.optimize.brentq`, whose import takes longer than
+    a short analysis. A softening section may balance at more than one strain, and the root found
     depends on the method.
 
     References:

@@ -106,7 +106,7 @@ def column(
     """Moment-curvature and shear strength of a bridge's column under dead load."""
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.bridge.column import shear_section
-    from skewbridge.bridge.dead_load import column_axial_n
+    from skewbridge.bridge.gravity import column_axial_n
     from skewbridge.bridge.hinge import shear_span_m
     from skewbridge.bridge.moment_curvature import section_response
 

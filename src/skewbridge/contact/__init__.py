@@ -18,7 +18,7 @@ Attach contacts to a model that has nodes, then call one method after each conve
         changed = contacts.after_step(dt_s)           # bool: some unit opened or closed
 
 `ContactSet(update=False)` is the model `contact`: the same elements, never updated, no friction.
-`make_step(contacts, dt_s, parts_on_change=4)` stands for analyze and after_step, with sub-steps
+`make_step(contacts, dt_s, parts_on_change=4)` replaces analyze and after_step, with sub-steps
 where a change is expected.
 
 Signs: opening is positive, normal_n > 0 is compression, the tangential force has the sign of the

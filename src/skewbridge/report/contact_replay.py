@@ -10,8 +10,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from skewbridge.analysis.contact_layout import ContactLayout, contact_column
-from skewbridge.bridge.geometry import ContactPlace
+from skewbridge.bridge.geometry import ContactLayout, ContactPlace, contact_column
 from skewbridge.units import KN
 
 type Points = NDArray[np.float64]

@@ -9,7 +9,7 @@ import yaml
 from pydantic import TypeAdapter
 
 from skewbridge.analysis.exit_message import hush_exit_message
-from skewbridge.bridge.catalogue.schema import bridge_schema
+from skewbridge.bridge.catalogue.loading import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.limit_states import LimitStateEntry
 from skewbridge.fragility.predict import CHECK_COLUMNS

@@ -1,12 +1,11 @@
-"""Seat abutments: a builder for each model of `skewbridge.variant.abutments`."""
+"""Seat abutments: the builder of each model in `skewbridge.variant.abutments`."""
 
 from collections.abc import Callable, Mapping
 from typing import Final
 
 from skewbridge.bridge.abutment.contact import build_contact
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.simplified import build_roller, build_simplified
-from skewbridge.bridge.abutment.spring import build_spring
+from skewbridge.bridge.abutment.springs import build_roller, build_simplified, build_spring
 
 BUILDERS: Final[Mapping[str, Callable[[SideContext], SideParts]]] = {
     "roller": build_roller,

@@ -44,19 +44,19 @@ class Passive:
     def polygon(self, chords: int) -> tuple[FloatArray, FloatArray]:
         """Return closures in m and forces in N of a polygon inscribed in the hyperbola.
 
-        From the origin to the ultimate force. All chords miss the same share of the force at most,
-        0.1 % with 30. ``failure_ratio`` is not zero.
+        From the origin to the ultimate force. All chords have the same largest relative error of
+        the force, 0.1 % with 30 chords. ``failure_ratio`` must not be zero.
         """
         ratio = self.failure_ratio
         yield_m = self.ultimate_n / self.stiffness_n_per_m
         end = min(1.0 / max(1.0 - ratio, 1e-12), _LONGEST_HYPERBOLA)
-        # with force sin^2(t) / ratio a chord's share is dt^2 / 4 everywhere
+        # with force sin^2(t) / ratio, the error of every chord is dt^2 / 4
         steps = np.linspace(0.0, atan(sqrt(ratio * end)), chords + 1)
         closures = np.tan(steps) ** 2 / ratio * yield_m
         return closures, self.force_n(closures)
 
     def scaled(self, factor: float) -> "Passive":
-        """Return strength and stiffness times a factor: a share of the wall, or a reduction."""
+        """Return the curve with strength and stiffness times a factor."""
         return Passive(
             stiffness_n_per_m=self.stiffness_n_per_m * factor,
             ultimate_n=self.ultimate_n * factor,
@@ -120,7 +120,7 @@ def wall_backfill(abutment: AbutmentData, kind: str, skew_rad: float) -> Passive
 def variation_factors(
     stations: list[float], skew_rad: float, variation: float, acute_sign: float
 ) -> list[float]:
-    """Return factors along the wall, 1 in the middle, linear, largest at the acute deck corner.
+    """Return linear factors along the wall: 1 in the middle, largest at the acute deck corner.
 
     References:
         Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.

@@ -1,8 +1,8 @@
-"""`contact` and `contact_friction`: pads, backwall and keys behind contact units.
+"""The abutment models `contact` and `contact_friction`: backwall and keys behind contact units.
 
-Ground - backfill and wing-wall springs - wall node - contact unit - deck, at the corners of the
-backwall and between them; ground - backbone - key node - contact unit - deck at both keys. The
-gaps live in the contact units only.
+At points along the backwall, corners included: ground - backfill and wing-wall springs - wall node
+- contact unit - deck. At both keys: ground - backbone - key node - contact unit - deck. Only the
+contact units have gaps.
 
 References:
     Rahman and Mackie, section 4 of the paper (figure 9).
@@ -14,14 +14,15 @@ from skewbridge.bridge.abutment.elements import (
     elastic_material,
     grounded_node,
     key_stiffness_n_per_m,
+    normal_penalty,
     passive_material,
     plane_node,
     plastic_material,
     spring_element,
+    tangent_penalty,
     turned,
 )
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.penalty import normal_penalty, tangent_penalty
 from skewbridge.contact import ContactSet
 
 
@@ -41,7 +42,7 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
     end, options, tags = context.end, context.options, context.tags
     for along, share, passive in context.wall_parts():
         mass_kg = context.moving_mass_kg(context.wall_mass_kg * share)
-        # The penalty of a point is in proportion to its soil, so that the soil spreads the force.
+        # The penalty of a point is proportional to its soil, so that the soil spreads the force.
         kn = normal_penalty(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
@@ -70,8 +71,8 @@ def _hold_wall_point(
     ratio, mass_kg = options.wall_dashpot_ratio, context.wall_mass_kg * share
     weak = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
     stiffness, wing = passive.stiffness_n_per_m, wing_wall(context.data).scaled(share)
-    # ASSUME towards the deck the wall leans on its stem, as stiff as the soil at first:
-    # shaking alone does not swing it into the gap
+    # ASSUME towards the deck the stem of the wall is as stiff as the soil initially: shaking
+    # alone does not swing the wall into the gap
     leaning = stiffness + weak
     across_n_s_per_m = damping_n_s_per_m(ratio, stiffness, mass_kg)
     across = [
@@ -91,7 +92,7 @@ def _hold_wall_point(
 
 
 def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sign: float) -> None:
-    """Create one exterior key and its contact with the deck's corner."""
+    """Create one exterior key and its contact with the corner of the deck."""
     end, options, tags = context.end, context.options, context.tags
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)

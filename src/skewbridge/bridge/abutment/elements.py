@@ -1,4 +1,4 @@
-"""Springs of wall, wing wall and key: materials, and zeroLength elements in the skewed frame."""
+"""Springs of abutments: materials, contact penalties, zeroLength elements and their nodes."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -7,17 +7,18 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment.backfill import Passive
 from skewbridge.bridge.catalogue.data import KeyData
-from skewbridge.bridge.deck_plan import PlanVector
-from skewbridge.bridge.handles import SpringHandle
-from skewbridge.bridge.tags import TagAllocator
+from skewbridge.bridge.deck import PlanVector
+from skewbridge.bridge.handles import SpringHandle, TagAllocator
 from skewbridge.units import KN, MM
+from skewbridge.variant.options import ModelOptions
 
-# The gap materials want a gap: far below any displacement that matters.
+# Gap materials need a positive gap; this one is far below any displacement of interest.
 NO_GAP_M = 1.0e-6
 _NEVER_M = 1.0e3  # an elastic gap spring would yield at this deformation
-_CHORDS = 30  # of a hyperbola: within 0.1 % of it
-_PLATEAU_SLOPE = 1.0e-5  # of the initial stiffness: a tangent of zero would be one of either sign
-_NO_TENSION = 1.0e-6  # of the ultimate force, at which the spring cracks and opens
+_CHORDS = 30  # chords of a hyperbola: within 0.1 % of it
+# Slope of the plateau over the initial stiffness: rounding would give a zero slope either sign.
+_PLATEAU_SLOPE = 1.0e-5
+_NO_TENSION = 1.0e-6  # share of the ultimate force at which the spring cracks and opens
 _FAR_M = 10.0  # a curve ends at this deformation
 # source: defaults of the OpenSees manual for an unpinched Hysteretic spring without damage
 NO_PINCHING = (1.0, 1.0)
@@ -31,8 +32,8 @@ def turned(direction: PlanVector) -> PlanVector:
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
     """Create a spring that resists closing (negative deformation) beyond a gap."""
-    # ASSUME the soil keeps its indentation: it unloads as stiff as at first, then a gap opens
-    # behind the wall
+    # ASSUME the soil keeps its indentation: it unloads with its initial stiffness, then a gap
+    # opens behind the wall
     material = tags.material()
     stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     if passive.failure_ratio == 0.0:
@@ -40,10 +41,10 @@ def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
         ops.uniaxialMaterial("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage")
         return material
     # A plastic curve of any shape, without tension. HyperbolicGapMaterial does not end at the
-    # ultimate force, and jumps on reloading after a trial that overshot. The gap is the start of
-    # the curve: what is closed of it stays closed like soil that was pushed, and the spring meets
-    # the soil where it did. (A material around this one would evaluate it outside of an element,
-    # which OpenSees 3.8 does not survive.)
+    # ultimate force, and jumps on reloading after a trial that overshot. The gap is the first part
+    # of the curve: the closed part of it stays closed, like soil that was pushed, and the spring
+    # meets the soil again where it left it. (A wrapper material would evaluate this one outside of
+    # an element, which crashes OpenSees 3.8.)
     polygon_m, polygon_n = passive.polygon(_CHORDS)
     none_n = _NO_TENSION * ultimate
     start_m, start_n = ([0.0, none_n / stiffness], [0.0, none_n]) if gap_m > 0.0 else ([], [])
@@ -73,9 +74,9 @@ def elastic_material(
     dashpot_n_s_per_m: float = 0.0,
     compression_n_per_m: float | None = None,
 ) -> int:
-    """Create an elastic spring, with a dashpot beside it.
+    """Create an elastic spring with a parallel dashpot.
 
-    Its stiffness in compression (negative deformation) may be another one.
+    The stiffness in compression (negative deformation) may differ.
     """
     material = tags.material()
     negative = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
@@ -84,7 +85,7 @@ def elastic_material(
 
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
-    """Create a stiff spring that acts when a gap closes (negative deformation)."""
+    """Create a stiff spring that acts once a gap is closed (negative deformation)."""
     material = tags.material()
     yield_n, gap = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
     ops.uniaxialMaterial("ElasticPPGap", material, stiffness_n_per_m, yield_n, gap, 0.0, "noDamage")
@@ -110,7 +111,7 @@ def key_stiffness_n_per_m(key: KeyData) -> float:
 
 
 def damping_n_s_per_m(ratio: float, stiffness_n_per_m: float, mass_kg: float) -> float:
-    """Return the dashpot of a ratio of critical on a mass held by a spring."""
+    """Return the dashpot coefficient for a damping ratio of a mass on a spring."""
     return 2 * ratio * sqrt(stiffness_n_per_m * mass_kg)
 
 
@@ -139,7 +140,7 @@ def spring_element(
 
 
 def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
-    """Create a fixed node; at the pads' top if its place is given in plan."""
+    """Create a fixed node; a position given in plan is at the top of the pads."""
     node = tags.node()
     ops.node(node, *place_m, *[0.0] * (3 - len(place_m)))
     ops.fix(node, 1, 1, 1, 1, 1, 1)
@@ -147,10 +148,46 @@ def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
 
 
 def plane_node(plan_m: PlanVector, mass_kg: float, tags: TagAllocator) -> int:
-    """Create a node at the pads' top that moves in plan only."""
+    """Create a node at the top of the pads that moves only in plan."""
     node = tags.node()
     ops.node(node, *plan_m, 0.0)
     ops.fix(node, 0, 0, 1, 1, 1, 1)
     if mass_kg > 0.0:
         ops.mass(node, mass_kg, mass_kg, 0.0, 0.0, 0.0, 0.0)
     return node
+
+
+# A penalty spring 50 times stiffer than its neighbour softens the two in series by 2 %.
+NORMAL_OVER_NEIGHBOUR = 50.0
+# ASSUME with wall_mass the frequency of a contact may reach 3 rad per step of 5 ms (the paper's
+# step). With Houbolt at that step and OSB1 at zero skew, a change of the motion by a millionth
+# moved demands by 5 % at 4.6 rad, and by a millionth at 3.2 rad.
+NOMINAL_STEP_S = 0.005
+MAX_RADIANS_PER_STEP = 3.0
+# ASSUME the tangential penalty is 5 times softer than the normal one. A much softer one does not
+# reach the limit within a short contact, so that friction depends on the time step; a stiffer one
+# gives friction without sliding. results/sensitivity.parquet halves and doubles it.
+NORMAL_OVER_TANGENT = 5.0
+
+
+def normal_penalty(neighbour_n_per_m: float, mass_kg: float, options: ModelOptions) -> float:
+    """Return the normal penalty of a contact in N/m, unless the options name one.
+
+    The neighbour is the stiffest spring in series with the contact; the mass is that of the node
+    between them (a node without mass sets no limit).
+    """
+    factor = options.normal_stiffness_factor
+    if options.normal_stiffness_n_per_m is not None:
+        return factor * options.normal_stiffness_n_per_m
+    stiff = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
+    if mass_kg > 0.0:
+        stiff = min(stiff, mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2)
+    return factor * stiff
+
+
+def tangent_penalty(normal_n_per_m: float, options: ModelOptions) -> float:
+    """Return the tangential penalty of a contact in N/m, from its normal penalty."""
+    factor = options.tangent_stiffness_factor
+    if options.tangent_stiffness_n_per_m is not None:
+        return factor * options.tangent_stiffness_n_per_m
+    return factor * normal_n_per_m / options.normal_stiffness_factor / NORMAL_OVER_TANGENT

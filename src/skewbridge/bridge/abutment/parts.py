@@ -1,9 +1,8 @@
-"""What the abutment models share: the context of one side, and the handle they fill."""
+"""Common parts of the abutment models: context of one side, wall points, keys and the handle."""
 
 from dataclasses import dataclass, field
 from typing import Any
 
-from skewbridge.bridge.abutment.arrays import Arrays
 from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
 from skewbridge.bridge.abutment.elements import (
     damping_n_s_per_m,
@@ -12,10 +11,16 @@ from skewbridge.bridge.abutment.elements import (
     key_stiffness_n_per_m,
     spring_element,
 )
+from skewbridge.bridge.abutment.supports import Arrays
 from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
-from skewbridge.bridge.deck_plan import DeckEnd, PlanVector, tributary_shares
-from skewbridge.bridge.handles import AbutmentHandle, BearingHandle, CornerHandle, SpringHandle
-from skewbridge.bridge.tags import TagAllocator
+from skewbridge.bridge.deck import DeckEnd, PlanVector, tributary_shares
+from skewbridge.bridge.handles import (
+    AbutmentHandle,
+    BearingHandle,
+    CornerHandle,
+    SpringHandle,
+    TagAllocator,
+)
 from skewbridge.contact import ContactSet
 from skewbridge.units import TONNE
 from skewbridge.variant.options import ModelOptions
@@ -25,7 +30,7 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SideContext:
-    """Everything an abutment model needs to build the joint of one side, its deck end at rest."""
+    """Data from which an abutment model builds the joint of one side, its deck end at rest."""
 
     end: DeckEnd
     arrays: Arrays
@@ -40,7 +45,7 @@ class SideContext:
 
     @property
     def key(self) -> KeyData:
-        """Backbone of the shear keys by the option."""
+        """Backbone of the shear keys under option ``keys``."""
         if self.options.keys == "monolithic":
             return self.data.monolithic_key
         return self.data.sacrificial_key
@@ -68,7 +73,7 @@ class SideContext:
             sign: +1 for the key at the end of the wall's tangent, -1 for the other.
         """
         along = self.end.tangent
-        # ASSUME the face of a key runs along the deck's edge, a narrow joint of one width off it
+        # ASSUME the face of a key is parallel to the edge of the deck
         if self.options.key_frame == "skewed":
             return (-sign * along[0], -sign * along[1])
         return (0.0, -sign if along[1] > 0.0 else sign)
@@ -81,12 +86,13 @@ class SideContext:
             key_material(self.key, self.tags),
             elastic_material(0.0, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m),
         ]
-        # ASSUME a key resists sliding along its face elastically, as stiff as at first across it
+        # ASSUME a key resists sliding along its face elastically, with its initial stiffness
+        # across the face
         along = [elastic_material(stiffness, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
 
     def moving_mass_kg(self, mass_kg: float) -> float:
-        """Return the mass that a wall or key node gets: its own, or none."""
+        """Return the mass of a wall or key node: the given mass, or zero without ``wall_mass``."""
         return mass_kg if self.options.wall_mass else 0.0
 
     @property
@@ -104,7 +110,7 @@ class SideContext:
 
 @dataclass(kw_only=True)
 class SideParts:
-    """What an abutment model built on one side, as `AbutmentHandle` holds it."""
+    """Parts that an abutment model built on one side, named as in `AbutmentHandle`."""
 
     wall_units: list[int] = field(default_factory=list[int])
     key_units: list[int] = field(default_factory=list[int])

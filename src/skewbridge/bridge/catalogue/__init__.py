@@ -1,7 +1,7 @@
-"""The bridges: one YAML file each, every number with its source, and their typed reading.
+"""The catalogue of bridges: one YAML file each, every number with its source.
 
-A user's own bridges stand in `config/bridges/`; see `skewbridge.bridge.catalogue.loading` for
-the form.
+A user's own bridges are in `config/bridges/`; `skewbridge.bridge.catalogue.loading` describes the
+format.
 """
 
 from skewbridge.bridge.catalogue.data import BridgeData

@@ -1,7 +1,7 @@
-"""The typed form of a bridge: pydantic models at this edge, frozen afterwards.
+"""Typed data of a bridge, as frozen pydantic models.
 
-Fields carry the engineers' units of the YAML files in their names; `skewbridge.bridge` converts
-them where they enter the model.
+Fields have the units of the YAML files in their names; `skewbridge.bridge` converts them to SI
+where they enter the model.
 """
 
 import math
@@ -9,8 +9,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-# Limits beyond anything that is built: a slip of units is told at once, and the solver never meets
-# a number whose powers overflow.
+# Limits wider than any real bridge: they catch a wrong unit at once, and keep numbers whose powers
+# overflow away from the solver.
 type Metres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
 type Distance = Annotated[float, Field(ge=0.0, le=1.0e3)]
 type Span = Annotated[float, Field(ge=1.0, le=500.0)]

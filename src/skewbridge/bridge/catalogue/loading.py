@@ -1,12 +1,12 @@
-"""Reading a bridge file: sources beside numbers, inheritance, validation.
+"""Bridge files: format, inheritance, validation and JSON schema.
 
-A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``; the classes are
-a (the paper), b (found text), c (recollection of a named report), d (engineering rule), calc
-(computed from the others). A list of numbers takes one such mapping with a list as ``v``.
-``extends: NAME`` starts from another bridge; mappings merge, the rest replaces.
+A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``. The source
+classes are a (the paper), b (found text), c (recollection of a named report), d (engineering rule)
+and calc (computed from other numbers). A list of numbers takes one such mapping with a list as
+``v``. ``extends: NAME`` starts from another bridge; mappings merge, other values replace.
 
 A bridge is found by its name in ``config/bridges/`` of the working folder, then in the catalogue
-of the package; a path with the ending ``.yaml`` names any other file.
+of the package. A path that ends in ``.yaml`` names any other file.
 """
 
 import re
@@ -20,9 +20,9 @@ from skewbridge.errors import InputError
 from skewbridge.reading import checked, read_mapping, shortened, shown_path
 
 FOLDER: Final = Path(__file__).parent
-#: Bridges of the user, beside the configuration.
+#: Bridges of the user, next to the configuration.
 OWN_FOLDER: Final = Path("config/bridges")
-#: Name of a bridge, and so of its file in these folders.
+#: Pattern of the name of a bridge, which is also that of its file in these folders.
 NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
 SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
@@ -34,7 +34,7 @@ def bridge_names() -> tuple[str, ...]:
 
 
 def load_bridge(name: str) -> BridgeData:
-    """Return a bridge by its name, or of a YAML file if `name` is a path.
+    """Return a bridge by its name or by the path of its YAML file.
 
     Raises:
         InputError: Unknown name, or a bad file; names file, key and limit.
@@ -43,7 +43,7 @@ def load_bridge(name: str) -> BridgeData:
 
 
 def bridge_file(name: str) -> Path:
-    """Return the file of a bridge: the path itself, or where its name is found first.
+    """Return the file of a bridge: the path itself, or the first file of its name.
 
     Raises:
         InputError: No file has this name.
@@ -59,7 +59,7 @@ def bridge_file(name: str) -> Path:
 
 
 def load_bridge_file(path: Path) -> BridgeData:
-    """Return the bridge in a file, read once in a process.
+    """Return the bridge in a file; each process reads a file once.
 
     Raises:
         InputError: The file is missing, not YAML, or breaks a limit; names file, key and limit.
@@ -67,7 +67,7 @@ def load_bridge_file(path: Path) -> BridgeData:
     try:
         found = path.resolve()
     except (OSError, ValueError):
-        raise InputError(f"{shown_path(path)} is no name of a file") from None
+        raise InputError(f"{shown_path(path)} is not a file name") from None
     return _loaded(found)
 
 
@@ -81,7 +81,7 @@ def _loaded(path: Path) -> BridgeData:
 
 
 def own_bridge_files(name: str) -> list[Path]:
-    """Return the file of a bridge and those of its parents that do not come with the package.
+    """Return those files of a bridge and its parents that are not part of the package.
 
     Raises:
         InputError: No file has the name of the bridge or of a parent.
@@ -91,7 +91,7 @@ def own_bridge_files(name: str) -> list[Path]:
 
 
 def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
-    """Return file and content of a bridge, then those of its parent, and so on."""
+    """Return the files and contents of a bridge, its parent, the parent's parent and so on."""
     found: list[tuple[Path, dict[str, Any]]] = []
     while True:
         tree = read_mapping(path)
@@ -101,29 +101,28 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
             return found
         base = _named(f"{parent}", path.parent, without=tuple(seen for seen, _ in found))
         if base is None:
-            told = f"{path.name}: extends: no other bridge {shortened(parent)}"
-            raise InputError(told, file=path.name)
+            message = f"{path.name}: extends: no other bridge {shortened(parent)}"
+            raise InputError(message, file=path.name)
         if len(found) > MAX_PARENTS:
             raise InputError(f"{path.name}: extends: more than {MAX_PARENTS} bridges in a row")
         path = base
 
 
-def _named(name: str, beside: Path, without: tuple[Path, ...] = ()) -> Path | None:
-    """Return the first file of a bridge: beside another, the user's own, then the catalogue's.
+def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | None:
+    """Return the first file of a bridge in the given, the user's and the package's folder.
 
-    A name that could lead out of these folders is none.
+    None if there is no such file, or if the name could lead out of these folders.
     """
     if not re.fullmatch(NAME_PATTERN, name):
         return None
     paths = (
-        (folder / f"{name}.yaml").resolve()
-        for folder in dict.fromkeys((beside, OWN_FOLDER, FOLDER))
+        (place / f"{name}.yaml").resolve() for place in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
     )
     return next((path for path in paths if path.is_file() and path not in without), None)
 
 
 def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a bridge with another laid over it; a number with its source replaces as a whole."""
+    """Return a bridge with another merged over it; a number and its source are one value."""
     merged = dict(base)
     for key, value in top.items():
         below = merged.get(key)
@@ -157,3 +156,50 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
             file=path.name,
         )
     return node
+
+
+def bridge_schema() -> dict[str, Any]:
+    """Return the JSON schema of a bridge file.
+
+    A file that extends another one may omit every key; any other file needs all keys of the top
+    level.
+    """
+    schema = BridgeData.model_json_schema()
+    kinds: dict[str, Any] = schema["$defs"]
+    for part in (schema, *kinds.values()):
+        if "properties" in part:
+            part["properties"] = {
+                name: _with_source(field, kinds) for name, field in part["properties"].items()
+            }
+    needed = [name for name in schema.pop("required") if name not in {"name", "sources"}]
+    for part in kinds.values():
+        part.pop("required", None)
+    for name in ("name", "sources"):
+        del schema["properties"][name]
+    schema["properties"]["extends"] = {
+        "type": "string",
+        "description": "name of the bridge that this one starts from",
+    }
+    schema["anyOf"] = [{"required": ["extends"]}, {"required": needed}]
+    return schema
+
+
+def _with_source(field: dict[str, Any], kinds: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a field in the file: numbers as value and source, others unchanged."""
+    known = [option for option in field.get("anyOf", [field]) if option.get("type") != "null"]
+    if not _is_number(known[0], kinds):
+        return field
+    source = {"type": "string", "pattern": f"^{SOURCE_PATTERN}$"}
+    return {
+        "type": "object",
+        "properties": {"v": known[0], "src": source},
+        "required": ["v", "src"],
+        "additionalProperties": False,
+    }
+
+
+def _is_number(field: dict[str, Any], kinds: dict[str, Any]) -> bool:
+    kind = kinds[field["$ref"].rsplit("/", 1)[1]] if "$ref" in field else field
+    if kind.get("type") == "array":
+        return _is_number(kind.get("items") or kind["prefixItems"][0], kinds)
+    return kind.get("type") in {"number", "integer"}

@@ -12,10 +12,10 @@ import openseespy.opensees as ops
 
 from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
 from skewbridge.analysis.pushover import push_abutment, push_bridge
-from skewbridge.bridge.abutment.arrays import LINK_N_PER_M
+from skewbridge.bridge.abutment.supports import LINK_N_PER_M
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import shear_section
-from skewbridge.bridge.dead_load import column_axial_n, total_weight_n
+from skewbridge.bridge.gravity import column_axial_n, total_weight_n
 from skewbridge.bridge.hinge import bent_capacities
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.moment_curvature import section_response

@@ -1,7 +1,10 @@
-"""`spring`: pads, gap springs of the backfill, shear keys, wing walls and embankment.
+"""The abutment models `roller`, `simplified` and `spring`, which have no contact units.
 
-Each exterior key stands between the deck (behind the transverse gap) and the abutment's body; the
-body is held along the wall by the wing walls and carries the embankment's mass on request.
+`roller` has only vertical supports at both ends of the skewed bearing line. `simplified` adds a
+rigid bar of deck width with a gap and a bilinear spring at each end. `spring` has pads, gap springs
+of the backfill, shear keys, wing walls and embankment: each exterior key is between the deck
+(behind the transverse gap) and the body of the abutment, which the wing walls hold along the wall
+and which may carry the mass of the embankment.
 
 References:
     Aviram, Mackie and Stojadinovic (2008), PEER 2008/03; Zhang and Makris (2002).
@@ -11,20 +14,55 @@ from math import sqrt
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutment.backfill import skew_reduction, wing_wall
+from skewbridge.bridge.abutment.backfill import (
+    sdc_backfill,
+    skew_reduction,
+    variation_factors,
+    wing_wall,
+)
 from skewbridge.bridge.abutment.elements import (
     damping_n_s_per_m,
     elastic_material,
     gap_material,
     grounded_node,
     key_stiffness_n_per_m,
+    normal_penalty,
     passive_material,
     plane_node,
     plastic_material,
     spring_element,
 )
 from skewbridge.bridge.abutment.parts import SideContext, SideParts
-from skewbridge.bridge.abutment.penalty import normal_penalty
+
+
+def build_roller(_context: SideContext) -> SideParts:
+    """Add nothing: the deck end is free on its supports."""
+    return SideParts()
+
+
+def build_simplified(context: SideContext) -> SideParts:
+    """Create the springs at both ends of the bar, each with half of the resistance."""
+    end, data, tags = context.end, context.data, context.tags
+    parts = SideParts()
+    straight = sdc_backfill(data.wall_width_m, data.wall_height_m)
+    longitudinal = straight.scaled(0.5 * skew_reduction(end.skew_rad))
+    # ASSUME the transverse springs have no gap, as in the published model
+    transverse = wing_wall(data).scaled(0.5)
+    ends = [-end.wall_length_m / 2, end.wall_length_m / 2]
+    factors = variation_factors(
+        ends, end.skew_rad, context.options.backfill_variation, end.acute_sign
+    )
+    for along, factor in zip(ends, factors, strict=True):
+        deck_node = context.arrays.at("outer", along)
+        ground = grounded_node(end.point("outer", along), tags)
+        nodes = (ground, deck_node)
+        soil = passive_material(longitudinal.scaled(factor), context.gap_m, tags)
+        wing = plastic_material(transverse.stiffness_n_per_m, transverse.ultimate_n, tags)
+        wall_spring, wing_spring = spring_element(nodes, end.inward, [soil], [wing], tags)
+        parts.wall_springs.append(wall_spring)
+        parts.key_springs.append(wing_spring)
+    return parts
+
 
 SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 
@@ -89,12 +127,12 @@ def _build_body(context: SideContext, parts: SideParts) -> int:
 
 
 def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -> None:
-    """Create one key on the body, and the gap between it and the deck's corner."""
+    """Create one key on the body, and the gap between the key and the corner of the deck."""
     end, tags, mass_kg = context.end, context.tags, context.moving_mass_kg(context.key_mass_kg)
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)
     node = plane_node(end.point("outer", along), mass_kg, tags)
-    # the body moves as one: its node at the key's place follows the middle
+    # the body moves as one: its node at the key follows the middle
     arm = plane_node(end.point("outer", along), 0.0, tags)
     ops.equalDOF(body, arm, 1, 2)
     holder = context.key_spring((arm, node), inward)
