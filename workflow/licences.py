@@ -10,26 +10,25 @@ from skewbridge.provenance.licences import licence_of
 HEAD = """\
 # Licences
 
-What `make setup` installs, with the licence that each package states in its metadata. skewbridge
-itself is BSD-3-Clause (`LICENSE`). The licence of OpenSeesPy stands in its package (`LICENSE.md`).
+Packages that `make setup` installs, by the licence that their metadata state. skewbridge itself is
+BSD-3-Clause (`LICENSE`). The licence of OpenSeesPy is in its package (`LICENSE.md`). `make docs`
+writes this page.
 
-This page is written by `make docs`.
-
-| package | version | licence |
-| --- | --- | --- |
+| licence | packages |
+| --- | --- |
 """
 
 
 def rows_of(lock: Path) -> list[str]:
-    """Return a row for each package of a lock that is installed."""
-    rows: list[str] = []
+    """Return a row for each licence of the packages of a lock that are installed."""
+    packages: dict[str, list[str]] = {}
     for name, version in re.findall(r"^([\w.-]+)==(\S+)", lock.read_text(encoding="utf-8"), re.M):
         try:
             licence = licence_of(metadata(name))
         except PackageNotFoundError:
             licence = "not installed on this platform"
-        rows.append(f"| {name} | {version} | {licence.replace('|', '/')} |\n")
-    return rows
+        packages.setdefault(licence.replace("|", "/"), []).append(f"{name} {version}")
+    return [f"| {licence} | {', '.join(names)} |\n" for licence, names in sorted(packages.items())]
 
 
 if __name__ == "__main__":

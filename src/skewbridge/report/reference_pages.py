@@ -1,7 +1,8 @@
 """Configuration keys, JSON schemas and data dictionary, written from the code."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +20,9 @@ from skewbridge.study.modelling_choices import CHOICE_COLUMNS
 
 ROOT: Final = Path(__file__).parents[3]
 
+#: A column with the ends of its interval, and its meaning.
+type _Columns = tuple[tuple[str, ...], str]
+
 TABLES: Final = {
     **{
         f"fragility/{name}{'.csv' if name == PAPER_TABLE else ''}": columns
@@ -33,48 +37,53 @@ CONFIG_HEAD: Final = """\
 
 `config.yaml` is the default study; another file is merged over it:
 `make study CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`.
-`smoke.yaml` is the small study of the tests, `real.yaml` runs recorded motions, `full.yaml` a finer
-grid; `stripes.yaml` scales every motion to every level and `ida.yaml` searches each motion's
-capacity. An unknown key, a value outside its limits or a number read as text stops the study before
-anything is computed. Keys end with the unit of their numbers. Write numbers with an exponent like
-`2.0e+7`: YAML reads `2e7` as text.
 
-What reruns: a new skew, gap, friction or motion runs only what is new; a limit state or a
-statistical key reruns the fits and what follows; a key of `model` or `analysis`, a number of a
-bridge or another version of OpenSees reruns the analyses. What counts is what the files say:
-comments, notes beside the motions and the times of files rerun nothing, so a study can be copied.
+| file | study |
+| --- | --- |
+| `smoke.yaml` | small study of the tests |
+| `real.yaml` | recorded motions |
+| `full.yaml` | finer grid |
+| `stripes.yaml`, `ida.yaml` | every motion at every level; capacity of each motion |
 
-Everything that a study writes lies in the folder `results:` (default `results`): give every study
-that is to be kept a folder of its own.
+An unknown key, a value outside its limits or a number read as text stops the study before anything
+is computed. Keys end with the unit of their numbers. Write numbers with an exponent like `2.0e+7`:
+YAML reads `2e7` as text. Give every study that you keep its own folder `results:`.
 
-- **An own bridge**: copy `bridges/template.yaml` to `bridges/NAME.yaml` and write `bridge: [NAME]`;
-  or write the path of any file, whose name (without folder and ending) then names the bridge.
-- **Own limit states**: copy `limit_states_template.yaml` and name the copy in
-  `fragility.limit_states`.
-- **Another axis**: any numeric key of `model` can stand under `grid:` with a list of values, for
-  example `transverse_gap_mm: [6.4, 25.4]`; it then replaces the value under `model:`.
-- **Skew, gap and friction** take any real number within their limits, with up to three decimals of
-  a degree or millimetre and five of the friction coefficient. In the names of variants and files
-  friction is in hundredths and `p` stands for the decimal point: 22.5 degrees, 25.4 mm and 0.375
-  give `osb1_cf_skew22p5_gap025p4_mu037p5`; a negative skew is written `skewm22p5`.
-- **Editors** that know `yaml-language-server` check keys and values while you write: each file
-  names its schema in the first line.
+A new skew, gap, friction or motion runs only what is new; a limit state or a statistical key reruns
+fits and what follows; a key of `model` or `analysis`, a number of a bridge or another version of
+OpenSees reruns the analyses. Comments and times of files rerun nothing.
 
-This page and the schemas are written from the classes of the sections by `make docs`.
+- **Bridge**: `bridge: [NAME]` for `bridges/NAME.yaml` (copy `bridges/template.yaml`), or the path
+  of a file.
+- **Limit states**: name your copy of `limit_states_template.yaml` in `fragility.limit_states`.
+- **Axis**: any numeric key of `model` can be under `grid:` with a list of values, for example
+  `transverse_gap_mm: [6.4, 25.4]`.
+- **Skew, gap and friction** are real numbers with up to three decimals of a degree or millimetre
+  and five of the friction coefficient. In names of variants friction is in hundredths and `p` is
+  the decimal point: 22.5 degrees, 25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, a
+  negative skew `skewm22p5`.
+- **Editors** with `yaml-language-server` check keys and values by the schema in the first line.
+
+`make docs` writes this page and the schemas.
 """
 
 COLUMNS_HEAD: Final = """\
 # Data dictionary
 
+The metadata of the parquet fields has the same texts. `make docs` writes this page.
+
 ## results/demands.parquet
 
 One row per (variant, motion_id, scale, incidence_deg), sorted by that key. SI unless the name says
-otherwise. Displacements are relative to the ground and counted from the state after gravity. The
-metadata of the parquet fields has the same texts. A row whose status is not `ok` keeps the peaks up
-to the time it reached; `complete` is true where every demand is the peak over the whole motion.
+otherwise. Displacements are relative to the ground and start from the state after gravity. A row
+whose status is not `ok` keeps the peaks up to the time it reached.
+"""
 
-This page is written from the code (`src/skewbridge/demands/schema.py` and the fragility package) by
-`make docs`.
+SHARED_HEAD: Final = """
+## Tables of statistics
+
+`x_low` and `x_high` are the ends of the interval of column `x`, `ci_low` and `ci_high` those of
+`ratio`; 0 and infinity are unbounded ends. Columns with the same meaning in several tables:
 """
 
 
@@ -122,11 +131,40 @@ def columns_page() -> str:
     """Return the data dictionary of the tables of results as Markdown."""
     rows = [(f"`{column.name}`", column.unit, column.description) for column in COLUMNS]
     page = COLUMNS_HEAD + "\n" + _table(("column", "unit", "meaning"), rows)
+    files: dict[tuple[_Columns, ...], list[str]] = {}
     for name, columns in TABLES.items():
-        fits = [(f"`{column}`", meaning) for column, meaning in columns.items()]
         file = name if "." in name else f"{name}.parquet"
-        page += f"\n## results/{file}\n\n" + _table(("column", "meaning"), fits)
+        files.setdefault(tuple(_with_ends(columns)), []).append(f"results/{file}")
+    count = Counter(each for columns in files for each in columns)
+    most = {
+        names[0]: max(n for (a, _), n in count.items() if a[0] == names[0]) for names, _ in count
+    }
+    shared = [each for each, n in count.items() if n == most[each[0][0]] > 1]
+    page += (
+        SHARED_HEAD + "\n" + _table(("column", "meaning"), [_column_row(each) for each in shared])
+    )
+    for columns, names in files.items():
+        also = ", ".join(f"`{name}`" for (name, *_), _ in (c for c in columns if c in shared))
+        page += f"\n## {', '.join(names)}\n\n" + (f"Shared columns: {also}.\n\n" if also else "")
+        rows = [_column_row(each) for each in columns if each not in shared]
+        page += _table(("column", "meaning"), rows)
     return page
+
+
+def _with_ends(columns: Mapping[str, str]) -> Iterator[_Columns]:
+    """Yield each column of a table together with the ends of its interval."""
+    for name, meaning in columns.items():
+        base, _, end = name.rpartition("_")
+        base = "ratio" if base == "ci" else base
+        if base not in columns or end not in {"low", "high"}:
+            stem = "ci" if name == "ratio" and "ci_low" in columns else name
+            ends = [f"{stem}_{end}" for end in ("low", "high")]
+            yield (name, *(each for each in ends if each in columns)), meaning
+
+
+def _column_row(columns: _Columns) -> tuple[str, str]:
+    names, meaning = columns
+    return ", ".join(f"`{name}`" for name in names), meaning
 
 
 def _schema(make: Callable[[], dict[str, Any]]) -> Callable[[], str]:
