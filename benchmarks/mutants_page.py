@@ -1,4 +1,4 @@
-"""The page of the small changes: how many the tests noticed, and each that they did not."""
+"""Page of the mutation tests: changes detected by package, and every change not detected."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,19 +11,12 @@ from mutation_sites import Mutation
 #: Changes that change no result (`equivalent`), and survivors with the reason they are left.
 JUDGED: Final = Path(__file__).with_name("mutants_judged.yaml")
 
-_HEAD: Final = """# What the tests notice
+_HEAD: Final = """# Mutation tests
 
-`make mutants` changes the sources in small ways, one at a time (`<` to `<=`, `+` to `-`, a number,
-a sign, `min` to `max`, ...), and runs the tests that reach the changed line until one fails. The
-{total} changes are drawn with a fixed seed from all of `contact`, `bridge`, `analysis`, `demands`,
-`fragility` and `motions`; texts, messages and annotations are not changed. A change is tried
-against {budget_s[0]:g} s of tests at most, the shortest first, and what survives them against
-{budget_s[1]:g} s once more; the workflow and the tests called slow are left out, so that what they
-alone would notice counts as not noticed. A change with which tests cannot be loaded is noticed.
-
-The program is our own (`benchmarks/mutants.py`); mutmut and cosmic-ray were not tried. What it
-is for: a sample whose first part is a sample as well, and a limit on the seconds of tests, since
-five minutes of tests for each change are a day for 200.
+`make mutants` makes {total} small changes to the sources, one at a time (`<` to `<=`, `+` to `-`, a
+number, a sign, `min` to `max`, ...), drawn with a fixed seed, and runs the tests that reach the
+changed line until one fails: for {budget_s[0]:g} s, what survives for {budget_s[1]:g} s. Slow tests
+and those of the workflow are left out. Finished changes are not repeated.
 """
 
 
@@ -47,28 +40,23 @@ def page(sample: Sequence[Mutation], entries: Iterable[Mapping[str, Any]], budge
     counted = [each for each in ran if each not in equivalent]
     left = [each for each in survived if each not in equivalent]
     noticed = sum(first[each.name] == "killed" for each in counted)
+    detected = 100.0 * (1.0 - len(left) / max(len(counted), 1))
     share = 100.0 * noticed / max(len(counted), 1)
     of_package = Counter(each.file.split("/")[0] for each in counted)
     left_of_package = Counter(each.file.split("/")[0] for each in left)
     lines = [
         _HEAD.format(total=len(sample), budget_s=budget_s),
-        f"Tried: {len(ran)} of {len(sample)}. Without the {len(equivalent)} that change no result, "
-        f"**{len(counted) - len(left)} of {len(counted)} were noticed "
-        f"({100.0 * (1.0 - len(left) / max(len(counted), 1)):.0f} %)**.\n",
-        f"At first it was {noticed} ({share:.0f} %): the others were noticed by tests written "
-        "since, or by more\nseconds of tests. Of changes that were not drawn the first share is "
-        "the most to expect.\n",
-        "| package | tried | noticed |",
+        f"Tried: {len(ran)} of {len(sample)}. {len(equivalent)} of them change no result (reasons "
+        f"in `benchmarks/mutants_judged.yaml`). Of the other {len(counted)}, tests detected "
+        f"**{len(counted) - len(left)} ({detected:.0f} %)**, and {noticed} "
+        f"({share:.0f} %) when the changes were first tried.\n",
+        "| package | tried | detected |",
         "| --- | ---: | ---: |",
         *(f"| `{p}` | {n} | {n - left_of_package[p]} |" for p, n in sorted(of_package.items())),
         "",
-        "## Not noticed",
+        "## Not detected",
         "",
         *_table(left, judged, "no test yet"),
-        "",
-        "## Changes of no result",
-        "",
-        *_table(equivalent, judged, ""),
         "",
     ]
     return "\n".join(lines)
