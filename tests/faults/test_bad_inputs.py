@@ -15,8 +15,7 @@ from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
 from skewbridge.fragility.exports import write_csv
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.index import list_motions, read_index
-from skewbridge.motions.write import write_index
+from skewbridge.motions.index import list_motions, read_index, write_index
 from skewbridge.study.config import parse_config
 from skewbridge.study.inputs import check_inputs
 

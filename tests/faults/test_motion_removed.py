@@ -7,7 +7,7 @@ import pytest
 from motions_files import make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import content
-from skewbridge.motions.settings import MotionsConfig
+from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.config import StudyConfig, analysis_sections
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest

@@ -11,9 +11,8 @@ from bad_motion_files import MOTION_FILES
 from motions_files import at2_text, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions.check import check_paths
-from skewbridge.motions.examine import DT_LIMITS_S, PGA_LIMITS_G
-from skewbridge.motions.formats.trace import Given
-from skewbridge.motions.read import read_trace
+from skewbridge.motions.read import DT_LIMITS_S, PGA_LIMITS_G, read_trace
+from skewbridge.motions.trace import Given
 from skewbridge.units import G_MPS2
 
 

@@ -8,8 +8,7 @@ import pytest
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions.check import check_paths
-from skewbridge.motions.paper_records import SURROGATE_FACTOR, SURROGATE_FILES
-from skewbridge.motions.read import read_motion
+from skewbridge.motions.read import SURROGATE_FACTOR, SURROGATE_FILES, read_motion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.units import G_MPS2

@@ -17,8 +17,8 @@ import pytest
 from fake_work import done_at_once, searched, signalled
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import motion_measures, scaled_measures
+from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.capacity_search import Known, Search
 from skewbridge.study.guard import Workers, worker_pids

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skewbridge.errors import InputError
-from skewbridge.motions.synthesis.calibration import target_spectrum
+from skewbridge.motions.synthesis.bssa14 import target_spectrum
+from skewbridge.motions.synthesis.ddk18 import Scenario
 from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
-from skewbridge.motions.synthesis.scenario import Scenario
 
 SCENARIOS = st.builds(
     Scenario,

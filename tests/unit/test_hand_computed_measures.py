@@ -16,8 +16,8 @@ from skewbridge.bridge.shear_capacity import (
     sdc_shear_strength,
 )
 from skewbridge.motions.intensity import housner_intensity, motion_measures
+from skewbridge.motions.levels import block_factors, block_targets
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.scaling import block_factors, block_targets
 
 CENTRE, WALL_1, WALL_2 = 1, 2, 3
 PSI_PA = 6894.757293168

@@ -8,8 +8,8 @@ import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import IM_COLUMNS
+from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.study import capacity_search
 from skewbridge.study.capacity_search import Known, Search, search_capacity
 from skewbridge.study.journal import read_content

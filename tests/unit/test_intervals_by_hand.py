@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from skewbridge.contact.law import ContactLaw
-from skewbridge.motions.examine import doubts
-from skewbridge.motions.formats.trace import Trace
+from skewbridge.motions.read import doubts
+from skewbridge.motions.trace import Trace
 
 
 @pytest.mark.parametrize(("offset", "is_told"), [(0.03, True), (-0.03, True), (0.01, False)])

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.cli import build_app
 from skewbridge.motions.content import content_digest
-from skewbridge.motions.settings import LEVEL_RANGE_G, MotionsConfig
+from skewbridge.motions.levels import LEVEL_RANGE_G, MotionsConfig
 from skewbridge.motions.suite import prepare_suite
-from skewbridge.motions.synthesis import embedded
+from skewbridge.motions.synthesis import generate
 from skewbridge.study.config import CONDITIONING_BRIDGE, analysis_sections, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.keys import run_key
@@ -40,13 +40,13 @@ def folder(tmp_path: Path) -> Path:
 def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Numbers of the motions that were made."""
     numbers: list[int] = []
-    make = embedded.made_motion
+    make = generate.made_motion
 
     def counted(number: int) -> object:
         numbers.append(number)
         return make(number)
 
-    monkeypatch.setattr(embedded, "made_motion", counted)
+    monkeypatch.setattr(generate, "made_motion", counted)
     return numbers
 
 
@@ -131,4 +131,4 @@ def test_a_number_stands_in_place_of_files(folder: Path, old: str, new: str) -> 
 
 
 def test_the_default_suite_has_enough_motions() -> None:
-    assert MotionsConfig().count <= 96 <= embedded.COUNT
+    assert MotionsConfig().count <= 96 <= generate.COUNT

@@ -14,7 +14,7 @@ from skewbridge.cli.motions import synthesize
 from skewbridge.errors import InputError
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis.bssa14 import bssa14
-from skewbridge.motions.synthesis.scenario import Scenario
+from skewbridge.motions.synthesis.ddk18 import Scenario
 from skewbridge.report.motion_figures import record_page, suite_spectra
 
 

@@ -17,8 +17,8 @@ from skewbridge.motions.intensity import displacement, velocity
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.synthesis.ddk18 import Scenario
 from skewbridge.motions.synthesis.generate import synthesize
-from skewbridge.motions.synthesis.scenario import Scenario
 
 
 @pytest.fixture(scope="module")

@@ -11,17 +11,16 @@ from motions_files import make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions.levels import (
     IDA_LIMITS,
+    LEVEL_MEASURE,
     bracket_capacity,
     most_trials,
     striped,
     unscaled_cloud,
 )
-from skewbridge.motions.prepared import read_suite, write_suite
-from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.motions.spectrum import component_psa
-from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
+from skewbridge.motions.synthesis.ddk18 import Scenario
 from skewbridge.motions.synthesis.generate import synthesize
-from skewbridge.motions.synthesis.scenario import Scenario
 
 
 @pytest.fixture

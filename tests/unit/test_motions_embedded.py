@@ -9,17 +9,21 @@ import pytest
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
+from skewbridge.motions.formats import at2_text, write_at2
 from skewbridge.motions.index import list_motions
+from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.scaling import FACTOR_LIMITS
-from skewbridge.motions.settings import LEVEL_RANGE_G
 from skewbridge.motions.suite import prepare_suite, read_entry
-from skewbridge.motions.synthesis import embedded
-from skewbridge.motions.synthesis.embedded import COUNT, STORED, default_motions, made_motion
-from skewbridge.motions.synthesis.generate import drawn_parameters
-from skewbridge.motions.synthesis.process import meets_its_times
-from skewbridge.motions.write import at2_text, write_at2
+from skewbridge.motions.synthesis import generate
+from skewbridge.motions.synthesis.ddk18 import meets_its_times
+from skewbridge.motions.synthesis.generate import (
+    COUNT,
+    STORED,
+    default_motions,
+    drawn_parameters,
+    made_motion,
+)
 from skewbridge.units import G_MPS2
 
 MOTIONS = Path(__file__).parents[2] / "motions"
@@ -132,7 +136,7 @@ def test_a_made_motion_is_what_its_files_would_be(tmp_path):
 
 def test_the_last_digits_of_a_processor_do_not_reach_a_made_motion(monkeypatch):
     """They differ by 1e-14 g between processors; here by ten times as much."""
-    synthesize = embedded.synthesize
+    synthesize = generate.synthesize
     rng = np.random.default_rng(1)
 
     def elsewhere(*arguments: object, **options: object) -> GroundMotion:
@@ -141,7 +145,7 @@ def test_the_last_digits_of_a_processor_do_not_reach_a_made_motion(monkeypatch):
 
     number = MADE[-1].made_from_number
     here = made_motion(number)
-    monkeypatch.setattr(embedded, "synthesize", elsewhere)
+    monkeypatch.setattr(generate, "synthesize", elsewhere)
     there = made_motion(number)
     assert there.sha256 == here.sha256 == MADE[-1].sha256
     for one, other in zip(here.components, there.components, strict=True):
@@ -152,7 +156,7 @@ def test_numbers_whose_envelope_misses_its_times_are_not_made():
     """Where a search stops that meets nothing differs between processors: 6 and 7 are stored."""
 
     def is_exact(number: int) -> bool:
-        drawn, _ = drawn_parameters(embedded.SCENARIO, index=number - 1, seed=embedded.SEED)
+        drawn, _ = drawn_parameters(generate.SCENARIO, index=number - 1, seed=generate.SEED)
         return meets_its_times(drawn.component_1) and meets_its_times(drawn.component_2)
 
     assert not is_exact(6)

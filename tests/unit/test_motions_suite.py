@@ -10,10 +10,8 @@ from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import IM_COLUMNS
-from skewbridge.motions.prepared import read_suite, write_suite
-from skewbridge.motions.scaling import block_factors, block_targets, stripe_factors
-from skewbridge.motions.settings import LEVEL_RANGE_G
-from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.levels import LEVEL_RANGE_G, block_factors, block_targets, stripe_factors
+from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 
 
 def test_folder_without_index_is_paired_and_measured(tmp_path):

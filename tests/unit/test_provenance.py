@@ -39,12 +39,12 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "variant/variant.py": ({ANALYSES, *ANALYSING}, set()),
     # its numeric fields are axes, which the fits read, too
     "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, {"verify_contact"}),
-    "motions/settings.py": ({"prepare_motions", *ANALYSING}, {ANALYSES, *FITS}),
+    "motions/levels.py": ({"prepare_motions", *ANALYSING}, {ANALYSES, *FITS}),
     "fragility/settings.py": (FITS, {ANALYSES, *ANALYSING, "prepare_motions"}),
     # the methods in the page are written from the whole configuration
     "study/config.py": ({"report"}, ALL - {"report"}),
     "motions/record.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, FITS),
-    "motions/formats/peer_at2.py": ({"prepare_motions"}, {ANALYSES, *FITS}),
+    "motions/formats.py": ({"prepare_motions"}, {ANALYSES, *FITS}),
     # motions without files are made when a suite is prepared, and in the paper's studies
     "motions/synthesis/ddk18.py": (MAKING, ALL - MAKING),
     "motions/synthesis/data/ddk18.json": (MAKING, ALL - MAKING),

@@ -12,9 +12,8 @@ from skewbridge.analysis.keys import bridge_digest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.motions.content import content_digest
-from skewbridge.motions.prepared import read_suite, write_suite
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 from skewbridge.study import keys
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task

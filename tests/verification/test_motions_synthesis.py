@@ -12,23 +12,24 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 
 from skewbridge.motions.spectrum import pair_psa
-from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
-from skewbridge.motions.synthesis.calibration import PERIODS_S
+from skewbridge.motions.synthesis.bssa14 import PERIODS_S, baker_jayaram_correlation, bssa14
 from skewbridge.motions.synthesis.ddk18 import (
     Pulse,
-    draw_parameters,
-    mean_normals,
-    transform,
-)
-from skewbridge.motions.synthesis.embedded import SCENARIO, default_motions
-from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
-from skewbridge.motions.synthesis.process import (
+    Scenario,
     arias_cm_s,
+    draw_parameters,
     fit_modulation,
+    mean_normals,
     pulse_acceleration,
     simulate_background,
+    transform,
 )
-from skewbridge.motions.synthesis.scenario import Scenario
+from skewbridge.motions.synthesis.generate import (
+    SCENARIO,
+    SynthesisOptions,
+    default_motions,
+    synthesize,
+)
 from skewbridge.units import G_MPS2
 
 SMELT = Scenario(magnitude=6.5, distance_km=10.0, vs30_mps=760.0, rupture_to_site_km=26.0)

@@ -11,7 +11,7 @@ from skewbridge.bridge.abutment.elements import normal_penalty
 from skewbridge.contact.law import ContactLaw, advance_pair
 from skewbridge.contact.restitution import kelvin_voigt_restitution
 from skewbridge.fragility.fits import fit_cloud
-from skewbridge.motions.scaling import block_targets
+from skewbridge.motions.levels import block_targets
 from skewbridge.variant.options import ModelOptions
 
 

@@ -6,7 +6,7 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake):
-        from skewbridge.motions.settings import MotionsConfig
+        from skewbridge.motions.levels import MotionsConfig
         from skewbridge.reading import checked
         from skewbridge.study.folder import StudyFolder
         from skewbridge.study.prepare import prepare_motions

@@ -11,7 +11,7 @@ from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_file
 
 if TYPE_CHECKING:
-    from skewbridge.motions.formats.trace import Given
+    from skewbridge.motions.trace import Given
 
 Files = Annotated[list[Path], typer.Argument(help="Component files.")]
 DtOption = Annotated[float | None, typer.Option("--dt-s", help="Time step for files without one.")]
@@ -147,9 +147,8 @@ def synthesize(
     as_json: JsonOption = False,
 ) -> None:
     """Make pairs of motions by the model of Dabaghi and Der Kiureghian (2018)."""
-    from skewbridge.motions.synthesis.embedded import write_synthetic_suite
-    from skewbridge.motions.synthesis.generate import SynthesisOptions
-    from skewbridge.motions.synthesis.scenario import Scenario
+    from skewbridge.motions.synthesis.ddk18 import Scenario
+    from skewbridge.motions.synthesis.generate import SynthesisOptions, write_synthetic_suite
 
     scenario = Scenario(
         magnitude=magnitude,
@@ -189,7 +188,7 @@ def default_suite(
     import numpy as np
 
     from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.motions.synthesis.embedded import write_default_suite
+    from skewbridge.motions.synthesis.generate import write_default_suite
     from skewbridge.study.config import CONDITIONING_BRIDGE
 
     period_s = load_bridge(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
@@ -208,7 +207,7 @@ def default_suite(
 
 
 def _given(dt_s: float | None, unit: str | None) -> "Given":
-    from skewbridge.motions.formats.trace import Given
+    from skewbridge.motions.trace import Given
 
     return Given(dt_s_if_missing=dt_s, unit_if_missing=unit)
 

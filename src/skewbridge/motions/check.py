@@ -1,39 +1,41 @@
-"""Look at motion files before they are used: one verdict a file, and an index on request."""
+"""Checks of motion files before use: one verdict per file, and an index on request."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Literal
 
 from skewbridge.errors import InputError
-from skewbridge.motions.examine import peak_g
-from skewbridge.motions.folders import files_below, is_folder, motion_files
-from skewbridge.motions.formats.trace import DtMissingError, Given, Trace
 from skewbridge.motions.index import (
     INDEX_NAME,
     IndexEntry,
+    files_below,
+    index_row,
+    is_folder,
     list_motions,
+    motion_files,
     read_index_table,
+    write_index,
 )
+from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
 from skewbridge.motions.read import PairError, different_records, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
-from skewbridge.motions.write import index_row, write_index
+from skewbridge.motions.trace import DtMissingError, Given, Trace
 from skewbridge.reading import shown_path
 
 type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
-_PASSING: Final = frozenset({"ok", "warn"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FileCheck:
-    """What was found out about one file.
+    """Result of the check of one file.
 
     Attributes:
         file: Path as given.
         verdict: ``ok``, ``warn`` (usable, but doubtful), ``error`` (unusable), ``needs_dt``
-            (values only: the time step must be given) or ``pair_error`` (does not go with its
-            other component).
-        format: Name of the format; this and the numbers are None of a file that was not read.
+            (values only: the time step must be given) or ``pair_error`` (does not match its other
+            component).
+        format: Name of the format; this and the numbers are None if the file can't be read.
     """
 
     file: str
@@ -47,15 +49,15 @@ class FileCheck:
     @property
     def passes(self) -> bool:
         """Whether the file can be used."""
-        return self.verdict in _PASSING
+        return self.verdict in ("ok", "warn")
 
 
 def check_paths(
     paths: list[Path], given: Given | None = None, *, strict: bool = False
 ) -> list[FileCheck]:
-    """Check files and folders; files that belong together by name are checked as pairs too.
+    """Check files and folders; files that form pairs by name are also checked as pairs.
 
-    A folder with an `index.csv` is held against it. Strictly, warnings are errors.
+    A folder with an `index.csv` is compared with it. If `strict`, warnings are errors.
 
     Raises:
         InputError: A path that does not exist, or an index that can't be read.
@@ -76,13 +78,21 @@ def check_paths(
 
 
 def write_folder_index(folder: Path, given: Given | None = None) -> Path:
-    """Write the `index.csv` of a folder, or bring the digests of an existing one up to date.
+    """Write the `index.csv` of a folder, or update the digests of an existing one.
 
-    Time step and unit given for files that have none go into it, where it has none either.
+    The time step and unit given for files that have none are stored where the index has none.
 
     Raises:
         InputError: A motion that can't be read, an unpaired file.
     """
+
+    def completed(known: Given) -> Given:
+        if given is None:
+            return known
+        return replace(
+            known, dt_s_if_missing=given.dt_s_if_missing, unit_if_missing=given.unit_if_missing
+        )
+
     index = folder / INDEX_NAME
     known: dict[str, dict[str, object]] = {}
     if index.is_file():
@@ -92,38 +102,24 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
         entry = replace(
             listed,
             sha256="",
-            given_1=_completed(listed.given_1, given),
-            given_2=_completed(listed.given_2, given),
+            given_1=completed(listed.given_1),
+            given_2=completed(listed.given_2),
         )
         row = index_row(read_entry(entry), [path for path, _ in entry.components], folder)
         cells = known.get(entry.motion_id, {}).items()
         kept = {name: text for name, text in cells if text and name not in {"npts", "sha256"}}
-        rows.append({**row, "unit": _unit_of(entry), "source": "", **kept})
+        units = {read_trace(*component).unit for component in entry.components}
+        unit = units.pop() if len(units) == 1 else ""
+        rows.append({**row, "unit": unit, "source": "", **kept})
     write_index(index, rows)
     return index
-
-
-def _completed(known: Given, otherwise: Given | None) -> Given:
-    if otherwise is None:
-        return known
-    return replace(
-        known,
-        dt_s_if_missing=otherwise.dt_s_if_missing,
-        unit_if_missing=otherwise.unit_if_missing,
-    )
-
-
-def _unit_of(entry: IndexEntry) -> str:
-    """Return the unit of the files of a motion, empty if they differ or there are none."""
-    units = {read_trace(*each).unit for each in entry.components}
-    return units.pop() if len(units) == 1 else ""
 
 
 def _files_of(folder: Path) -> list[Path]:
     files = motion_files(folder)
     if not files:
         raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
-    # A velocity or displacement that lies beside its acceleration is no mistake.
+    # A velocity or displacement next to its acceleration is no mistake.
     stems = {path.stem.lower() for path in files}
     stray = [
         path
@@ -136,6 +132,7 @@ def _files_of(folder: Path) -> list[Path]:
 def _check_files(
     paths: list[Path], given: Given | None, *, strict: bool, of_study: bool = False
 ) -> list[FileCheck]:
+    doubtful: Verdict = "error" if strict else "warn"
     checks: dict[Path, FileCheck] = {}
     traces: dict[Path, Trace] = {}
     for path in paths:
@@ -146,7 +143,15 @@ def _check_files(
             checks[path] = FileCheck(file=str(path), verdict=verdict, messages=(str(error),))
         else:
             traces[path] = trace
-            checks[path] = _check_of(trace, strict=strict)
+            checks[path] = FileCheck(
+                file=str(path),
+                verdict=doubtful if trace.warnings else "ok",
+                format=trace.format,
+                dt_s=trace.dt_s,
+                npts=int(trace.accel_mps2.size),
+                pga_g=peak_g(trace.accel_mps2),
+                messages=trace.messages,
+            )
     pairs = pairs_among(list(traces.values()), given_as_pair=len(paths) == 2)
     for first, second in pairs:
         _check_pair(first, second, checks)
@@ -159,7 +164,7 @@ def _check_files(
 
 
 def _check_pair(first: Trace, second: Trace, checks: dict[Path, FileCheck]) -> None:
-    """Add to the checks of two components what is wrong or noticed when they are joined."""
+    """Add errors and messages of joining two components to their checks."""
     try:
         motion = join_traces(first, second, motion_id=motion_name(first.path, second.path))
     except PairError as error:
@@ -174,19 +179,6 @@ def _check_pair(first: Trace, second: Trace, checks: dict[Path, FileCheck]) -> N
                 verdict = "warn" if message == doubt and checks[one.path].passes else None
                 text = f"with {other.path.name}: {message}"
                 checks[one.path] = _with(checks[one.path], text, verdict)
-
-
-def _check_of(trace: Trace, *, strict: bool) -> FileCheck:
-    doubtful: Verdict = "error" if strict else "warn"
-    return FileCheck(
-        file=str(trace.path),
-        verdict=doubtful if trace.warnings else "ok",
-        format=trace.format,
-        dt_s=trace.dt_s,
-        npts=int(trace.accel_mps2.size),
-        pga_g=peak_g(trace.accel_mps2),
-        messages=trace.messages,
-    )
 
 
 def _with(check: FileCheck, message: str, verdict: Verdict | None = None) -> FileCheck:
@@ -219,7 +211,7 @@ def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
 
 
 def _check_made(entry: IndexEntry, folder: Path) -> FileCheck:
-    """Make a motion that the index has a number of, and hold it against its digest."""
+    """Generate a motion that the index has a number of, and compare its digest."""
     name = str(folder / entry.motion_id)
     try:
         motion = read_entry(entry)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from skewbridge.errors import InputError
-from skewbridge.motions.folders import files_below
+from skewbridge.motions.index import files_below
 from skewbridge.provenance.digests import digest_of, source_digest
 from skewbridge.provenance.files import write_text
 from skewbridge.reading import read_json, shown_path

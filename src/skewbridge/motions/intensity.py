@@ -72,7 +72,7 @@ def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
     """Return the measures of one component: peaks, Arias, CAV, durations, Housner intensity."""
     build_up = arias_build_up(accel_mps2, dt_s)
     return {
-        "pga_g": float(np.abs(accel_mps2).max()) / G_MPS2,
+        "pga_g": peak_g(accel_mps2),
         "pgv_mps": float(np.abs(velocity(accel_mps2, dt_s)).max()),
         "pgd_m": float(np.abs(displacement(accel_mps2, dt_s)).max()),
         "arias_mps": float(build_up[-1]),
@@ -81,6 +81,11 @@ def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
         "d5_95_s": significant_duration(build_up, dt_s, 0.05, 0.95),
         "housner_m": housner_intensity(accel_mps2, dt_s),
     }
+
+
+def peak_g(accel_mps2: Vector) -> float:
+    """Return the largest absolute acceleration in g."""
+    return float(np.abs(accel_mps2).max()) / G_MPS2
 
 
 def velocity(accel_mps2: Vector, dt_s: float) -> Vector:

@@ -1,32 +1,168 @@
-"""Suites for the other ways to a fragility: unscaled cloud, stripes, per-record search (IDA)."""
+"""Levels of shaking of a study: configuration, scale factors, stripes, search per record (IDA).
+
+A factor belongs to the motion only: if it changed with the bridge variant, variants could not be
+compared motion by motion.
+"""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import ceil, log, log1p, log2
-from typing import Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 import numpy as np
-import pandas as pd
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.dataclasses import dataclass
 
 from skewbridge.errors import InputError
-from skewbridge.motions.scaling import FACTOR_LIMITS, stripe_factors
-from skewbridge.motions.settings import LEVEL_MEASURE
+from skewbridge.motions.record import Vector
+from skewbridge.reading import FileName, Number, Whole
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Intensity measure of ``level_range_g`` and ``stripes_g``.
+LEVEL_MEASURE: Final = "im_saavg_rotd50_g"
+#: source: trial runs of the default study (`skewbridge plan --pilot 8`), see config/config.yaml
+LEVEL_RANGE_G: Final = (0.07, 2.25)
+BLOCK: Final = 8
+# ASSUME a motion stays credible when scaled by 0.25 to 4; larger factors distort spectral shape
+FACTOR_LIMITS: Final = (0.25, 4.0)
 IDA_LIMITS: Final = (0.1, 10.0)
 IDA_TOLERANCE: Final = 0.01
 
+Level = Annotated[Number, Field(ge=1.0e-4, le=20.0)]
+Factor = Annotated[Number, Field(ge=1.0e-4, le=1.0e4)]
 
-def unscaled_cloud(suite: pd.DataFrame) -> pd.DataFrame:
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class MotionsConfig:
+    """Which ground motions, how strong and from which direction."""
+
+    folder: FileName = Field(
+        default="motions", description="folder with an index.csv or with motions"
+    )
+    count: Whole | None = Field(
+        default=32,
+        ge=1,
+        le=100_000,
+        description="number of motions, from the first of the suite; null for all",
+    )
+    design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(
+        default="scaled_cloud",
+        description="scaled_cloud: one factor per motion; cloud: unscaled; stripes: every motion "
+        "at every level; ida: search per motion for the first exceedance",
+    )
+    level_range_g: tuple[Level, Level] = Field(
+        default=LEVEL_RANGE_G,
+        description="range of Sa_avg that scaled_cloud spans and ida searches",
+    )
+    stripes_g: tuple[Level, ...] = Field(
+        default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5),
+        min_length=2,
+        max_length=100,
+        description="levels of Sa_avg of design stripes, rising",
+    )
+    factor_limits: tuple[Factor, Factor] = Field(
+        default=(0.25, 4.0),
+        description="smallest and largest factor of design stripes; outside, a motion is left out",
+    )
+    ida_demand: str = Field(
+        default="column_drift_ratio", description="demand that design ida searches with"
+    )
+    ida_threshold: Number = Field(
+        default=0.025, gt=0.0, le=1.0e9, description="its limit, in the unit of the demands table"
+    )
+    shaking_s: Number | None = Field(
+        default=None,
+        ge=0.1,
+        le=1.0e4,
+        description="keep only the strongest part of this length; null for all",
+    )
+    incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
+        default=(0.0,),
+        min_length=1,
+        max_length=360,
+        description="angle from the bridge x axis to component 1",
+    )
+
+    @model_validator(mode="after")
+    def _levels_rise(self) -> Self:
+        for name in ("level_range_g", "stripes_g", "factor_limits"):
+            values = getattr(self, name)
+            if list(values) != sorted(set(values)):
+                raise ValueError(f"{name} must rise, got {list(values)}")
+        return self
+
+
+def block_targets(block: int, size: int, level_range_g: tuple[float, float]) -> Vector:
+    """Return ascending target levels in g of one block of motions, log-uniformly spread.
+
+    Each block covers the whole range in equal steps; the offset of block b is element b + 1 of
+    the van der Corput sequence, so that any number of blocks fills the range evenly.
+    """
+    low_g, high_g = level_range_g
+    from scipy.stats import qmc  # here: workers that read the configuration do without scipy
+
+    sequence = qmc.Halton(1, scramble=False).fast_forward(block + 1)
+    share = (np.arange(size) + float(sequence.random(1)[0, 0])) / size
+    return low_g * (high_g / low_g) ** share
+
+
+def block_factors(
+    level_at_1_g: Sequence[float], level_range_g: tuple[float, float] = LEVEL_RANGE_G
+) -> Vector:
+    """Return one scale factor per motion of a suite, in suite order.
+
+    In each block of 8 consecutive motions the targets go to the motions in the order of their own
+    levels, which keeps the factors near 1. A block does not depend on the others: a longer suite
+    keeps the factors of its full blocks.
+
+    Raises:
+        InputError: A range that is not ascending and positive.
+    """
+    low_g, high_g = level_range_g
+    if not 0.0 < low_g < high_g:
+        raise InputError(
+            f"level_range_g must be two ascending positive levels, got {level_range_g}"
+        )
+    levels = np.asarray(level_at_1_g, dtype=np.float64)
+    factors = np.empty(levels.size)
+    for block, start in enumerate(range(0, levels.size, BLOCK)):
+        own = levels[start : start + BLOCK]
+        targets = block_targets(block, own.size, level_range_g)
+        factors[start + np.argsort(own, kind="stable")] = targets
+    return factors / levels
+
+
+def stripe_factors(
+    level_at_1_g: Sequence[float],
+    stripes_g: Sequence[float],
+    limits: tuple[float, float] = FACTOR_LIMITS,
+) -> tuple[Vector, NDArray[np.bool_]]:
+    """Return the factors that bring each motion to each stripe, and which are within the limits.
+
+    Returns:
+        Factors and their admissibility, each of shape (motions, stripes).
+    """
+    levels = np.asarray(level_at_1_g, dtype=np.float64)
+    stripes = np.asarray(stripes_g, dtype=np.float64)
+    if stripes.size == 0 or not (np.isfinite(stripes).all() and (stripes > 0.0).all()):
+        raise InputError(f"stripes_g must be positive levels, got {list(stripes_g)}")
+    factors = stripes[None, :] / levels[:, None]
+    return factors, (factors >= limits[0]) & (factors <= limits[1])
+
+
+def unscaled_cloud(suite: "pd.DataFrame") -> "pd.DataFrame":
     """Return a suite with every motion as recorded (factor 1)."""
     return suite.assign(scale=1.0)
 
 
 def striped(
-    suite: pd.DataFrame,
+    suite: "pd.DataFrame",
     stripes_g: Sequence[float],
     *,
     factor_limits: tuple[float, float] = FACTOR_LIMITS,
-) -> pd.DataFrame:
+) -> "pd.DataFrame":
     """Return a suite with a row for each motion and level of Sa_avg within the factor limits.
 
     Returns:
@@ -36,6 +172,8 @@ def striped(
     Raises:
         InputError: Levels or limits that are not positive and ascending, no row left.
     """
+    import pandas as pd  # here: workers that read the configuration do without pandas
+
     low, high = factor_limits
     if not 0.0 < low < high:
         raise InputError(f"factor_limits must be two ascending positive factors, got {low}, {high}")
@@ -59,7 +197,7 @@ def striped(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CapacityBracket:
-    """Where the first exceedance of one record lies.
+    """Factors between which one record first exceeds a limit.
 
     Attributes:
         lower: Highest factor known not to exceed; 0 if the lowest one tried exceeds.
@@ -94,8 +232,8 @@ def bracket_capacity(
 ) -> CapacityBracket:
     """Bracket the factor at which a record first exceeds a limit, halving the logarithmic range.
 
-    Ten analyses at most for the default limits and tolerance: nine halvings of a range of 100 leave
-    0.9 %, and an end of the range that the search ran into is tried once. Where the response is
+    At most ten analyses for the default limits and tolerance: nine halvings of a range of 100 leave
+    0.9 %, and an end of the range that the search reached is tried once. Where the response is
     not monotonic (resurrection), one of the crossings is found. A run that collapses exceeds. The
     tolerance is the width of the bracket relative to its lower end.
 

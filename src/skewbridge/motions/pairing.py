@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final, NoReturn
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.trace import Trace
+from skewbridge.motions.trace import Trace
 
 # Vertical components (UP, DWN, V) are never used: the bridge gets two horizontal ones.
 _VERTICAL = re.compile(r"[-_.](UP|UD|DWN|DN|V|VER|VERT|Z|H?3)$|[a-z0-9](DWN|-UP)$", re.IGNORECASE)

@@ -1,41 +1,54 @@
-"""The motions of a study: read, measured, scaled and kept in one parquet table."""
+"""The motions of a study: read, measured, scaled and stored in one parquet table."""
 
+import json
 import logging
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from skewbridge.errors import InputError, raise_all
 from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.index import IndexEntry, list_motions
-from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.paper_records import refuse_false_waho
-from skewbridge.motions.prepared import suite_row
-from skewbridge.motions.read import join_traces, read_trace
-from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.scaling import BLOCK, FACTOR_LIMITS, block_factors
-from skewbridge.motions.settings import LEVEL_MEASURE, LEVEL_RANGE_G
+from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
+from skewbridge.motions.levels import (
+    BLOCK,
+    FACTOR_LIMITS,
+    LEVEL_MEASURE,
+    LEVEL_RANGE_G,
+    block_factors,
+)
+from skewbridge.motions.read import join_traces, read_trace, refuse_false_waho
+from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
+from skewbridge.provenance.tables import provenance, read_frame, write_frame
 
 logger = logging.getLogger(__name__)
 
 
 def read_entry(entry: IndexEntry) -> GroundMotion:
-    """Read one listed motion, or make it; what the index knows goes before the file headers.
+    """Read or generate one listed motion; the index overrides the file headers.
 
     Raises:
         InputError: Unreadable files, a digest that differs, a false claim to be the WAHO record.
     """
-    motion = _from_files_or_rule(entry)
+    if entry.made_from_number is not None:
+        # Here: a suite of files alone needs none of the model.
+        from skewbridge.motions.synthesis.generate import made_motion
+
+        motion = replace(made_motion(entry.made_from_number), motion_id=entry.motion_id)
+    else:
+        one, two = (read_trace(path, given) for path, given in entry.components)
+        motion = join_traces(one, two, motion_id=entry.motion_id)
     if entry.sha256 and entry.sha256 != motion.sha256:
         what, why = "its values", "other libraries?"
         if motion.files:
             what, why = f"the files {' and '.join(motion.files)}", "changed files?"
         raise InputError(
             f"motion {entry.motion_id}: {what} "
-            f"have sha256 {motion.sha256[:12]}..., the index says {entry.sha256[:12]}...: "
+            f"have sha256 {motion.sha256[:12]}..., the index has {entry.sha256[:12]}...: "
             f"{why} run `skewbridge motions check --write` to accept them",
             motion_id=entry.motion_id,
         )
@@ -46,22 +59,12 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         magnitude=entry.magnitude,
         distance_km=entry.distance_km,
         vs30_mps=entry.vs30_mps,
-        azimuth_1_deg=_known(entry.azimuth_1_deg, motion.azimuth_1_deg),
-        azimuth_2_deg=_known(entry.azimuth_2_deg, motion.azimuth_2_deg),
+        azimuth_1_deg=_first_known(entry.azimuth_1_deg, motion.azimuth_1_deg),
+        azimuth_2_deg=_first_known(entry.azimuth_2_deg, motion.azimuth_2_deg),
         source=entry.source,
     )
     refuse_false_waho(motion)
     return motion
-
-
-def _from_files_or_rule(entry: IndexEntry) -> GroundMotion:
-    if entry.made_from_number is not None:
-        # Here, because a suite of files alone needs none of the model.
-        from skewbridge.motions.synthesis.embedded import made_motion
-
-        return replace(made_motion(entry.made_from_number), motion_id=entry.motion_id)
-    one, two = (read_trace(path, given) for path, given in entry.components)
-    return join_traces(one, two, motion_id=entry.motion_id)
 
 
 def read_entries(entries: Sequence[IndexEntry]) -> list[GroundMotion]:
@@ -111,22 +114,39 @@ def prepare_suite(
     motions = [treat(motion) for motion in read_entries(entries)]
     measures = [motion_measures(motion, t1_s) for motion in motions]
     computed = block_factors([row[LEVEL_MEASURE] for row in measures], level_range_g)
-    rows = [
-        suite_row(motion, _known(kept, float(factor)), values)
-        for kept, motion, factor, values in zip(factors, motions, computed, measures, strict=False)
-    ]
-    suite = pd.DataFrame(rows[:wanted])
-    _log_doubts(motions[:wanted], suite["scale"].to_list())
-    return suite
+    low, high = FACTOR_LIMITS
+    rows: list[dict[str, object]] = []
+    for stored, motion, factor, values in zip(
+        factors[:wanted], motions[:wanted], computed, measures, strict=False
+    ):
+        scale = _first_known(stored, float(factor))
+        rows.append(
+            {
+                "motion_id": motion.motion_id,
+                "scale": scale,
+                "npts": motion.npts,
+                **{name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)},
+                **values,
+                "accel_1_mps2": motion.accel_1_mps2,
+                "accel_2_mps2": motion.accel_2_mps2,
+                "messages": json.dumps(list(motion.messages)),
+            }
+        )
+        for message in motion.messages:
+            logger.warning("motion %s: %s", motion.motion_id, message)
+        if not low <= scale <= high:
+            logger.warning(
+                "motion %s: factor %.3g is outside %g to %g", motion.motion_id, scale, low, high
+            )
+    return pd.DataFrame(rows)
 
 
 def entries_to_read(
     folder: Path, count: int | None, *, t1_s: float, level_range_g: tuple[float, float]
 ) -> tuple[list[IndexEntry], int]:
-    """Return the motions that a suite of the first `count` reads, and how many it keeps.
+    """Return the motions to read for a suite of the first `count`, and how many are kept.
 
-    Where factors are computed, whole blocks are read even if not all are kept: a factor must not
-    depend on the count.
+    Where factors are computed, whole blocks are read: a factor must not depend on the count.
 
     Raises:
         InputError: Fewer motions than asked for, no folder, a broken index.
@@ -142,20 +162,35 @@ def entries_to_read(
     return entries[: math.ceil(wanted / BLOCK) * BLOCK if blocks else wanted], wanted
 
 
-def _log_doubts(motions: list[GroundMotion], scales: list[float]) -> None:
-    """Log what the readers noticed, and factors beyond the customary limits."""
-    low, high = FACTOR_LIMITS
-    for motion, scale in zip(motions, scales, strict=True):
-        for message in motion.messages:
-            logger.warning("motion %s: %s", motion.motion_id, message)
-        if not low <= scale <= high:
-            logger.warning(
-                "motion %s: factor %.3g is beyond %g to %g", motion.motion_id, scale, low, high
-            )
+def write_suite(suite: pd.DataFrame, path: Path) -> None:
+    """Write the table of `prepare_suite` as parquet."""
+    write_frame(suite, path, provenance())
+
+
+def read_suite(path: Path) -> list[SuiteMotion]:
+    """Return the motions of a table written by `write_suite`, in suite order.
+
+    Raises:
+        InputError: No such table, or one of another version of the program.
+    """
+    motions: list[SuiteMotion] = []
+    for row in read_frame(path).to_dict("records"):
+        known: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
+        known |= {name: float(row[name]) for name in NUMBER_FIELDS}
+        motion = GroundMotion(
+            **known,
+            accel_1_mps2=row["accel_1_mps2"],
+            accel_2_mps2=row["accel_2_mps2"],
+            messages=tuple(json.loads(row["messages"])),
+        )
+        scale = float(row["scale"])
+        measures = scaled_measures({name: float(row[name]) for name in IM_COLUMNS}, scale)
+        motions.append(SuiteMotion(motion=motion, scale=scale, measures=measures))
+    return motions
 
 
 def _stored_factor(entry: IndexEntry, level_range_g: tuple[float, float], t1_s: float) -> float:
-    """Return the factor of the index, nan if none or made for other levels or another period."""
+    """Return the factor of the index, nan if it has none for these levels and this period."""
     made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
     fits = all(
         math.isnan(kept) or math.isclose(kept, asked, rel_tol=1e-6)
@@ -164,5 +199,5 @@ def _stored_factor(entry: IndexEntry, level_range_g: tuple[float, float], t1_s: 
     return entry.scale if fits else float("nan")
 
 
-def _known(value: float, otherwise: float) -> float:
+def _first_known(value: float, otherwise: float) -> float:
     return otherwise if math.isnan(value) else value

@@ -1,4 +1,4 @@
-"""What the command line says of one motion: its measures and spectra under stable names."""
+"""Measures and spectra of motion files, under the names that the command line prints."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,8 +6,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from skewbridge.motions.examine import peak_g
-from skewbridge.motions.formats.trace import Given
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import (
     component_measures,
@@ -15,13 +13,15 @@ from skewbridge.motions.intensity import (
     conditioned_periods,
     housner_intensity,
     motion_measures,
+    peak_g,
 )
 from skewbridge.motions.read import read_motion, read_trace
 from skewbridge.motions.record import Vector
 from skewbridge.motions.spectrum import component_psa, pair_psa
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.synthesis.bssa14 import bssa14
-from skewbridge.motions.synthesis.scenario import Scenario
+from skewbridge.motions.synthesis.ddk18 import Scenario
+from skewbridge.motions.trace import Given
 from skewbridge.units import G_MPS2
 
 SPECTRUM_PERIODS_S: Final = (
@@ -37,7 +37,7 @@ def pair_summary(
     t1_s: float | None,
     periods_s: list[float] | None = None,
 ) -> dict[str, Any]:
-    """Return the measures and spectra of a pair of files, and what the reader noticed."""
+    """Return the measures and spectra of a pair of files, and the messages of the reader."""
     motion = read_motion(first, second, given)
     periods = periods_s or list(SPECTRUM_PERIODS_S)
     one, two = motion.components
@@ -62,7 +62,7 @@ def pair_summary(
 def component_summary(
     path: Path, given: Given, t1_s: float | None = None, periods_s: list[float] | None = None
 ) -> dict[str, Any]:
-    """Return the measures and the spectrum of one file, and what the reader noticed."""
+    """Return the measures and the spectrum of one file, and the messages of the reader."""
     trace = read_trace(path, given)
     periods = periods_s or list(SPECTRUM_PERIODS_S)
     psa_mps2 = component_psa(trace.accel_mps2, trace.dt_s, periods)
@@ -71,7 +71,8 @@ def component_summary(
         psa_g = component_psa(trace.accel_mps2, trace.dt_s, conditioned_periods(t1_s)) / G_MPS2
         measures["sa_t1_g"], measures["saavg_g"] = conditioned_levels(psa_g)
     return {
-        **{_with_component(name): value for name, value in measures.items()},
+        # The unit stays last: pga_h1_g for pga_g
+        **{"_h1_".join(name.rsplit("_", 1)): value for name, value in measures.items()},
         "dt_s": trace.dt_s,
         "npts": int(trace.accel_mps2.size),
         "periods_s": periods,
@@ -92,13 +93,13 @@ def read_components(files: list[Path], given: Given) -> tuple[str, float, dict[s
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SuiteTable:
-    """RotD50 spectra of a folder of motions, and what a ground-motion model expects.
+    """RotD50 spectra of a folder of motions, and those of a ground-motion model.
 
     Attributes:
         periods_s: Periods in s, shape (periods,).
         rotd50_g: RotD50 PSA in g, shape (motions, periods).
         model: Name, median in g and dispersion of BSSA14 at the same periods, where all motions
-            are of one synthetic scenario; else None.
+            belong to one synthetic scenario; else None.
     """
 
     periods_s: Vector
@@ -130,9 +131,3 @@ def suite_table(folder: Path) -> SuiteTable:
         )
         model = ("BSSA14", *bssa14(scenario, periods_s))
     return SuiteTable(periods_s=periods_s, rotd50_g=np.array(rotd50_g), model=model)
-
-
-def _with_component(name: str) -> str:
-    """Return `pga_h1_g` for `pga_g`: the unit stays last."""
-    stem, _, unit = name.rpartition("_")
-    return f"{stem}_h1_{unit}"

@@ -14,7 +14,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.fragility.limit_states import LimitState, load_limit_states
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.motions.settings import MotionsConfig
+from skewbridge.motions.levels import MotionsConfig
 from skewbridge.report.axis_layout import plain_label
 from skewbridge.study.config import StudyConfig
 from skewbridge.variant.abutments import ABUTMENTS

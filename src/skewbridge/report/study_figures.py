@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 from skewbridge.demands.columns import label_of
 from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.errors import InputError
-from skewbridge.motions.prepared import read_suite
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.reading import shortened

@@ -8,9 +8,8 @@ from typing import Final
 
 from skewbridge.demands.completeness import BEYOND_MODEL, completed
 from skewbridge.motions.intensity import scaled_measures
-from skewbridge.motions.levels import bracket_capacity
+from skewbridge.motions.levels import LEVEL_MEASURE, bracket_capacity
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.study.journal import open_journal
 from skewbridge.study.keys import run_key
 from skewbridge.study.task import Task

@@ -11,7 +11,7 @@ from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.suspect import SuspectLimits
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.motions.settings import MotionsConfig
+from skewbridge.motions.levels import MotionsConfig
 from skewbridge.reading import FileName, Number, Whole, checked, merged, read_mapping
 from skewbridge.study.figure_settings import FigureSettings
 from skewbridge.study.folder import DEFAULT_ROOT

@@ -21,9 +21,8 @@ from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.lines import SATURATING
 from skewbridge.motions.intensity import scaled_measures
+from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_MEASURE, block_factors
 from skewbridge.motions.record import Vector
-from skewbridge.motions.scaling import FACTOR_LIMITS, block_factors
-from skewbridge.motions.settings import LEVEL_MEASURE
 from skewbridge.reading import records_of
 from skewbridge.study.batch import run_tasks
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, analysis_sections

@@ -8,10 +8,8 @@ import pandas as pd
 
 from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.levels import striped, unscaled_cloud
-from skewbridge.motions.prepared import read_suite, write_suite
-from skewbridge.motions.settings import MotionsConfig
-from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.levels import MotionsConfig, striped, unscaled_cloud
+from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.study.folder import StudyFolder
 

@@ -8,9 +8,9 @@ from typing import Any, Self
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
-from skewbridge.motions.prepared import read_suite
+from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.motions.settings import MotionsConfig
+from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.tables import read_table
 from skewbridge.reading import checked
 from skewbridge.study.capacity_search import Search, at_factor

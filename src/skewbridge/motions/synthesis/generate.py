@@ -1,37 +1,74 @@
-"""Make synthetic motions: model parameters, waveforms, calibration, orientation."""
+"""Synthetic motions and suites: those of a user's scenario, and the default suite of the project.
 
-from dataclasses import dataclass
+The default suite has 128 pairs, 20 s of shaking and 5 s of free vibration. The first 40 are stored
+as files; the index has the numbers of the others, which are generated where a study needs them.
+"""
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
 
 from skewbridge.errors import InputError
-from skewbridge.motions.record import GroundMotion, Vector
-from skewbridge.motions.synthesis.calibration import calibrate_pair, target_spectrum
-from skewbridge.motions.synthesis.ddk18 import ModelParameters, draw_parameters
-from skewbridge.motions.synthesis.process import (
+from skewbridge.motions.conditioning import (
+    add_free_vibration,
+    cut_to_strongest,
+    effect_on_measures,
+    trim_quiet_ends,
+)
+from skewbridge.motions.formats import at2_text, write_at2
+from skewbridge.motions.index import INDEX_NAME, MADE_FROM, index_row, write_index
+from skewbridge.motions.intensity import motion_measures, pair_arias_build_up
+from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
+from skewbridge.motions.read import read_motion
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.synthesis.bssa14 import calibrate_pair, target_spectrum
+from skewbridge.motions.synthesis.ddk18 import (
+    ModelParameters,
+    Scenario,
     corner_frequency_hz,
+    draw_parameters,
+    meets_its_times,
     pulse_acceleration,
     simulate_background,
 )
-from skewbridge.motions.synthesis.scenario import Scenario
 from skewbridge.units import G_MPS2
 
 DT_S: Final = 0.01
 SOURCE: Final = "synthetic: model of Dabaghi and Der Kiureghian (2018)"
 _GOLDEN_SHARE: Final = 0.5 * (np.sqrt(5.0) - 1.0)
+# ASSUME one strong strike-slip earthquake near the bridge on firm soil: its median Sa_avg is the
+# middle of the default levels (0.07 to 2.25 g), which keeps scale factors near 1.
+SCENARIO: Final = Scenario(magnitude=6.5, distance_km=8.0, vs30_mps=400.0)
+SEED: Final = 2023
+COUNT: Final = 128
+STORED: Final = 40
+SHAKING_S: Final = 20.0
+FREE_VIBRATION_S: Final = 5.0
+# ASSUME motions that shake much longer than the window are left out: nearly all of the others is
+# kept, at the price of a suite without the longest durations.
+MIN_ARIAS_KEPT: Final = 0.95
+STEPS_PER_G: Final = 1.0e7  # resolution of a generated motion
+# The values of a motion differ by 1e-14 g between processors, found with and without the vector
+# instructions of numpy and OpenBLAS.
+CLEAR_OF_TIES_G: Final = 1.0e-12
+LICENCE: Final = "BSD-3-Clause"
+MAX_COUNT: Final = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SynthesisOptions:
-    """How motions are made from the model.
+    """Options of the synthesis.
 
     Attributes:
         calibrate: ``bssa14`` brings medians and dispersions to that model; ``none`` leaves the
             model as published.
         orientation: ``random`` turns each pair about the vertical, so that the stronger principal
             component is not always along the bridge; ``principal`` keeps component 1 the stronger
-            one. A pulse keeps its direction, component 1, in any case.
+            one. A pulse is always in component 1.
         dt_s: Time step in s.
     """
 
@@ -51,7 +88,7 @@ class SynthesisOptions:
 def synthesize(
     scenario: Scenario, *, index: int, seed: int, options: SynthesisOptions | None = None
 ) -> GroundMotion:
-    """Return one synthetic motion; it depends on the seed and its own index (from 0) only.
+    """Return one synthetic motion, which depends on the seed and its index (from 0) only.
 
     The random stream is that of ``SeedSequence([seed, index])``.
 
@@ -70,7 +107,9 @@ def synthesize(
         one_g = one_g + pulse_acceleration(parameters.pulse, time_s)
     elif how.orientation == "random":
         # ASSUME any direction of the principal axes is as likely as another
-        one_g, two_g = _turned(one_g, two_g, np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0))
+        angle_rad = np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0)
+        cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
+        one_g, two_g = cosine * one_g - sine * two_g, sine * one_g + cosine * two_g
     return GroundMotion(
         motion_id=f"syn{index + 1:03d}",
         dt_s=how.dt_s,
@@ -89,7 +128,7 @@ def synthesize(
 def drawn_parameters(
     scenario: Scenario, *, index: int, seed: int
 ) -> tuple[ModelParameters, np.random.Generator]:
-    """Return the parameters of one motion of a stream, and the stream after them.
+    """Return the parameters of one motion and the random stream after them.
 
     Raises:
         InputError: A negative seed or index.
@@ -97,17 +136,156 @@ def drawn_parameters(
     if seed < 0 or index < 0:
         raise InputError(f"seed and index must not be negative, got {seed} and {index}")
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
-    with_pulse = _has_pulse(scenario, rng)
+    draw = float(rng.uniform())  # drawn in any case: the option must not shift the stream
+    with_pulse = scenario.pulse == "all" or (
+        scenario.pulse == "probability" and draw < scenario.pulse_probability
+    )
     return draw_parameters(scenario, rng, with_pulse=with_pulse), rng
 
 
-def _has_pulse(scenario: Scenario, rng: np.random.Generator) -> bool:
-    draw = float(rng.uniform())  # drawn in any case: the option must not shift the stream
-    if scenario.pulse == "probability":
-        return draw < scenario.pulse_probability
-    return scenario.pulse == "all"
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DefaultMotion:
+    """One motion of the default suite.
+
+    Attributes:
+        number: Number of the motion in the stream of the seed, from 1.
+        whole: The motion as synthesized.
+        cut: The motion of the suite.
+        is_stored: Whether the suite has files of it; else `made_motion` generates it.
+    """
+
+    number: int
+    whole: GroundMotion
+    cut: GroundMotion
+    is_stored: bool
 
 
-def _turned(one: Vector, two: Vector, angle_rad: float) -> tuple[Vector, Vector]:
-    cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
-    return cosine * one - sine * two, sine * one + cosine * two
+def default_motions(count: int = COUNT) -> Iterator[DefaultMotion]:
+    """Yield the first motions of the default suite; the count changes none of them."""
+    found = number = 0
+    while found < count:
+        number += 1
+        is_stored = found < STORED
+        if not is_stored and not _has_exact_envelopes(number):
+            continue
+        whole, cut = _synthesized(number)
+        kept = pair_arias_build_up(cut)[-1] / pair_arias_build_up(whole)[-1]
+        if kept >= MIN_ARIAS_KEPT and (is_stored or _is_clear_of_ties(cut)):
+            found += 1
+            used = cut if is_stored else _rounded(cut)
+            yield DefaultMotion(number=number, whole=whole, cut=used, is_stored=is_stored)
+
+
+def made_motion(number: int) -> GroundMotion:
+    """Return a motion of the default suite without files, with the digest the files would have.
+
+    The digest, and with it the keys of the analyses, is the same on every processor, although the
+    last digits of exp, sin and the Fourier transform are not: values are whole multiples of
+    1e-7 g, and the suite has only motions in which a difference of 1e-12 g can't change the
+    rounding of a value and the envelopes are exact, see `meets_its_times`.
+
+    Args:
+        number: Number of the motion in the stream of the seed, from 1.
+    """
+    motion = _rounded(_synthesized(number)[1])
+    text = "".join(at2_text(motion, component) for component in (1, 2))
+    return replace(motion, sha256=hashlib.sha256(text.encode("ascii")).hexdigest())
+
+
+def write_default_suite(folder: Path, t1_s: float) -> list[dict[str, float]]:
+    """Write the default suite: `index.csv` and, for its first motions, `synthetic/*.AT2`.
+
+    Args:
+        folder: Where to write.
+        t1_s: Conditioning period of osb1, for the scale factors; stored in the index.
+
+    Returns:
+        Effect of the cut on each motion, see `effect_on_measures`.
+    """
+    effects: list[dict[str, float]] = []
+    rows: list[dict[str, object]] = []
+    levels_g: list[float] = []
+    for each in default_motions():
+        effects.append(effect_on_measures(each.whole, each.cut))
+        if each.is_stored:
+            files = write_at2(each.cut, folder / "synthetic")
+            rows.append(_row(each.cut, files, folder))
+            motion = read_motion(*files)  # a factor is that of the motion as written, with 8 digits
+        else:
+            motion = made_motion(each.number)
+            rows.append(_row(motion, (), folder) | {MADE_FROM: each.number})
+        levels_g.append(motion_measures(motion, t1_s)[LEVEL_MEASURE])
+    for row, factor in zip(rows, block_factors(levels_g), strict=True):
+        row["scale"] = float(f"{factor:.6g}")
+        row["scale_t1_s"] = t1_s
+        row["scale_low_g"], row["scale_high_g"] = LEVEL_RANGE_G
+    write_index(folder / INDEX_NAME, rows)
+    return effects
+
+
+def write_synthetic_suite(
+    folder: Path,
+    scenario: Scenario,
+    *,
+    count: int,
+    seed: int,
+    options: SynthesisOptions,
+    shaking_s: float | None = None,
+    free_vibration_s: float = 0.0,
+) -> Path:
+    """Write pairs as PEER files with an `index.csv`; return the path of the index.
+
+    Args:
+        folder: Where to write; an index in it is replaced.
+        scenario: Earthquake and site.
+        count: Number of pairs.
+        seed: Seed; pair i is the same whatever the count.
+        options: Calibration, orientation, time step.
+        shaking_s: Keep only the strongest part of this length; None cuts only the quiet ends.
+        free_vibration_s: Zeros added at the end.
+
+    Raises:
+        InputError: A count or length outside its limits, an unwritable folder.
+    """
+    if not 1 <= count <= MAX_COUNT:
+        raise InputError(f"count must be within 1 to {MAX_COUNT}, got {count}")
+    rows: list[dict[str, object]] = []
+    for index in range(count):
+        motion = synthesize(scenario, index=index, seed=seed, options=options)
+        if shaking_s is None:
+            motion = add_free_vibration(trim_quiet_ends(motion), free_vibration_s)
+        else:
+            motion = cut_to_strongest(motion, shaking_s, free_vibration_s)
+        rows.append(_row(motion, write_at2(motion, folder), folder))
+    write_index(folder / INDEX_NAME, rows)
+    return folder / INDEX_NAME
+
+
+def _synthesized(number: int) -> tuple[GroundMotion, GroundMotion]:
+    """Return a motion of the stream, whole and cut."""
+    whole = synthesize(SCENARIO, index=number - 1, seed=SEED)
+    return whole, cut_to_strongest(whole, SHAKING_S, FREE_VIBRATION_S)
+
+
+def _has_exact_envelopes(number: int) -> bool:
+    drawn, _ = drawn_parameters(SCENARIO, index=number - 1, seed=SEED)
+    return all(map(meets_its_times, (drawn.component_1, drawn.component_2)))
+
+
+def _rounded(motion: GroundMotion) -> GroundMotion:
+    # Adding zero makes a negative zero positive: its sign depends on the processor.
+    return motion.mapped(
+        lambda accel: (np.rint(accel / G_MPS2 * STEPS_PER_G) + 0.0) / STEPS_PER_G * G_MPS2
+    )
+
+
+def _is_clear_of_ties(motion: GroundMotion) -> bool:
+    """Return whether every processor rounds all values the same way."""
+    steps = np.concatenate(motion.components) / G_MPS2 * STEPS_PER_G
+    from_tie_g = np.abs(steps - np.floor(steps) - 0.5) / STEPS_PER_G
+    return bool(from_tie_g.min() > CLEAR_OF_TIES_G)
+
+
+def _row(motion: GroundMotion, files: tuple[Path, ...], folder: Path) -> dict[str, object]:
+    """Return the index row of a synthetic motion in two files, or in none."""
+    return index_row(motion, files, folder) | {"unit": "g", "licence": LICENCE}

@@ -11,19 +11,19 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.motions.formats.trace import Given
 from skewbridge.motions.index import IndexEntry, read_index
-from skewbridge.motions.paper_records import (
+from skewbridge.motions.read import (
     SURROGATE_FACTOR,
     SURROGATE_FILES,
     SURROGATE_ID,
     WAHO_PGA_ROTD50_G,
     FalseClaimError,
+    read_motion,
 )
-from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import read_entry
+from skewbridge.motions.trace import Given
 from skewbridge.provenance.digests import PACKAGE
 from skewbridge.units import G_MPS2
 

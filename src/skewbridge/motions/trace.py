@@ -1,5 +1,7 @@
-"""One recorded component as a reader returns it, and the units accelerations come in."""
+"""One acceleration component as read from a file: values, time step, unit, header."""
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -15,9 +17,19 @@ _SPELLINGS: Final = {
     "cm/s/s": "cm/s2", "cm/s^2": "cm/s2", "cm/sec2": "cm/s2", "cm/sec/sec": "cm/s2",
     "gal": "cm/s2", "m/s/s": "m/s2", "m/s^2": "m/s2", "m/sec2": "m/s2",
 }  # fmt: skip
-# ASSUME values without a unit are in g: so are nearly all public files, and the reader says it.
+# ASSUME values without a unit are in g, as in nearly all public files; a message states it.
 DEFAULT_UNIT: Final = "g"
 HEADER_WIDTH: Final = 300  # no header line is longer; the rest of a longer one is not searched
+MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
+MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
+
+FLOAT: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
+
+_PLAIN = re.compile(r"[0-9eEdD+\-.,;\s]*")
+_NUMBER = re.compile(FLOAT)
+_RUN = re.compile(rf"(?:{FLOAT})(?:[+-](?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)*")
+_DECIMAL_COMMA = re.compile(r"\d,\d")
+_SEPARATORS = str.maketrans(",;", "  ")
 
 
 class DtMissingError(InputError):
@@ -26,15 +38,15 @@ class DtMissingError(InputError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """What the caller or the index knows about a file.
+    """Properties of a file stated by the caller or the index.
 
     Attributes:
-        dt_s: Time step in s; goes before the file's own word.
-        unit: One of ``g``, ``cm/s2``, ``m/s2``; other common spellings are taken as these. Goes
-            before the file's own word.
-        channel: Which channel of a file with several, counted from 1.
-        dt_s_if_missing: Time step in s of a file that does not say it.
-        unit_if_missing: Unit of a file that does not say it.
+        dt_s: Time step in s; overrides the header.
+        unit: One of ``g``, ``cm/s2``, ``m/s2`` (other common spellings are converted); overrides
+            the header.
+        channel: Channel of a file with several, counted from 1.
+        dt_s_if_missing: Time step in s of a file that does not state it.
+        unit_if_missing: Unit of a file that does not state it.
     """
 
     dt_s: float | None = None
@@ -45,10 +57,10 @@ class Given:
 
     def __post_init__(self) -> None:
         for name in ("unit", "unit_if_missing"):
-            said = getattr(self, name)
-            if said is None:
+            unit = getattr(self, name)
+            if unit is None:
                 continue
-            unit = _SPELLINGS.get(said.strip().lower(), said.strip().lower())
+            unit = _SPELLINGS.get(unit.strip().lower(), unit.strip().lower())
             if unit not in UNIT_FACTORS:
                 raise InputError(f"unit must be one of {', '.join(UNIT_FACTORS)}, got {unit!r}")
             object.__setattr__(self, name, unit)
@@ -70,11 +82,11 @@ class Trace:
         dt_s: Time step in s.
         unit: Unit of the values in the file.
         sha256: Digest of the bytes of the file.
-        event: Earthquake, as the header has it.
-        station: Station, as the header has it.
+        event: Earthquake of the header.
+        station: Station of the header.
         azimuth_deg: Compass direction, nan if the header has none.
-        warnings: Doubts about the values; refused under strict reading.
-        notes: What was taken for granted.
+        warnings: Doubts about the values; errors under strict reading.
+        notes: Assumptions of the reader, such as the unit.
     """
 
     path: Path
@@ -91,15 +103,15 @@ class Trace:
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """All that there is to say of the file."""
+        """Warnings and notes."""
         return (*self.warnings, *self.notes)
 
 
 def unit_of(given: Given, in_file: str | None) -> tuple[str, list[str]]:
-    """Return the unit to use and what to say about it.
+    """Return the unit to use and notes about it.
 
-    The first of: the one that goes before the file's word, that of the file, that for files
-    without one, g.
+    The first that is known of: the given unit, that of the file, that given for files without
+    one, g.
     """
     if given.unit is not None:
         clash = in_file is not None and in_file != given.unit
@@ -114,10 +126,10 @@ def unit_of(given: Given, in_file: str | None) -> tuple[str, list[str]]:
 
 
 def dt_of(given: Given, in_file: float | None, path: Path) -> tuple[float, list[str]]:
-    """Return the time step to use and what to say about it.
+    """Return the time step to use and warnings about it.
 
     Raises:
-        DtMissingError: Neither the caller nor the file has one.
+        DtMissingError: Neither the caller nor the file states it.
     """
     if given.dt_s is not None:
         clash = in_file is not None and abs(in_file / given.dt_s - 1.0) > 1.0e-6
@@ -133,10 +145,10 @@ def dt_of(given: Given, in_file: float | None, path: Path) -> tuple[float, list[
 
 
 def channel_of(given: Given, count: int, path: Path) -> int:
-    """Return which channel of a file to read, from 1.
+    """Return the channel of a file to read, from 1.
 
     Raises:
-        InputError: The file has several and none is chosen, or fewer than the chosen one.
+        InputError: The file has several and none is chosen, or fewer than the chosen number.
     """
     if given.channel is None and count > 1:
         raise InputError(
@@ -155,3 +167,42 @@ def azimuth_deg(text: str) -> float:
     if cleaned in letters:
         return letters[cleaned]
     return float(cleaned) if cleaned.isdigit() and int(cleaned) <= 360 else float("nan")
+
+
+def fortran_float(text: str) -> float:
+    """Return one number; a D may mark its exponent."""
+    return float(text.upper().replace("D", "E"))
+
+
+def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vector:
+    """Return every number of some lines, in order.
+
+    Numbers are separated by blanks, commas or semicolons; Fortran ``D`` exponents and numbers that
+    touch at a sign (``.12E-01-.76E-02``) are read, too.
+
+    Raises:
+        InputError: Something that is not a finite number; names file and line.
+    """
+    text = "\n".join(lines)
+    if "." not in text and _DECIMAL_COMMA.search(text):
+        raise InputError(f"{path.name}: decimal comma in the values", file=str(path))
+    if _PLAIN.fullmatch(text):
+        tokens = text.translate(_SEPARATORS).replace("D", "E").replace("d", "e").split()
+        try:
+            values = np.array(tokens, dtype=np.float64)
+        except ValueError:
+            pass
+        else:
+            if (np.abs(values) <= MAX_MAGNITUDE).all():  # also refuses inf
+                return values
+    found: list[float] = []
+    for line, text in enumerate(lines, start=first_line):
+        for token in text.translate(_SEPARATORS).split():
+            problem, values = "is not a number", []
+            if len(token) <= MAX_TOKEN and _RUN.fullmatch(token):
+                problem, values = "is too large", [fortran_float(n) for n in _NUMBER.findall(token)]
+            if not values or max(map(abs, values)) > MAX_MAGNITUDE:
+                message = f"{path.name}, line {line}: {token[:40]!r} {problem}"
+                raise InputError(message, file=str(path), line=line)
+            found += values
+    return np.array(found, dtype=np.float64)
