@@ -19,7 +19,6 @@ from skewbridge.fragility.fits import (
     motion_weights,
 )
 from skewbridge.fragility.likelihood import (
-    MedianTerm,
     chi_square_drop,
     exceedance_kernel,
     maximise,
@@ -108,7 +107,7 @@ def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
         if not best.converged[0] or best.params[0, 1] < 0.05:
             continue
         drop = chi_square_drop(0.95)
-        ends = profile_ends(kernel, best, drop, [MedianTerm(0, np.array([1.0, 0.0]))])
+        ends = profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
         far += 5.0 < ends.ln_theta[0][1] < np.inf
         for end in ends.ln_theta[0]:
             if np.isfinite(end):

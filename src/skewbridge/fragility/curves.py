@@ -46,7 +46,6 @@ from skewbridge.fragility.fits import (
     motion_weights,
 )
 from skewbridge.fragility.likelihood import (
-    MedianTerm,
     NormalKernel,
     chi_square_drop,
     maximise,
@@ -468,8 +467,7 @@ class DemandFits:
         independent = not self._repeated if profile is None else profile
         ends = None
         if intervals and independent:
-            eye = np.eye(len(usable) + 1)
-            terms = [MedianTerm(i, eye[i]) for i in range(len(usable))]
+            terms = np.eye(len(usable) + 1)[:-1]
             drop = chi_square_drop(self._settings.confidence)
             ends = profile_ends(whole, best, drop, terms, len(usable))
         for i, j in enumerate(usable):

@@ -24,7 +24,6 @@ from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.likelihood import (
     HALF_LOG_2PI,
     Maximum,
-    MedianTerm,
     NormalKernel,
     chi_square_drop,
     exceedance_kernel,
@@ -164,7 +163,7 @@ def _single_state(
     kernel: NormalKernel, best: Maximum, drop: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the profile ends of ln theta and beta of a kernel with parameters (a0, a1)."""
-    ends = profile_ends(kernel, best, drop, [MedianTerm(0, np.array([1.0, 0.0]))])
+    ends = profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
     return ends.ln_theta[0], ends.beta
 
 
@@ -741,13 +740,13 @@ def _fit_tobit(
     blank = replace(blank, details=details, loglik=float(best.loglik[0]))
     if d1 <= FLATTEST_SLOPE:
         return [replace(blank, status=existence.NON_INCREASING, loglik=nan)] * len(capacities)
-    terms = [MedianTerm(0, np.array([1.0, 0.0, -np.log(c)])) for c, _ in capacities]
+    terms = np.array([[1.0, 0.0, -np.log(c)] for c, _ in capacities])
     ends = None
     if interval:
         ends = profile_ends(kernel, best, student_drop(int(np.sum(seen)), blank.level), terms)
     fits: list[FragilityFit] = []
     for j, (term, (_, dispersion)) in enumerate(zip(terms, capacities, strict=True)):
-        onto = np.array([term.intercept, [0.0, 1.0, 0.0]])
+        onto = np.array([term, [0.0, 1.0, 0.0]])
         widening = float(np.sqrt(1.0 + (h * dispersion) ** 2))
         fit = estimated(
             blank,

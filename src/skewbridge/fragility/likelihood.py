@@ -10,9 +10,8 @@ References:
     Tobin (1958), Econometrica 26(1):24-36: censored regression.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol, Self
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +24,7 @@ _SQRT_2_OVER_PI: Final = np.sqrt(2.0 / np.pi)
 _DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step squares it
 _MAX_ITERATIONS: Final = 80
 _MAX_HALVINGS: Final = 40
+_PROFILE_TOLERANCE: Final = 1e-11
 
 
 def mills_ratio(eta: FloatArray) -> FloatArray:
@@ -61,30 +61,9 @@ class Derivatives:
     hessian: FloatArray
 
 
-class Kernel(Protocol):
-    """A log-likelihood of p parameters that can be evaluated in batches."""
-
-    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        """Evaluate at ``params`` (R, p); ``rows`` are their numbers in the batch of replicates."""
-        ...
-
-
 def _products(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return x y' of the rows of two designs of shape (J, p), shape (J, p p)."""
     return (first[:, :, None] * second[:, None, :]).reshape(-1, first.shape[1] ** 2)
-
-
-@dataclass(frozen=True, slots=True)
-class _Rows:
-    """Rows of one kind: linear predictors z = design params, and the numbers of the rows."""
-
-    design: FloatArray
-    products: FloatArray
-    index: NDArray[np.intp]
-
-    @classmethod
-    def of(cls, design: FloatArray, index: NDArray[np.intp]) -> Self:
-        return cls(design, _products(design, design), index)
 
 
 class NormalKernel:
@@ -116,19 +95,20 @@ class NormalKernel:
         self.weights = np.ones(lower.size) if weights is None else weights
         above = covariates if upper_covariates is None else upper_covariates
         seen = (lower == upper) if observed is None else observed
-        low, high = np.isfinite(lower) & ~seen, np.isfinite(upper) & ~seen
-
-        def design(x: FloatArray, y: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
-            return np.column_stack([-x[mask], y[mask]])
-
-        index = [np.flatnonzero(mask) for mask in (low & ~high, high & ~low, low & high)]
-        self._right = _Rows.of(design(covariates, lower, low & ~high), index[0])
-        self._left = _Rows.of(design(above, upper, high & ~low), index[1])
-        self._both_low = _Rows.of(design(covariates, lower, low & high), index[2])
-        self._both_high = _Rows.of(design(above, upper, low & high), index[2])
+        has_low, has_high = np.isfinite(lower) & ~seen, np.isfinite(upper) & ~seen
+        low, high = np.column_stack([-covariates, lower]), np.column_stack([-above, upper])
+        tails = ((-1.0, low, has_low & ~has_high), (1.0, high, has_high & ~has_low))
+        #: Sign, numbers of the rows, design and its products of rows with one end.
+        self._tails = [
+            (sign, np.flatnonzero(rows), design[rows], _products(design[rows], design[rows]))
+            for sign, design, rows in tails
+            if np.any(rows)
+        ]
+        self._between = np.flatnonzero(has_low & has_high)
+        self._low, self._high = low[self._between], high[self._between]
+        self._low_low, self._high_high = (_products(x, x) for x in (self._low, self._high))
+        self._cross = _products(self._low, self._high) + _products(self._high, self._low)
         self._any_observed = bool(seen.any())
-        first, second = self._both_high.design, self._both_low.design
-        self._cross = _products(first, second) + _products(second, first)
         self._count, self._onto, self._sums = self._squares(
             covariates[seen], lower[seen], self.weights[..., seen]
         )
@@ -151,17 +131,15 @@ class NormalKernel:
         return np.sum(weights, axis=-1), onto, sums
 
     def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
-        """Evaluate the batch; see `Kernel`."""
-        each = self.weights.ndim == 2 and rows is not None
-        weights = self.weights[rows] if each else self.weights
+        """Evaluate at ``params`` (R, p); ``rows`` are their numbers in the batch of replicates."""
+        weights, sums, count = self.weights, self._sums, self._count
+        if weights.ndim == 2 and rows is not None:
+            weights, sums, count = weights[rows], sums[rows], count[rows]
         h = params[:, -1]
-        inside = (h > 0.0) | (not self._any_observed)
-        safe_h = np.where(inside, h, 1.0)
-        loglik = np.zeros(h.size)
-        score = np.zeros(params.shape)
+        loglik, score = np.zeros(h.size), np.zeros(params.shape)
         hessian = np.zeros((*params.shape, params.shape[1]))
-        sums, count = (self._sums[rows], self._count[rows]) if each else (self._sums, self._count)
         if self._any_observed:
+            safe_h = np.where(h > 0.0, h, 1.0)
             turned = params @ self._onto.T
             product = np.einsum("...ij,...j->...i", sums, turned)
             loglik += count * (np.log(safe_h) - HALF_LOG_2PI) - 0.5 * np.sum(turned * product, 1)
@@ -169,29 +147,31 @@ class NormalKernel:
             score[:, -1] += count / safe_h
             hessian -= self._onto.T @ sums @ self._onto
             hessian[:, -1, -1] -= count / safe_h**2
-        for part, sign in ((self._right, -1.0), (self._left, 1.0)):
-            if part.index.size:
-                w = weights[..., part.index]
-                u = sign * (params @ part.design.T)
-                ratio = mills_ratio(u)
-                with np.errstate(divide="ignore"):
-                    log_p = np.where(ratio > 0.0, -0.5 * u * u - HALF_LOG_2PI - np.log(ratio), 0.0)
-                loglik += np.sum(w * log_p, axis=1)
-                score += (sign * w * ratio) @ part.design
-                hessian += ((-w * ratio * (u + ratio)) @ part.products).reshape(hessian.shape)
-        if self._both_low.index.size:
-            w = weights[..., self._both_low.index]
-            zu, zl = params @ self._both_high.design.T, params @ self._both_low.design.T
+        for sign, index, design, products in self._tails:
+            w = weights[..., index]
+            u = sign * (params @ design.T)
+            ratio = mills_ratio(u)
+            with np.errstate(divide="ignore"):
+                log_p = np.where(ratio > 0.0, -0.5 * u * u - HALF_LOG_2PI - np.log(ratio), 0.0)
+            loglik += np.sum(w * log_p, axis=1)
+            w = w * ratio
+            score += (sign * w) @ design
+            hessian -= ((w * (u + ratio)) @ products).reshape(hessian.shape)
+        if self._between.size:
+            w = weights[..., self._between]
+            zu, zl = params @ self._high.T, params @ self._low.T
             log_p = log_normal_interval(zl, zu)
             # a step to where a bracket has no probability is refused: finite derivatives suffice
             scale = np.where(np.isfinite(log_p), -log_p, -np.inf)
             pu, pl = (np.exp(-0.5 * z * z - HALF_LOG_2PI + scale) for z in (zu, zl))
             loglik += np.sum(w * np.where(w > 0.0, log_p, 0.0), axis=1)
-            score += (w * pu) @ self._both_high.design - (w * pl) @ self._both_low.design
-            second = (-w * pu * (zu + pu)) @ self._both_high.products
-            second += (w * pl * (zl - pl)) @ self._both_low.products + (w * pu * pl) @ self._cross
+            score += (w * pu) @ self._high - (w * pl) @ self._low
+            second = (-w * pu * (zu + pu)) @ self._high_high + (w * pu * pl) @ self._cross
+            second += (w * pl * (zl - pl)) @ self._low_low
             hessian += second.reshape(hessian.shape)
-        return Derivatives(np.where(inside, loglik, -np.inf), score, hessian)
+        if self._any_observed:
+            loglik = np.where(h > 0.0, loglik, -np.inf)
+        return Derivatives(loglik, score, hessian)
 
 
 def exceedance_kernel(ln_im: FloatArray, exceed: FloatArray, remain: FloatArray) -> NormalKernel:
@@ -234,7 +214,7 @@ class Maximum:
     converged: NDArray[np.bool_]
 
 
-def maximise(kernel: Kernel, start: FloatArray, *, covariance: bool = True) -> Maximum:
+def maximise(kernel: NormalKernel, start: FloatArray, *, covariance: bool = True) -> Maximum:
     """Maximise a batch of concave log-likelihoods from ``start`` (R, p) by halved Newton steps."""
     params = np.array(start, dtype=np.float64)
     total = params.shape[0]
@@ -266,25 +246,16 @@ def maximise(kernel: Kernel, start: FloatArray, *, covariance: bool = True) -> M
 
 
 def _newton_step(now: Derivatives) -> FloatArray:
-    hessian, score = now.hessian, now.score
-    if score.shape[1] == 1:
-        return score / np.where(hessian[:, 0] < 0.0, -hessian[:, 0], np.inf)
-    if score.shape[1] == 2:  # closed form: by far the most frequent case
-        a, b, d = hessian[:, 0, 0], hessian[:, 0, 1], hessian[:, 1, 1]
-        det = a * d - b * b
-        det = np.where(det > 0.0, det, np.inf)
-        first = (d * score[:, 0] - b * score[:, 1]) / -det
-        second = (a * score[:, 1] - b * score[:, 0]) / -det
-        return np.stack([first, second], axis=1)
-    step = np.zeros_like(score)
+    step = np.zeros_like(now.score)
     with np.errstate(all="ignore"):
-        good = np.all(np.isfinite(hessian), axis=(1, 2)) & (np.abs(np.linalg.det(hessian)) > 0.0)
-    step[good] = np.linalg.solve(-hessian[good], score[good][..., None])[..., 0]
+        determinant = np.linalg.det(now.hessian)
+    good = np.isfinite(determinant) & (determinant != 0.0)
+    step[good] = np.linalg.solve(-now.hessian[good], now.score[good][..., None])[..., 0]
     return step
 
 
 def _step_uphill(
-    kernel: Kernel,
+    kernel: NormalKernel,
     params: FloatArray,
     active: NDArray[np.intp],
     step: FloatArray,
@@ -336,76 +307,57 @@ class ProfileEnds:
     beta: tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class MedianTerm:
-    """The predictor of one state: eta = params @ intercept + a1 ln x, so ln theta = -intercept/a1.
-
-    Attributes:
-        position: Position of the parameter that the state determines (a0 of the state).
-        intercept: Coefficients of the parameters in the intercept, shape (p,), 0 at the slope and
-            not 0 at ``position``.
-    """
-
-    position: int
-    intercept: FloatArray
-
-
 def profile_ends(
-    kernel: Kernel, maximum: Maximum, drop: float, terms: Sequence[MedianTerm], slope: int = 1
+    kernel: NormalKernel, maximum: Maximum, drop: float, intercepts: FloatArray, slope: int = 1
 ) -> ProfileEnds:
     """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= drop}.
 
     All ends are found together by Newton's method inside brackets: the derivative of a profile is
-    the score along psi at the best nuisance parameters.
+    the Lagrange multiplier of the constraint that fixes psi.
 
     Args:
         kernel: Log-likelihood of p parameters.
         maximum: Its maximum, a batch of one with a1 > 0.
         drop: Drop of twice the log-likelihood at the ends.
-        terms: The states whose medians are profiled.
+        intercepts: Coefficients of the parameters in a0 of each state, shape (J, p), 0 at the
+            slope: eta = params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1.
         slope: Position of the slope a1.
 
     Returns:
         The ends; those of ln theta may be infinite and the upper end of beta too: then the data do
         not bound the median or the dispersion on that side.
     """
-    best, covariance = maximum.params[0], maximum.covariance[0]
-    a1 = float(best[slope])
-    profiles = _Profiles(kernel, best, float(maximum.loglik[0]) - 0.5 * drop, terms, slope)
-    middles = np.array([-float(term.intercept @ best) / a1 for term in terms] + [np.log(a1)])
-    gradients = np.array([-term.intercept / a1 for term in terms] + [np.zeros(best.size)])
+    best, a1 = maximum.params[0], float(maximum.params[0, slope])
+    profiles = _Profiles(kernel, best, float(maximum.loglik[0]) - 0.5 * drop, intercepts, slope)
+    middles = np.append(-intercepts @ best / a1, np.log(a1))
+    gradients = np.vstack([-intercepts, np.eye(best.size)[slope]]) / a1
     gradients[:-1, slope] = -middles[:-1] / a1
-    gradients[-1, slope] = 1.0 / a1
-    variance = np.einsum("kp,pq,kq->k", gradients, covariance, gradients)
+    variance = np.einsum("kp,pq,kq->k", gradients, maximum.covariance[0], gradients)
     width = np.sqrt(drop * np.where(np.isfinite(variance) & (variance > 0.0), variance, 0.01))
-    side = np.tile([-1.0, 1.0], middles.size)
-    centre = np.repeat(middles, 2)
+    width[-1] = min(width[-1], 2.0)
+    side, centre = np.tile([-1.0, 1.0], middles.size), np.repeat(middles, 2)
     # ASSUME a median further away than this, or a dispersion beyond a factor e^30, is not bounded
-    reach = np.repeat([*(40.0 / a1 + 20.0 for _ in terms), 30.0], 2)
-    step = np.repeat([*width[:-1], min(width[-1], 2.0)], 2)
-    inner, outer = centre.copy(), centre + side * step
-    value, rate = profiles.evaluate(outer)
-    while np.any(outside := (value > 0.0) & (np.abs(outer - centre) < reach)):
-        step = np.where(outside, 2.0 * step, step)
-        inner = np.where(outside, outer, inner)
-        outer = np.where(outside, outer + side * step, outer)
-        value, rate = profiles.evaluate(outer)
-    endless = value > 0.0
-    psi, low, high = outer.copy(), inner, outer.copy()  # zero between low (inside) and high
+    reach = np.repeat([*np.full(len(intercepts), 40.0 / a1 + 20.0), 30.0], 2)
+    away = np.minimum(np.repeat(width, 2), reach)  # distance from the maximum
+    low, high = np.zeros(away.size), np.full(away.size, np.inf)  # the end lies between
+    endless = np.zeros(away.size, dtype=np.bool_)
     for _ in range(_MAX_ITERATIONS):
-        if np.all(endless | (np.abs(value) < 1e-10)):
+        value, rate = profiles.evaluate(centre + side * away)
+        inside = value > 0.0
+        endless = inside & (away == reach)
+        if np.all(done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
             break
+        low, high = np.where(inside, away, low), np.where(inside, high, away)
         # the root of the drop is nearly linear in psi
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(np.maximum(drop - 2.0 * value, 0.0))
-            newton = psi + (root - np.sqrt(drop)) * root / rate
-        between = (side * newton > side * low) & (side * newton < side * high)
-        psi = np.where(endless, psi, np.where(between, newton, 0.5 * (low + high)))
-        value, rate = profiles.evaluate(psi)
-        low, high = np.where(value > 0.0, psi, low), np.where(value > 0.0, high, psi)
-    ends = np.where(endless, side * np.inf, psi).reshape(-1, 2)
+            newton = away + (root - np.sqrt(drop)) * root / (side * rate)
+        newton = np.where(newton > low, np.minimum(newton, np.minimum(3.0 * away, reach)), np.nan)
+        between = np.where(np.isfinite(high), 0.5 * (low + high), np.minimum(2.0 * away, reach))
+        away = np.where(done, away, np.where(newton < high, newton, between))
+    ends = np.where(endless, side * np.inf, centre + side * away).reshape(-1, 2)
     return ProfileEnds(
-        [(float(low), float(high)) for low, high in ends[:-1]],
+        [(float(first), float(last)) for first, last in ends[:-1]],
         (float(np.exp(-ends[-1, 1])), float(np.exp(-ends[-1, 0]))),
     )
 
@@ -413,87 +365,83 @@ def profile_ends(
 class _Profiles:
     """Profiles of ln theta of J states (2 rows each) and of ln a1 (2 rows), less a target.
 
-    The parameters of a row are base + nuisance @ free: the nuisance parameters are all but one, the
-    intercept of the state (which ln theta and the others determine) or a1 itself.
+    A row maximises the log-likelihood under the constraint normal @ params = right.
     """
 
     def __init__(
         self,
-        kernel: Kernel,
+        kernel: NormalKernel,
         best: FloatArray,
         target: float,
-        terms: Sequence[MedianTerm],
+        intercepts: FloatArray,
         slope: int,
     ) -> None:
-        p, rows = best.size, 2 * len(terms) + 2
-        self._kernel, self._target, self._slope, self._best = kernel, target, slope, best
-        self._bound = np.array([t.position for t in terms for _ in range(2)] + [slope, slope])
-        self._scale = np.ones(rows)
-        self._nuisance = np.empty((rows, p - 1))
-        self._free = np.zeros((rows, p - 1, p))
-        self._slope_row = np.zeros(rows, dtype=np.intp)  # place of a1 among the nuisance parameters
-        for row in range(rows):
-            others = [i for i in range(p) if i != self._bound[row]]
-            self._nuisance[row] = best[others]
-            self._free[row, np.arange(p - 1), others] = 1.0
-            if row < rows - 2:
-                term = terms[row // 2]
-                self._scale[row] = term.intercept[term.position]
-                # intercept = -a1 psi: the bound parameter follows from the others
-                self._free[row, :, term.position] -= term.intercept[others] / self._scale[row]
-                self._slope_row[row] = others.index(slope)
-        self._medians = np.arange(rows - 2)
+        self._kernel, self._target, self._slope = kernel, target, slope
+        axis = np.eye(best.size)[slope]
+        self._normals = np.vstack([np.repeat(intercepts, 2, axis=0), axis, axis])
+        # along these directions every constraint has a solution of finite likelihood: all
+        # intercepts move alike, or the slope
+        shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
+        self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
+        self._params = np.tile(best, (len(self._normals), 1))
 
     def evaluate(self, psi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the profiles at ``psi`` and their derivatives, shape (rows,)."""
-        rows, free = self._medians, self._free.copy()
-        base = np.zeros((psi.size, free.shape[2]))
-        base[-2:, self._slope] = np.exp(psi[-2:])
-        slopes = self._slope_row[rows]
-        free[rows, slopes, self._bound[rows]] -= psi[:-2] / self._scale[rows]
-        t = self._nuisance
-        now = self._at(base, free, t)
-        if np.any(lost := ~np.isfinite(now.loglik)):
-            # intercepts out of order: move all others by as much as the bound one
-            params = base + np.einsum("rq,rqp->rp", t, free)
-            moved = params[np.arange(psi.size), self._bound] - self._best[self._bound]
-            shift = np.where(lost, moved, 0.0)[:, None] * np.ones_like(t)
-            shift[rows, slopes] = 0.0
-            t = t + shift
-            now = self._at(base, free, t)
-        for _ in range(_MAX_ITERATIONS):
-            score = np.einsum("rqp,rp->rq", free, now.score)
-            curve = -(free @ now.hessian @ np.swapaxes(free, 1, 2))
-            # far from the data a direction may be flat: the ridge keeps the step finite
-            ridge = 1e-12 + 1e-11 * np.trace(curve, axis1=1, axis2=2)
-            curve = curve + ridge[:, None, None] * np.eye(t.shape[1])
-            with np.errstate(all="ignore"):
-                step = np.linalg.solve(curve, score[:, :, None])[:, :, 0]
-            if np.all(np.sum(step * score, axis=1) < 1e-11):
-                break
-            new, factor = t + step, np.ones(psi.size)
-            # a falling curve is excluded: the best rising one is flat
-            new[rows, slopes] = np.maximum(new[rows, slopes], 0.0)
-            trial = self._at(base, free, new)
-            while np.any(fallen := ~(trial.loglik >= now.loglik - 1e-10)) and factor.min() > 1e-9:
-                factor = np.where(fallen, 0.5 * factor, factor)
-                new = t + factor[:, None] * step
-                new[rows, slopes] = np.maximum(new[rows, slopes], 0.0)
-                trial = self._at(base, free, new)
-            stuck = np.all(np.abs(new - t) <= 1e-14 * (1.0 + np.abs(t)))
-            t, now = new, trial
-            if stuck:
-                break
-        self._nuisance = np.where(np.isfinite(t), t, self._nuisance)
-        self._nuisance[rows, slopes] = np.maximum(self._nuisance[rows, slopes], 1e-6)
-        along = now.score[np.arange(psi.size), self._bound]
-        rate = np.concatenate(
-            [
-                -t[rows, slopes] / self._scale[rows] * along[:-2],
-                base[-2:, self._slope] * along[-2:],
-            ]
-        )
-        return now.loglik - self._target, rate
+        normals, right = self._normals.copy(), np.zeros(psi.size)
+        normals[:-2, self._slope] = psi[:-2]
+        right[-2:] = np.exp(psi[-2:])
+        loglik, multiplier = self._maximise(normals, right, np.zeros(psi.size, dtype=np.bool_))
+        falling = self._params[:, self._slope] < 0.0
+        if np.any(falling):  # a falling curve is excluded: the best rising one is flat
+            loglik, multiplier = self._maximise(normals, right, falling)
+        rate = -multiplier * self._params[:, self._slope]
+        rate[-2:] *= -1.0
+        return loglik - self._target, rate
 
-    def _at(self, base: FloatArray, free: FloatArray, t: FloatArray) -> Derivatives:
-        return self._kernel.derivatives(base + np.einsum("rq,rqp->rp", t, free))
+    def _maximise(
+        self, normals: FloatArray, right: FloatArray, flat: NDArray[np.bool_]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Move the parameters to the maxima; return log-likelihoods and Lagrange multipliers.
+
+        The slope stays at zero in the rows ``flat``.
+        """
+        params = self._params
+        params[flat, self._slope] = 0.0
+        normals[flat, self._slope] = 0.0
+        miss = right - np.sum(normals * params, axis=1)
+        now = self._kernel.derivatives(params)
+        multiplier = np.zeros(right.size)
+        for number in range(_MAX_ITERATIONS):
+            score, information = now.score.copy(), -now.hessian
+            score[flat, self._slope] = 0.0
+            information[flat, self._slope] = information[flat, :, self._slope] = 0.0
+            # far from the data a direction may be flat: the ridge keeps the step finite
+            ridge = 1e-12 + 1e-11 * np.trace(information, axis1=1, axis2=2)
+            information += ridge[:, None, None] * np.eye(params.shape[1])
+            solved = np.linalg.solve(information, np.stack([score, normals], axis=2))
+            of_score, of_normal = solved[:, :, 0], solved[:, :, 1]
+            multiplier = np.sum(normals * of_score, axis=1) - miss
+            multiplier /= np.sum(normals * of_normal, axis=1)
+            step = of_score - multiplier[:, None] * of_normal
+            gain = np.sum(step * (score - multiplier[:, None] * normals), axis=1)
+            if number and np.all(gain < _PROFILE_TOLERANCE):
+                break
+            trial = self._kernel.derivatives(params + step)
+            if number == 0:  # from outside the constraint: any finite value will do
+                lost = ~np.isfinite(trial.loglik)
+                if np.any(lost):
+                    along = miss / np.sum(normals * self._shifts, axis=1)
+                    step = np.where(lost[:, None], along[:, None] * self._shifts, step)
+                    trial = self._kernel.derivatives(params + step)
+                miss = np.zeros(right.size)
+            else:
+                while np.any(fallen := ~(trial.loglik >= now.loglik - 1e-10)):
+                    step = np.where(fallen[:, None], 0.5 * step, step)
+                    trial = self._kernel.derivatives(params + step)
+                    if np.max(np.abs(step)) < 1e-14:
+                        break
+            if number and np.all(np.abs(step) <= 1e-14 * (1.0 + np.abs(params))):
+                break
+            params, now = params + step, trial
+        self._params = params
+        return now.loglik, multiplier
