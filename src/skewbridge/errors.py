@@ -1,6 +1,7 @@
 """The exceptions of the package that a command shows to the user as one sentence."""
 
 from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Any, Final
 
 MOST_FAULTS: Final = 20  # lines of one message
@@ -35,6 +36,12 @@ def raise_all(faults: Iterable[InputError]) -> None:
         more = [f"... and {len(told) - MOST_FAULTS} more"] if len(told) > MOST_FAULTS else []
         lines = [f"{len(told)} faults:", *told[:MOST_FAULTS], *more]
         raise InputError("\n  ".join(lines), **{**found[0].details, "faults": told})
+
+
+def did_you_mean(given: object, known: Iterable[str]) -> str:
+    """Return ` (did you mean NAME?)` for the known name nearest to a mistyped one, or nothing."""
+    near = get_close_matches(str(given), list(known), n=1)
+    return f" (did you mean {near[0]}?)" if near else ""
 
 
 class SolutionError(RuntimeError):

@@ -77,7 +77,7 @@ def test_a_bridge_has_no_number_that_ends_the_solver(tmp_path: Path, value: floa
         f"extends: osb1\nspans_m: {{v: [{value!r}, 45.0], src: 'd: x'}}\n".replace("e+", ".0e+"),
         encoding="utf-8",
     )
-    code, message = run("modal", "--bridge", path)
+    code, message = run("bridge", "modal", "--bridge", path)
     assert code == 2
     assert "mine.yaml: spans_m.0: must be" in message
 
@@ -184,7 +184,7 @@ def test_the_shipped_limit_states_load(name: str) -> None:
     [
         (("fit", "x.json", "--method", "foo"), "'foo' is not one of 'stripes', 'ida', 'cloud'"),
         (("export", "x", "--format", "foo", "--out", "y"), "format must be one of nrml"),
-        (("modal", "--skew-deg", "x"), "--skew-deg"),
+        (("bridge", "modal", "--skew-deg", "x"), "--skew-deg"),
     ],
 )
 def test_a_choice_is_told_with_what_it_may_be(arguments: tuple[str, ...], words: str) -> None:

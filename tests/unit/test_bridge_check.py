@@ -50,7 +50,7 @@ def test_changed_spans_are_told_with_the_period_of_the_model(longer: str, tmp_pa
     assert result.exit_code == 0
     assert model_s > 1.06 * load_bridge(longer).t1_s
     assert f"T1 of its model, {model_s:.4g} s" in result.stderr
-    told = RUNNER.invoke(build_app(), ["modal", "--bridge", longer]).stderr
+    told = RUNNER.invoke(build_app(), ["bridge", "modal", "--bridge", longer]).stderr
     assert f"T1 {model_s:.4g} s" in told
     assert "t1_s = 0.7192 s is" in told
 

@@ -13,7 +13,7 @@ RUNNER = CliRunner()
 
 
 def answer(*arguments: str) -> dict[str, object]:
-    result = RUNNER.invoke(build_app(), [*arguments, "--json"])
+    result = RUNNER.invoke(build_app(), ["bridge", *arguments, "--json"])
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
 
@@ -66,7 +66,7 @@ def test_a_model_is_drawn_and_written(tmp_path: Path) -> None:
     ],
 )
 def test_bad_input_is_named_and_exits_with_2(arguments: tuple[str, ...], message: str) -> None:
-    result = RUNNER.invoke(build_app(), list(arguments))
+    result = RUNNER.invoke(build_app(), ["bridge", *arguments])
     assert result.exit_code == 2
     assert message in result.stderr.replace("\n", " ")
 
@@ -77,7 +77,7 @@ def test_a_column_is_summed_up_and_drawn(tmp_path: Path) -> None:
     curve = pd.read_parquet(tmp_path / "moment_curvature.parquet")
     assert curve["moment_knm"].max() > found["plastic_moment_knm"]
     assert (tmp_path / "column.png").stat().st_size > 10_000
-    result = RUNNER.invoke(build_app(), ["column", "--bent", "2", "--out", str(tmp_path)])
+    result = RUNNER.invoke(build_app(), ["bridge", "column", "--bent", "2", "--out", str(tmp_path)])
     assert result.exit_code == 2
     assert "bent must be within 1..1" in result.stderr
 
@@ -112,7 +112,7 @@ def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     row.to_parquet(tmp_path / "demands.parquet")
     checks = answer("sdc", str(tmp_path), "--bridge", str(own))["checks"]
     assert checks[0]["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
-    missing = RUNNER.invoke(build_app(), ["sdc", str(tmp_path / "none")])
+    missing = RUNNER.invoke(build_app(), ["bridge", "sdc", str(tmp_path / "none")])
     assert missing.exit_code == 2
 
 

@@ -1,21 +1,20 @@
 """How commands answer and fail: one JSON object or one table, one message and its exit code."""
 
 import json
+from typing import Annotated
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
-from skewbridge.cli.output import JsonOption, clear_errors, emit, emit_table
-from skewbridge.cli.us_units import in_units
+from skewbridge.cli.output import Command, JsonOption, emit, emit_table, in_units
 from skewbridge.errors import InputError, SolutionError
 
 
 def run(body, *arguments):
     app = typer.Typer()
 
-    @app.command()
-    @clear_errors
+    @app.command(cls=Command)
     def command(*, as_json: JsonOption = False) -> None:
         body(as_json)
 
@@ -61,6 +60,31 @@ def test_noise_of_zero_prints_as_zero_and_small_numbers_as_they_are():
     assert "1e-09" in shown
     alone = run(lambda j: emit({"work_kj": 1e5, "residual": 3e-13}, as_json=j)).stdout
     assert "3e-13" in alone
+
+
+def test_a_missing_value_is_printed_with_its_reason():
+    rows = [{"state": "slight", "theta": 0.5}, {"state": "complete", "theta": float("nan")}]
+    shown = run(lambda j: emit({}, rows, as_json=j, missing="no run reached the state"))
+    assert "nan" not in shown.stdout
+    assert "-: no run reached the state" in shown.stderr
+    assert not run(lambda j: emit({}, rows[:1], as_json=j, missing="why")).stderr
+
+
+def test_an_option_of_two_values_does_not_take_the_next_option():
+    app = typer.Typer()
+
+    @app.command(cls=Command)
+    def command(
+        pair: Annotated[tuple[str, str], typer.Option("--pair")],
+        out: str = "",
+        as_json: JsonOption = False,
+    ) -> None:
+        typer.echo(f"{pair} {out}")
+
+    refused = CliRunner().invoke(app, ["--pair", "a", "--out", "b", "--json"])
+    assert refused.exit_code == 2
+    assert "--pair takes two values, got 1 before --out" in json.loads(refused.stdout)["message"]
+    assert CliRunner().invoke(app, ["--pair", "a", "b", "--out", "c"]).exit_code == 0
 
 
 def test_a_table_in_a_pipe_is_not_cut_off():

@@ -77,20 +77,20 @@ def failed_study(tmp_path: Path) -> Path:
 
 
 def test_failed_analyses_are_tried_again_on_request(failed_study: Path) -> None:
-    told = answer("retry", "--config", str(failed_study))
+    told = answer("study", "retry", "--study", str(failed_study))
     assert told["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
-    assert answer("retry", "--config", str(failed_study))["forgotten"] == 0
-    refused = runner.invoke(build_app(), ["retry", "--status", "ok"])
+    assert answer("study", "retry", "--study", str(failed_study))["forgotten"] == 0
+    refused = runner.invoke(build_app(), ["study", "retry", "--status", "ok"])
     assert refused.exit_code == 2
     assert "must be failed or one of" in refused.stderr
 
 
 def test_journals_are_counted_and_compacted(failed_study: Path) -> None:
     counted = {"analyses": 2, "repeated": 0, "outdated": 0, "damaged": 1}
-    config = ("--config", str(failed_study))
-    assert answer("journal", *config) == counted | {"compacted": False}
-    assert answer("journal", "--compact", *config) == counted | {"compacted": True}
-    assert answer("journal", *config)["damaged"] == 0
+    config = ("--study", str(failed_study))
+    assert answer("study", "journal", *config) == counted | {"compacted": False}
+    assert answer("study", "journal", "--compact", *config) == counted | {"compacted": True}
+    assert answer("study", "journal", *config)["damaged"] == 0
 
 
 def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:

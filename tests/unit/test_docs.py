@@ -79,7 +79,7 @@ def test_a_command_of_a_page_is_one_that_the_program_takes(name: str, line: str)
     group = get_command(build_app())
     assert isinstance(group, TyperGroup)
     context = typer.Context(group, info_name="skewbridge")
-    words = [word for word in shlex.split(line)[1:] if word not in ("[--config", "CONFIG]")]
+    words = [word for word in shlex.split(line)[1:] if word not in ("[--study", "DIR]")]
     command, rest = group, words
     while isinstance(command, TyperGroup) and not rest[0].startswith("-"):
         _, command, rest = command.resolve_command(context, rest)

@@ -105,7 +105,7 @@ def _study(tmp_path, monkeypatch):
 
 
 def plot(*arguments):
-    return RUNNER.invoke(build_app(), ["plot", *arguments, "--config", "own.yaml"])
+    return RUNNER.invoke(build_app(), ["study", "plot", *arguments, "--study", "own.yaml"])
 
 
 def test_one_figure_is_drawn_alone_with_the_look_of_the_configuration(study):

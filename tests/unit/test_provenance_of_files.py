@@ -177,7 +177,7 @@ def test_a_file_of_another_configuration_asks_for_it(of_study, monkeypatch):
     result = runner.invoke(build_app(), ["provenance", str(of_study)])
     assert result.exit_code == 1
     assert "compared with config/config.yaml" in result.stderr
-    assert "--config FILE" in result.stderr
+    assert "name another study with --study" in result.stderr
 
 
 @pytest.mark.parametrize(("engine", "code"), [(None, 0), ("of older sources", 1)])

@@ -49,7 +49,7 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def archived(out: str) -> dict:
-    arguments = ["archive", "results/own", "--config", "own.yaml", "--out", out, "--json"]
+    arguments = ["study", "archive", "--study", "own.yaml", "--out", out, "--json"]
     result = RUNNER.invoke(build_app(), arguments)
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
@@ -110,22 +110,22 @@ def test_tables_of_different_origin_are_told(study: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["results/own"], "name the configuration of the study with --config"),
-        (["results", "--config", "other.yaml"], "run the study to its end first"),
-        (["results/own", "--config", "own.yaml", "--out", "a.tar"], "must end with .zip"),
+        (["results/own"], "no file in config/ with `results: results/own`"),
+        (["other.yaml"], "run the study to its end first"),
+        (["own.yaml", "--out", "a.tar"], "must end with .zip"),
     ],
 )
 def test_what_is_no_finished_study_is_refused(
     study: Path, arguments: list[str], message: str
 ) -> None:
     (study / "other.yaml").write_text("results: results\n")
-    result = RUNNER.invoke(build_app(), ["archive", *arguments])
+    result = RUNNER.invoke(build_app(), ["study", "archive", "--study", *arguments])
     assert result.exit_code == 2
     assert message in result.stderr.replace("\n", " ")
 
 
 def test_methods_are_those_of_the_configuration(study: Path) -> None:
-    result = RUNNER.invoke(build_app(), ["methods", "--config", "own.yaml"])
+    result = RUNNER.invoke(build_app(), ["study", "methods", "--study", "own.yaml"])
     assert result.exit_code == 0, result.stderr
     text = result.stdout
     assert (

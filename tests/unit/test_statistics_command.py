@@ -50,7 +50,7 @@ def written(app, tmp_path_factory):
 
 
 def predict(app, folder, *options):
-    where = ["predict", "--results", str(folder), "--json", *options]
+    where = ["predict", "--study", str(folder), "--json", *options]
     found = CliRunner().invoke(app, where)
     return found.exit_code, json.loads(found.stdout)
 
@@ -94,7 +94,7 @@ def test_predictions_are_those_of_the_joint_model(app, written):
 def test_the_error_of_left_out_variants_is_no_error_message(app, written, tmp_path):
     table = pd.read_parquet(written[0] / "out" / "joint.parquet")
     table.assign(loo_error=np.nan).to_parquet(tmp_path / "joint.parquet")
-    found = CliRunner().invoke(app, ["predict", "--results", str(tmp_path), *PLACE])
+    found = CliRunner().invoke(app, ["predict", "--study", str(tmp_path), *PLACE])
     assert found.exit_code == 0
     assert "nan" not in found.stdout
     assert found.stderr.startswith("left out: error of theta")

@@ -1,42 +1,56 @@
-"""The command line: one module per group of commands, no mechanics."""
+"""The command line: what each command takes and prints; the work is done by the other packages."""
 
-from typing import Annotated
+from importlib import import_module
+from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_group
 
 from skewbridge.analysis.exit_message import hush_exit_message
-from skewbridge.cli.deferred import DeferredGroup
+
+#: Command or group -> its module in this package and its line in ``skewbridge --help``. A module is
+#: imported when one of its commands is called, so that the help takes a tenth of a second.
+COMMANDS: Final = {
+    "doctor": ("checks", "Check the environment: versions, OpenSees, a one-second self-test."),
+    "init": ("study", "Write Snakefile, rules, configuration and motions of a study to a folder."),
+    "plan": ("study", "Show the variants and analyses of a study, their cost and what is done."),
+    "status": ("study", "Show how many analyses are done, failed and left, and the last failure."),
+    "run": ("run", "Analyse one variant under one motion and draw its histories."),
+    "bridge": ("bridge", "List, check, draw and push single bridges."),
+    "motions": ("motions", "Read, check, measure, draw and synthesize ground motions."),
+    "fit": ("fragility", "Fit a fragility curve: theta, beta, their intervals and a status."),
+    "statistics": ("fragility", "Fit curves and effects to any table of demands."),
+    "predict": ("fragility", "Predict fragility between the variants of a study."),
+    "export": ("fragility", "Write fragility curves for other tools, spreadsheets and papers."),
+    "compare": ("study", "Compare two studies run by run: ratios of demands and of medians."),
+    "provenance": ("study", "Show where a result comes from and whether it is up to date."),
+    "study": ("study", "Maintain and publish a study: retry, journal, plot, methods, archive."),
+    "contact": ("checks", "Drive one contact unit along a displacement path."),
+    "deck": ("checks", "Run the rigid skew deck under a pulse or a record."),
+    "verify": ("checks", "Repeat the studies of the paper and compare with their references."),
+}
 
 
-class _Commands(DeferredGroup):
-    modules = (
-        "skewbridge.cli.start",
-        "skewbridge.cli.study",
-        "skewbridge.cli.provenance",
-        "skewbridge.cli.run",
-        "skewbridge.cli.bridge",
-        "skewbridge.cli.design",
-        "skewbridge.cli.contact",
-        "skewbridge.cli.fragility",
-        "skewbridge.cli.statistics",
-        "skewbridge.cli.compare",
-        "skewbridge.cli.publish",
-    )
+class _Commands(TyperGroup):
+    """The top level, whose commands are imported when they are called."""
 
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        for name, (_, summary) in COMMANDS.items():
+            self.add_command(TyperCommand(name, short_help=summary))
 
-class _MotionCommands(DeferredGroup):
-    modules = ("skewbridge.cli.motions",)
-
-
-class _BridgeCommands(DeferredGroup):
-    modules = ("skewbridge.cli.bridge_check",)
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return name, imported command and remaining arguments."""
+        name, _, rest = super().resolve_command(ctx, args)
+        module = import_module(f"{__name__}.{COMMANDS[str(name)][0]}")
+        return name, get_group(module.commands).commands[str(name)], rest
 
 
 def build_app() -> typer.Typer:
     """Return the application with all commands.
 
-    Its help is plain text, because the library that draws boxes takes longer to import than all
-    the rest.
+    Its help is plain text: the library that draws boxes takes longer to import than all the rest.
     """
     app = typer.Typer(
         cls=_Commands,
@@ -45,11 +59,6 @@ def build_app() -> typer.Typer:
         rich_markup_mode=None,
     )
     app.callback()(_options)
-    for name, kind, told in (
-        ("bridge", _BridgeCommands, "Check a bridge of your own before any study."),
-        ("motions", _MotionCommands, "Read, check, measure, draw and make ground motions."),
-    ):
-        app.add_typer(typer.Typer(cls=kind, no_args_is_help=True, help=told), name=name)
     return app
 
 

@@ -1,21 +1,25 @@
-"""Commands that fit and export fragility curves."""
+"""Commands for fragility curves: fit, export, statistics of a demands table, prediction."""
 
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
-from skewbridge.cli.output import JsonOption, clear_errors, emit, messages
+from skewbridge.cli.options import (
+    ABUTMENT_CHOICES,
+    ABUTMENT_NAMES,
+    OutOption,
+    StudyOption,
+    folder_of,
+    known_bridges,
+)
+from skewbridge.cli.output import Command, JsonOption, emit, messages, new_group, number
 from skewbridge.errors import InputError
 
-_REMOVED: Final = {
-    "--where": "select the rows first, for example with pandas: "
-    "table.query('skew_deg == 30').to_csv('rows.csv')",
-    "--goodness": "tests of a fit without simulation are in its answer; simulate others in SciPy",
-}
+commands = new_group()
 
 
-@clear_errors
+@commands.command(cls=Command)
 def fit(
     data: Annotated[Path, typer.Argument(help="Data file: .json, .csv or .parquet.")],
     method: Annotated[
@@ -54,17 +58,15 @@ def fit(
     limit_states: Annotated[
         Path, typer.Option("--limit-states", help="File of limit states of that table.")
     ] = Path("config/limit_states.yaml"),
-    where: Annotated[str | None, typer.Option(hidden=True)] = None,
-    goodness: Annotated[bool, typer.Option("--goodness", hidden=True)] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Fit a fragility curve: theta, beta, their intervals, a status and warnings."""
+    """Fit a fragility curve: theta, beta, their intervals and a status.
+
+    Example: skewbridge fit demands.csv --method cloud --im im_pga --edp drift --threshold 0.02
+    """
     from skewbridge.fragility.fit_data import FitOptions, fit_file
     from skewbridge.fragility.results import paper_rows
 
-    for name, given in (("--where", where is not None), ("--goodness", goodness)):
-        if given:
-            raise InputError(f"{name} was removed: {_REMOVED[name]}")
     if paper_table:
         table = paper_rows(data, limit_states, im)
         emit({"rows": table["rows"]}, table["shown"], as_json=as_json, title=table["title"])
@@ -91,10 +93,11 @@ def fit(
     if not as_json:
         for warning in result["warnings"]:
             messages.print(f"warning: {warning}", style="yellow")
-    emit(result, as_json=as_json)
+    reason = f"the data do not determine it (status {result['status']})"
+    emit(result, as_json=as_json, missing=reason)
 
 
-@clear_errors
+@commands.command(cls=Command)
 def export(
     curves: Annotated[Path, typer.Argument(help="Table of curves of a study (.parquet, .csv).")],
     form: Annotated[
@@ -119,7 +122,10 @@ def export(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Write fragility curves for other tools, spreadsheets and papers."""
+    """Write fragility curves for other tools, spreadsheets and papers.
+
+    Example: skewbridge export results/fragility/curves.parquet --format nrml --out curves.xml
+    """
     from skewbridge.fragility.exports import CsvContent, export_curves
 
     content = CsvContent(hazard=hazard, im_range=im_range, points=points, skew_factors=skew_factors)
@@ -129,4 +135,129 @@ def export(
     emit(report, [{"written": name} for name in report["files"]], as_json=as_json)
 
 
-COMMANDS: Final = (fit, export)
+@commands.command(cls=Command)
+def statistics(
+    demands: Annotated[
+        Path, typer.Argument(help="Table of demands: .parquet or .csv (docs/columns.md).")
+    ],
+    out: OutOption,
+    limit_states: Annotated[
+        Path, typer.Option("--limit-states", help="File of limit states.")
+    ] = Path("config/limit_states.yaml"),
+    im: Annotated[
+        str | None,
+        typer.Option("--im", metavar="COLUMN", help="Intensity measure, if there are several."),
+    ] = None,
+    margin: Annotated[
+        float | None, typer.Option("--margin", help="Relative change that is negligible: 0.05.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Fit curves and effects to any table of demands.
+
+    Writes every table of results/fragility. Needs the columns of the axes, motion_id, status, an
+    intensity measure and demands; names, scale and incidence are optional. Limit states whose
+    demand is missing are left out.
+
+    Example: skewbridge statistics demands.csv --out my_statistics
+    """
+    from skewbridge.fragility.results import statistics_of
+
+    report = statistics_of(demands, out, limit_states=limit_states, im=im, margin=margin)
+    for name in report["left_out"]:
+        messages.print(f"left out, because its demand is missing: {name}", style="yellow")
+    for note in report["notes"]:
+        messages.print(note, style="yellow")
+    emit(report, _counts(report), as_json=as_json, title=str(out))
+
+
+def _counts(report: dict[str, Any]) -> list[dict[str, Any]]:
+    rows = [{"what": f"rows of {name}", "count": n} for name, n in report["tables"].items()]
+    for kind in ("status", "verdict"):
+        rows += [{"what": f"{kind} {name}", "count": n} for name, n in report[kind].items()]
+    return rows
+
+
+@commands.command(cls=Command)
+def predict(
+    bridge: Annotated[
+        str | None,
+        typer.Option(
+            "--bridge",
+            metavar="NAME",
+            help="Needed if the study has several bridges.",
+            autocompletion=known_bridges,
+        ),
+    ] = None,
+    abutment: Annotated[
+        str | None,
+        typer.Option(
+            "--abutment",
+            metavar=ABUTMENT_CHOICES,
+            help="By default the only model of the study, or contact-friction.",
+            autocompletion=lambda: list(ABUTMENT_NAMES),
+        ),
+    ] = None,
+    skew_deg: Annotated[float | None, typer.Option("--skew-deg", help="Skew in degrees.")] = None,
+    gap_mm: Annotated[float | None, typer.Option("--gap-mm", help="Joint gap in mm.")] = None,
+    friction: Annotated[
+        float | None, typer.Option("--friction", help="Coefficient of friction.")
+    ] = None,
+    axis: Annotated[
+        list[str] | None,
+        typer.Option("--axis", metavar="NAME=VALUE", help="A further axis; repeatable."),
+    ] = None,
+    component: Annotated[
+        str | None, typer.Option("--component", metavar="NAME", help="Only this component.")
+    ] = None,
+    state: Annotated[
+        str | None, typer.Option("--state", metavar="NAME", help="Only this limit state.")
+    ] = None,
+    at: Annotated[
+        float | None, typer.Option("--at", help="Intensity at which to give probabilities.")
+    ] = None,
+    study: StudyOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Predict fragility between the variants of a study.
+
+    Gives medians, dispersions and probabilities from the joint model over skew, gap and friction,
+    inside the parameter range of the study. --study may be a folder written by `statistics`.
+
+    Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
+    """
+    from skewbridge.fragility.predict import Point, predict_states
+
+    values = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
+    given = {name: value for name, value in values.items() if value is not None}
+    for pair in axis or []:
+        name, _, text = pair.partition("=")
+        try:
+            given[name.strip().replace("-", "_")] = float(text)
+        except ValueError:
+            raise InputError(f"--axis takes NAME=VALUE, got {pair!r}") from None
+    point = Point(
+        bridge=bridge,
+        abutment=abutment,
+        values=given,
+        component=component,
+        state=state,
+        at=at,
+    )
+    rows = predict_states(folder_of(study), point)
+    printed = [
+        {
+            "state": f"{row['component']}/{row['state']}",
+            "theta": number(row["theta"], form=".3g"),
+            "interval": "..".join(number(end, form=".3g") for end in row["ci_theta"]),
+            "beta": number(row["beta_total"], form=".2f"),
+            "records": number(row["beta"], form=".2f"),
+            **({} if at is None else {"P": number(row["p"], form=".3f")}),
+            "left out": number(row["loo_error"], form=".1%"),
+        }
+        for row in rows
+    ]
+    messages.print("left out: error of theta when a variant is left out of the model")
+    reason = "not enough variants with this state to estimate it"
+    title = f"theta in {rows[0]['im']}"
+    emit({"rows": rows}, printed, as_json=as_json, title=title, missing=reason)

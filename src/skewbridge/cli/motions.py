@@ -1,40 +1,54 @@
-"""Commands of the motions package."""
+"""Commands about ground motions: check, measure, draw, synthesize."""
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from skewbridge.cli.output import EXIT_BAD_INPUT, JsonOption, clear_errors, emit, messages
+from skewbridge.cli.output import (
+    EXIT_BAD_INPUT,
+    Command,
+    JsonOption,
+    emit,
+    messages,
+    new_group,
+)
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_file
 
 if TYPE_CHECKING:
     from skewbridge.motions.trace import Given
 
+commands = new_group()
+motions = new_group("motions", "Read, check, measure, draw and synthesize ground motions.")
+commands.add_typer(motions)
+
 Files = Annotated[list[Path], typer.Argument(help="Component files.")]
 DtOption = Annotated[float | None, typer.Option("--dt-s", help="Time step for files without one.")]
 UnitOption = Annotated[
     str | None,
-    typer.Option("--unit", help="For files without one.", metavar="[g|cm/s2|m/s2]"),
+    typer.Option("--unit", help="Unit for files without one.", metavar="[g|cm/s2|m/s2]"),
 ]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder to write to.")]
 
 
-@clear_errors
+@motions.command(cls=Command)
 def check(
     paths: Annotated[list[Path], typer.Argument(help="Files, or folders with motions.")],
     dt_s: DtOption = None,
     unit: UnitOption = None,
     *,
-    strict: Annotated[bool, typer.Option("--strict", help="Make errors of warnings.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
     write: Annotated[
-        bool, typer.Option("--write", help="Write (or bring up to date) the index of each folder.")
+        bool, typer.Option("--write", help="Write or update the index of each folder.")
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Read motion files and say what is wrong or doubtful; exit 2 if any can't be used."""
+    """Read motion files and report errors and warnings; exits with 2 if a file is unusable.
+
+    Example: skewbridge motions check motions/
+    """
     from skewbridge.motions.check import check_paths, write_folder_index
 
     given = _given(dt_s, unit)
@@ -60,7 +74,7 @@ def check(
         raise typer.Exit(EXIT_BAD_INPUT)
 
 
-@clear_errors
+@motions.command(cls=Command)
 def im(
     files: Files,
     t1_s: Annotated[
@@ -74,7 +88,10 @@ def im(
     *,
     as_json: JsonOption = False,
 ) -> None:
-    """Measure the intensity of a pair of components, or of one."""
+    """Compute intensity measures of a pair of components, or of one.
+
+    Example: skewbridge motions im A.AT2 B.AT2 --t1-s 0.75
+    """
     from skewbridge.motions.summary import component_summary, pair_summary
 
     if len(files) == 2:
@@ -88,7 +105,7 @@ def im(
     emit(answer, as_json=as_json)
 
 
-@clear_errors
+@motions.command(cls=Command)
 def plot(
     paths: Annotated[list[Path], typer.Argument(help="One or two components, or a folder.")],
     out: OutOption,
@@ -97,7 +114,10 @@ def plot(
     *,
     as_json: JsonOption = False,
 ) -> None:
-    """Draw the page of a record, or the spectra of a folder of motions."""
+    """Draw a record with its spectra, or the spectra of a folder of motions.
+
+    Example: skewbridge motions plot A.AT2 B.AT2 --out record.png
+    """
     from skewbridge.motions.summary import read_components, suite_table
     from skewbridge.report.motion_figures import record_page, suite_spectra
 
@@ -115,7 +135,7 @@ def plot(
     emit({"file": str(path)}, as_json=as_json)
 
 
-@clear_errors
+@motions.command(cls=Command)
 def synthesize(
     magnitude: Annotated[float, typer.Option("--magnitude", help="Moment magnitude, 6.5 to 7.9.")],
     distance_km: Annotated[float, typer.Option("--distance-km", help="Closest distance, to 31.")],
@@ -124,7 +144,7 @@ def synthesize(
     count: Annotated[int, typer.Option("--count", help="Number of pairs.")] = 40,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the suite.")] = 1,
     mechanism: Annotated[
-        Literal["strike_slip", "reverse"], typer.Option(help="Of the rupture.")
+        Literal["strike_slip", "reverse"], typer.Option(help="Mechanism of the rupture.")
     ] = "strike_slip",
     ztor_km: Annotated[float, typer.Option(help="Depth to the top of the rupture.")] = 0.0,
     pulse: Annotated[
@@ -137,7 +157,7 @@ def synthesize(
         Literal["bssa14", "none"], typer.Option(help="Model of the spectra.")
     ] = "bssa14",
     orientation: Annotated[
-        Literal["random", "principal"], typer.Option(help="Of the components.")
+        Literal["random", "principal"], typer.Option(help="Orientation of the components.")
     ] = "random",
     shaking_s: Annotated[
         float | None, typer.Option("--shaking-s", help="Keep the strongest part of this length.")
@@ -146,7 +166,10 @@ def synthesize(
     *,
     as_json: JsonOption = False,
 ) -> None:
-    """Make pairs of motions by the model of Dabaghi and Der Kiureghian (2018)."""
+    """Synthesize pairs of motions by the model of Dabaghi and Der Kiureghian (2018).
+
+    Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
+    """
     from skewbridge.motions.synthesis.ddk18 import Scenario
     from skewbridge.motions.synthesis.generate import SynthesisOptions, write_synthetic_suite
 
@@ -175,7 +198,7 @@ def synthesize(
     emit({"count": count, "index": str(index)}, as_json=as_json)
 
 
-@clear_errors
+@motions.command(cls=Command)
 def default_suite(
     out: OutOption,
     t1_s: Annotated[
@@ -184,7 +207,10 @@ def default_suite(
     *,
     as_json: JsonOption = False,
 ) -> None:
-    """Write the suite of the default study again, with its scale factors."""
+    """Write the suite of the default study again, with its scale factors.
+
+    Example: skewbridge motions default-suite --out suite
+    """
     import numpy as np
 
     from skewbridge.bridge.catalogue import load_bridge
@@ -195,7 +221,7 @@ def default_suite(
     effects = write_default_suite(out, period_s)
     rows = [
         {
-            "left by the cut": name,
+            "ratio after cutting": name,
             "lowest": min(effect[name] for effect in effects),
             "geometric mean": float(np.exp(np.mean(np.log([e[name] for e in effects])))),
             "highest": max(effect[name] for effect in effects),
@@ -210,6 +236,3 @@ def _given(dt_s: float | None, unit: str | None) -> "Given":
     from skewbridge.motions.trace import Given
 
     return Given(dt_s_if_missing=dt_s, unit_if_missing=unit)
-
-
-COMMANDS: Final = (check, im, plot, synthesize, default_suite)

@@ -1,19 +1,32 @@
 """`skewbridge run`: one analysis with its demands, histories and figures."""
 
+import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, messages
-from skewbridge.cli.study import DEFAULT_CONFIG
-from skewbridge.cli.us_units import UnitsOption
-from skewbridge.cli.variant_options import (
+from skewbridge.cli.options import (
+    DEFAULT_CONFIG,
     OutOption,
     SetOption,
+    StudyOption,
     VariantChoice,
+    config_of,
     settings_and_options,
     takes_variant,
+)
+from skewbridge.cli.output import (
+    EXIT_FAILED,
+    Command,
+    JsonOption,
+    Units,
+    UnitsOption,
+    emit_json,
+    in_units,
+    messages,
+    new_group,
 )
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
@@ -25,79 +38,78 @@ if TYPE_CHECKING:
     from skewbridge.variant.options import ModelOptions
     from skewbridge.variant.variant import Variant
 
-MotionOption = Annotated[
-    tuple[Path, Path] | None,
-    typer.Option("--motion", help="Two component files: along x and along y at incidence 0."),
-]
-ScaleOption = Annotated[float, typer.Option("--scale", help="Factor on both components.")]
-IncidenceOption = Annotated[
-    float, typer.Option("--incidence-deg", help="From bridge x to component 1.")
-]
-SchemeOption = Annotated[
-    Literal["default", "paper"], typer.Option("--scheme", help="How to integrate.")
-]
-AccuracyOption = Annotated[
-    Literal["reference", "default", "fast"], typer.Option("--accuracy", help="Set of numerics.")
-]
-DtOption = Annotated[
-    float | None, typer.Option("--dt-s", help="Regular time step instead of the accuracy's.")
-]
-DurationOption = Annotated[
-    float | None, typer.Option("--duration-s", help="Cut the motion to this window.")
-]
-SaveModelOption = Annotated[
-    bool, typer.Option("--save-model", help="Write the model as an OpenSeesPy script, model.py.")
-]
-RowOption = Annotated[
-    str | None,
-    typer.Option(
-        "--row", metavar="RUN_KEY", help="Of results/demands.parquet: repeat that analysis."
-    ),
-]
-ConfigOption = Annotated[Path, typer.Option("--config", help="Configuration of that study.")]
-FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")]
+commands = new_group()
 
 
-@clear_errors
+@commands.command(cls=Command)
 @takes_variant()
 def run(
     choice: VariantChoice,
     out: OutOption,
-    motion: MotionOption = None,
-    scale: ScaleOption = 1.0,
-    incidence_deg: IncidenceOption = 0.0,
-    scheme: SchemeOption = "default",
-    accuracy: AccuracyOption = "default",
-    dt_s: DtOption = None,
-    duration_s: DurationOption = None,
+    motion: Annotated[
+        tuple[Path, Path] | None,
+        typer.Option("--motion", help="Two component files: along x and along y at incidence 0."),
+    ] = None,
+    scale: Annotated[float, typer.Option("--scale", help="Factor on both components.")] = 1.0,
+    incidence_deg: Annotated[
+        float, typer.Option("--incidence-deg", help="Angle from bridge x to component 1.")
+    ] = 0.0,
+    scheme: Annotated[
+        Literal["default", "paper"], typer.Option("--scheme", help="Integration scheme.")
+    ] = "default",
+    accuracy: Annotated[
+        Literal["reference", "default", "fast"], typer.Option("--accuracy", help="Set of numerics.")
+    ] = "default",
+    dt_s: Annotated[
+        float | None, typer.Option("--dt-s", help="Time step instead of that of the accuracy.")
+    ] = None,
+    duration_s: Annotated[
+        float | None, typer.Option("--duration-s", help="Cut the motion to this length.")
+    ] = None,
     changes: SetOption = None,
-    figures: FiguresOption = True,
-    save_model: SaveModelOption = False,
-    study_row: RowOption = None,
-    config: ConfigOption = DEFAULT_CONFIG,
+    figures: Annotated[
+        bool, typer.Option("--figures/--no-figures", help="Draw the figures.")
+    ] = True,
+    save_model: Annotated[
+        bool, typer.Option("--save-model", help="Write the model as an OpenSeesPy script.")
+    ] = False,
+    row_key: Annotated[
+        str | None,
+        typer.Option("--row", metavar="RUN_KEY", help="Repeat this row of the demands of --study."),
+    ] = None,
+    study: StudyOption = None,
     units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
-    """Analyse one variant under one motion; collapse is a result, a failure exits with 1."""
-    if study_row is not None:
-        task = _task_of_row(study_row, config)
+    """Analyse one variant under one motion and draw its histories.
+
+    Collapse is a result; an analysis that failed numerically exits with 1.
+
+    Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
+    """
+    if row_key is not None:
+        task = _task_of_row(row_key, config_of(study))
     elif motion is None:
-        raise InputError("motion: name two component files, or a row of a finished study")
+        raise InputError("motion: name two component files, or a row of a study with --row")
     else:
         named = {"scheme": scheme, "dt_s": dt_s, "duration_s": duration_s}
         settings, options = settings_and_options(changes, named, accuracy)
         task = _task(choice.variant().normalised(), motion, scale, incidence_deg, settings, options)
     result, row = _analysed(task, writable_folder(out))
-    _write(task, result, row, out, figures=figures)
+    written = _write(task, result, row, out, figures=figures)
     if save_model:
         from skewbridge.analysis.model_script import model_script
 
         script = model_script(task.variant, task.settings.model_options(task.options))
         (out / "model.py").write_text(script, encoding="utf-8")
-    emit(row, as_json=as_json, units=units)
-    suspect = [f"suspect: {row['suspect']}"] if row["suspect"] else []
-    for text in (*result.messages, *suspect):
-        messages.print(text)
+        written.append("model.py")
+    if as_json:
+        emit_json(row)
+    title = f"{task.variant.slug} under {task.motion.motion.motion_id} x {task.motion.scale:g}"
+    (messages.print if as_json else typer.echo)(
+        f"{title}: {_result(row, units)}.\n{_limits(row, result.messages)}\n"
+        f"Files in {out}: {', '.join(written)}."
+    )
     if result.status not in ("ok", "collapse"):
         raise typer.Exit(EXIT_FAILED)
 
@@ -130,14 +142,10 @@ def _task(
 
 
 def _task_of_row(key: str, config: Path) -> "Task":
-    """Return the analysis behind a row of the demands of a study.
-
-    Args:
-        key: Its ``run_key``.
-        config: Configuration of the study.
+    """Return the analysis of a row of the demands of a study, finished or not.
 
     Raises:
-        InputError: No results here, no such row, or the configuration has no such analysis.
+        InputError: The study has no results, no such row, or no such analysis any more.
     """
     from skewbridge.provenance.tables import read_table
     from skewbridge.study.config import analysis_sections, load_config
@@ -148,7 +156,7 @@ def _task_of_row(key: str, config: Path) -> "Task":
 
     study = load_config(config, base=DEFAULT_CONFIG)
     folder = StudyFolder(Path(study.results))
-    row = read_journals(folder).get(key)  # of a study that is not finished, too
+    row = read_journals(folder).get(key)
     if row is None:
         table = folder.demands
         if not table.is_file():
@@ -157,8 +165,7 @@ def _task_of_row(key: str, config: Path) -> "Task":
         row = next((row for row in rows if row["run_key"] == key), None)
         if row is None:
             raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
-    setup = StudySetup.from_sections(analysis_sections(study), folder)
-    task = setup.task_of(row)
+    task = StudySetup.from_sections(analysis_sections(study), folder).task_of(row)
     if task is None:
         raise InputError(
             f"row {key}: {config} has no {row['motion_id']} x {row['scale']:g} at "
@@ -171,8 +178,6 @@ def _task_of_row(key: str, config: Path) -> "Task":
 
 def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]]:
     """Run the task with a progress bar; return the result and its row of the demands table."""
-    import time
-
     from rich.progress import Progress
 
     from skewbridge.analysis.suspect import LIMITS, SUSPECT, reasons
@@ -201,8 +206,8 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
 
 def _write(
     task: "Task", result: "AnalysisResult", row: dict[str, Any], out: Path, *, figures: bool
-) -> None:
-    """Write the row, the histories and the figures of an analysis."""
+) -> list[str]:
+    """Write the row, the histories and the figures of an analysis; return the names of files."""
     import pandas as pd
 
     from skewbridge.demands.tables import write_demands
@@ -219,8 +224,9 @@ def _write(
     write_demands([row], out / "demands.parquet", digests)
     histories = pd.DataFrame(result.histories)
     write_frame(histories, out / "histories.parquet", digests)
+    written = ["demands.parquet", "histories.parquet"]
     if not figures:
-        return
+        return written
     from skewbridge.report.run_figures import run_figures
 
     title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
@@ -228,12 +234,37 @@ def _write(
         for path in (out / f"{name}.png", out / f"{name}.svg"):
             figure.savefig(path, dpi=150)
             stamp(path, digests)
+        written.append(f"{name}.png and .svg")
     if result.contact_layout is not None:
         from skewbridge.report.contact_replay import replay_page
 
         page = replay_page(result.contact_layout, histories, title=title)
         (out / "contact_replay.html").write_text(page, encoding="utf-8")
         stamp(out / "contact_replay.html", digests)
+        written.append("contact_replay.html")
+    return written
 
 
-COMMANDS: Final = (run,)
+def _result(row: Mapping[str, Any], units: Units) -> str:
+    """Return status and main demands of an analysis in words."""
+    length = "in" if units == "us" else "m"
+    (converted,) = in_units([row], units)
+    texts = {
+        "column_shear_dcr": "column shear {:.3g} of its capacity",
+        "column_drift_ratio": "column drift {:.2%}",
+        f"deck_disp_{length}": f"deck displacement {{:.3g}} {length}",
+        f"unseating_{length}": f"unseating {{:.3g}} {length}",
+    }
+    values = {name: converted[name] for name in texts}
+    known = [texts[name].format(value) for name, value in values.items() if value == value]
+    return f"{row['status']}; {', '.join(known) or 'no demand was recorded'}"
+
+
+def _limits(row: Mapping[str, Any], notes: tuple[str, ...]) -> str:
+    """Return failures and exceeded limits of validity in one sentence."""
+    found = [f"{row['status']} ({row['collapse_criterion']})"] if row["status"] != "ok" else []
+    if row["beyond_model"]:
+        found.append(f"a column failed in {row['beyond_model']} at {row['beyond_model_s']:.2f} s")
+    found += [f"suspect: {row['suspect']}"] if row["suspect"] else []
+    found += [note for note in notes if note not in found]
+    return f"{'; '.join(found)}." if found else "No failure; all limits of validity are met."

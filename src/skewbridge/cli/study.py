@@ -1,168 +1,319 @@
-"""Commands about the study as a whole: doctor, plan, status, retry, journal."""
+"""Commands about whole studies: start, plan, follow, compare, trace, maintain and publish them."""
 
-import time
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import Annotated, Any
 
 import typer
 
-from skewbridge.cli.output import EXIT_FAILED, JsonOption, clear_errors, emit, emit_table, messages
+from skewbridge.cli.options import (
+    DEFAULT_CONFIG,
+    OutOption,
+    PlannedStudyOption,
+    StudyOption,
+    config_of,
+    folder_of,
+)
+from skewbridge.cli.output import (
+    EXIT_FAILED,
+    NO_VALUE,
+    Command,
+    JsonOption,
+    emit,
+    emit_json,
+    emit_table,
+    messages,
+    new_group,
+    number,
+)
 from skewbridge.errors import InputError
 from skewbridge.statuses import FAILED
 
-if TYPE_CHECKING:
-    from skewbridge.study.folder import StudyFolder
-
-DEFAULT_CONFIG: Final = Path("config/config.yaml")
-ConfigOption = Annotated[
-    Path, typer.Option("--config", help="Configuration, merged over config/config.yaml.")
-]
-
-StatusOption = Annotated[
-    str,
-    typer.Option(
-        "--status",
-        metavar=f"[failed|{'|'.join(FAILED)}]",
-        help="failed: all without a result.",
-        autocompletion=lambda: ["failed", *FAILED],
-    ),
-]
-CompactOption = Annotated[
-    bool, typer.Option("--compact", help="Drop lines that are repeated, outdated or damaged.")
-]
+commands = new_group()
+study = new_group("study", "Maintain and publish a study: retry, journal, plot, methods, archive.")
+commands.add_typer(study)
 
 
-@clear_errors
-def doctor(*, as_json: JsonOption = False) -> None:
-    """Check the environment: versions, OpenSees, a one-second self-test."""
-    import platform
-    from importlib.metadata import version
+@commands.command(cls=Command)
+def init(
+    folder: Annotated[Path, typer.Argument(help="Folder of the study; created if missing.")],
+    *,
+    as_json: JsonOption = False,
+) -> None:
+    """Write Snakefile, rules, configuration and motions of a study to a folder.
 
-    packages = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "joblib", "snakemake")
-    report: dict[str, Any] = {
-        "python": platform.python_version(),
-        **{name: version(name) for name in packages},
-    }
-    began_s = time.perf_counter()
-    try:
-        from skewbridge.verification.studies.gate import verify_contact_gate
+    Example: skewbridge init my_study
+    """
+    from skewbridge.study.starter import write_starter
 
-        began_s = time.perf_counter()
-        checks = verify_contact_gate()
-        failed = [str(name) for name in checks.loc[~checks["pass"], "quantity"]]
-        report["self_test"] = f"failed: {', '.join(failed)}" if failed else "passed"
-    except ImportError as error:
-        failed = ["import"]
-        report["self_test"] = f"OpenSees does not import ({error}): run make setup again"
-    report["self_test_s"] = round(time.perf_counter() - began_s, 2)
-    emit(report | {"ok": not failed}, as_json=as_json)
-    if failed:
-        raise typer.Exit(EXIT_FAILED)
+    written = [str(path) for path in write_starter(folder)]
+    emit({"written": written}, [{"written": path} for path in written], as_json=as_json)
+    messages.print(
+        f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
+        "snakemake -j2 (the default study; skewbridge plan shows its cost)"
+    )
 
 
-@clear_errors
+@commands.command(cls=Command)
 def plan(
     *,
-    config: ConfigOption = DEFAULT_CONFIG,
+    study: PlannedStudyOption = None,
     pilot: Annotated[
         int | None,
         typer.Option(
             metavar="MOTIONS",
-            help="Analyse so many motions on corner variants and propose where levels should lie.",
+            help="Run this many motions on corner variants and propose a range of levels.",
         ),
     ] = None,
     profile: Annotated[
         str | None,
         typer.Option(
-            "--profile",
-            metavar="slurm|FOLDER",
-            help="Of a cluster: jobs and hours there besides.",
+            metavar="slurm|FOLDER", help="Profile of a cluster: adds the jobs and hours there."
         ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the variants and analyses of a study, their cost, and what is done already.
+    """Show the variants and analyses of a study, their cost and what is done.
 
-    Of a finished study also with how many motions each headline answer is decided.
+    For a finished study, also show how many motions decide each headline answer.
+
+    Example: skewbridge plan --config config/smoke.yaml
     """
+    from skewbridge.analysis.conditioning_period import periods_of_file, standing_bridge
+    from skewbridge.provenance.tables import read_frame
+    from skewbridge.reading import records_of
     from skewbridge.study.config import load_config
+    from skewbridge.study.folder import StudyFolder
     from skewbridge.study.inputs import check_inputs
 
-    study = load_config(config, base=DEFAULT_CONFIG)
-    check_inputs(study)
-    _warn_of_periods(study.bridges_with_periods())
+    config = load_config(config_of(study), base=DEFAULT_CONFIG)
+    check_inputs(config)
+    for name in config.bridges_with_periods():
+        for warning in periods_of_file(name, standing_bridge(name)):
+            messages.print(f"warning: {warning}", style="yellow")
     if pilot is not None:
         _propose_levels(config, pilot, as_json=as_json)
         return
-    forecast, variants = _forecast(config, profile)
-    needed = _needed_motions(config)
+    summary, variants = _forecast(config, profile)
+    table = StudyFolder(Path(config.results)).fragility("needed_motions")
+    needed = records_of(read_frame(table)) if table.is_file() else []
     if not as_json:
         emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
-    emit(forecast | {"needed_motions": needed}, _study_rows(forecast), as_json=as_json)
+    emit(summary | {"needed_motions": needed}, _study_rows(summary), as_json=as_json)
     if needed and not as_json:
-        emit_table([_needed_row(row) for row in needed], "Motions that decide the pooled effects")
+        rows = [
+            {
+                "bridge": f"{row['bridge']} {row['abutment']}".replace("_", "-"),
+                "demand": row["demand"],
+                "change": f"{row['axis']} {row['from_value']:g} to {row['to_value']:g}",
+                "verdict": row["verdict"],
+                "motions": row["n_motions"],
+                "forecast": row["forecast"],
+                "needed motions": row["needed_motions"],
+                "more analyses": row["more_analyses"],
+                "more core hours": row["more_core_hours"],
+            }
+            for row in needed
+        ]
+        reason = "no number of motions is needed or found; see the column forecast"
+        emit_table(rows, "Motions that decide the pooled effects", missing=reason)
 
 
-@clear_errors
+@commands.command(cls=Command)
 def status(
     *,
     failed: Annotated[
         bool, typer.Option("--failed", help="List the analyses without a usable result.")
     ] = False,
-    config: ConfigOption = DEFAULT_CONFIG,
+    study: PlannedStudyOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what is done, failed and left, with the convergence ledger.
+    """Show how many analyses are done, failed and left, and the last failure.
 
-    With --failed each analysis without a usable result, and the command that repeats it alone.
+    With --failed, list each analysis without a usable result and the command that repeats it.
+
+    Example: skewbridge status --study results/smoke
     """
+    from skewbridge.study.config import load_config
+    from skewbridge.study.forecast import failed_analyses
+
+    config = load_config(config_of(study), base=DEFAULT_CONFIG)
+    failures = failed_analyses(config)
     if failed:
-        from skewbridge.study.config import load_config
-        from skewbridge.study.forecast import failed_analyses
-
-        found = failed_analyses(load_config(config, base=DEFAULT_CONFIG))
-        shown = [{name: row[name] for name in ("variant", "motion", "status")} for row in found]
-        emit({"failed": len(found), "analyses": found}, shown, as_json=as_json)
-        for row in found:
-            messages.print(f"{row['command']}   # {row['reason']}", markup=False)
+        rows = [{name: row[name] for name in ("variant", "motion", "status")} for row in failures]
+        emit({"failed": len(failures), "analyses": failures}, rows, as_json=as_json)
+        for row in failures:
+            messages.print(f"{row['command']}   # {row['reason']}")
         return
-    forecast, _ = _forecast(config)
-    emit(forecast, _study_rows(forecast), as_json=as_json)
+    summary, _ = _forecast(config)
+    last = failures[-1] if failures else None
+    emit(summary | {"last_failure": last}, _study_rows(summary), as_json=as_json)
+    if last is not None:
+        messages.print(
+            f"last failure: {last['variant']} under {last['motion']}: {last['status']} "
+            f"({last['reason']}); repeat it with: {last['command']}"
+        )
 
 
-@clear_errors
+@commands.command(cls=Command)
+def compare(
+    first: Annotated[Path, typer.Argument(help="Folder of a study, or its table of demands.")],
+    second: Annotated[Path, typer.Argument(help="The same for the second study.")],
+    limit_states: Annotated[
+        Path, typer.Option("--limit-states", help="File of the limit states of the medians.")
+    ] = Path("config/limit_states.yaml"),
+    im: Annotated[
+        str, typer.Option("--im", metavar="COLUMN", help="Intensity measure of the medians.")
+    ] = "im_saavg_rotd50_g",
+    margin: Annotated[
+        float, typer.Option("--margin", help="Relative change that counts as negligible.")
+    ] = 0.05,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="CSV file for all rows, including each variant.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare two studies run by run: ratios of demands and of medians, second over first.
+
+    Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree.
+
+    Example: skewbridge compare results/smoke other/results/smoke
+    """
+    import pandas as pd
+
+    from skewbridge.fragility.exports import write_csv
+    from skewbridge.study.two_studies import Judgement, compare_studies
+
+    if out is not None and out.suffix != ".csv":
+        raise InputError(f"--out must end with .csv, got {out.name}")
+    judgement = Judgement(limit_states=limit_states, im=im, margin=margin)
+    found = compare_studies(first, second, judgement)
+    pair = found.comparison
+    if out is not None:
+        write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
+    pooled, medians = (
+        table[table["scope"] == "pooled"].to_dict("records")
+        for table in (pair.demands, pair.medians)
+    )
+    if as_json:
+        emit_json(
+            {
+                "counts": pair.counts,
+                "other_motions": list(found.other_motions),
+                "demands": pair.demands.to_dict("records"),
+                "medians": pair.medians.to_dict("records"),
+                "medians_by_state": medians,
+            }
+        )
+        return
+    for title, rows in (("Demands", pooled), (f"Median capacities ({im})", medians)):
+        reason = "fewer than two motions have a value in both studies"
+        table = [_comparison_row(row) for row in rows]
+        emit_table(table, f"{title}, {second} over {first}", missing=reason)
+    messages.print(
+        "{pairs} pairs of {variants} variants and {motions} motions; {only_first} runs of the "
+        "first and {only_second} of the second study have no partner".format(**pair.counts)
+    )
+    if pair.counts["equal_pairs"]:
+        messages.print(f"{pair.counts['equal_pairs']} pairs have exactly the same demands")
+    if found.other_motions:
+        messages.print(
+            f"warning: {len(found.other_motions)} motions have the same name in both studies but "
+            f"different files, and are left out: {', '.join(found.other_motions[:5])}"
+        )
+
+
+@commands.command(cls=Command)
+def provenance(
+    file: Annotated[Path, typer.Argument(help="Table, figure, page or JSON of a study or run.")],
+    *,
+    study: StudyOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show where a result comes from and whether it is up to date.
+
+    Exits with 1 if the present sources and configuration give another result.
+
+    Example: skewbridge provenance results/smoke/demands.parquet --study results/smoke
+    """
+    from skewbridge.study.origin import origin_of
+
+    config = config_of(study)
+    origin = origin_of(file, config)
+
+    def now(name: str, value: str) -> str:
+        present = origin.now.get(name, "")
+        return "same" if present == value else present
+
+    rows = [
+        {"provenance": name, "of the file": value, "now": now(name, value)}
+        for name, value in sorted(origin.told.items())
+    ]
+    answer = {"current": origin.is_current, "provenance": origin.told, "now": origin.now}
+    emit(answer | {"differences": origin.differences}, rows, as_json=as_json)
+    if not origin.is_current:
+        messages.print("not current: the present sources or configuration give another result")
+        if "config_digest" in origin.differences:
+            messages.print(f"compared with {config}; name another study with --study")
+        raise typer.Exit(EXIT_FAILED)
+    if origin.differences:
+        unused = ", ".join(origin.differences)
+        messages.print(f"current: the file does not depend on what differs ({unused})")
+    else:
+        messages.print("current: the present sources and configuration give this result")
+
+
+@study.command(cls=Command)
 def retry(
     *,
-    status: StatusOption = "failed",
-    config: ConfigOption = DEFAULT_CONFIG,
+    status: Annotated[
+        str,
+        typer.Option(
+            "--status",
+            metavar=f"[failed|{'|'.join(FAILED)}]",
+            help="Status of the analyses to repeat; failed: all without a usable result.",
+            autocompletion=lambda: ["failed", *FAILED],
+        ),
+    ] = "failed",
+    study: StudyOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Forget failed analyses, so that the study tries them again when it is run."""
+    """Forget failed analyses, so that the next run of the study repeats them.
+
+    Example: skewbridge study retry --status crash --study results
+    """
+    from skewbridge.study.folder import StudyFolder
     from skewbridge.study.upkeep import forget
 
     if status != "failed" and status not in FAILED:
         raise InputError(f"status: must be failed or one of {', '.join(FAILED)}, got {status}")
-    rows = forget(_folder(config), FAILED if status == "failed" else (status,))
-    found = [
+    statuses = FAILED if status == "failed" else (status,)
+    rows = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
-        for row in rows
+        for row in forget(StudyFolder(folder_of(study)), statuses)
     ]
-    emit({"forgotten": len(found), "analyses": found}, found, as_json=as_json)
-    messages.print(f"{len(found)} to be tried again: run the study", markup=False)
+    emit({"forgotten": len(rows), "analyses": rows}, rows, as_json=as_json)
+    messages.print(f"{len(rows)} analyses will be repeated when the study runs")
 
 
-@clear_errors
+@study.command(cls=Command)
 def journal(
     *,
-    compact: CompactOption = False,
-    config: ConfigOption = DEFAULT_CONFIG,
+    compact: Annotated[
+        bool, typer.Option("--compact", help="Remove repeated, outdated and damaged lines.")
+    ] = False,
+    study: StudyOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Count the lines of the journals, and drop those that do not count."""
+    """Count the lines of the journals of finished analyses.
+
+    Example: skewbridge study journal --compact
+    """
+    from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import read_content
     from skewbridge.study.upkeep import compact_journals
 
-    folder = _folder(config)
+    folder = StudyFolder(folder_of(study))
     content = compact_journals(folder) if compact else read_content(folder.journals)
     counts = {
         "analyses": len(content.rows),
@@ -174,95 +325,182 @@ def journal(
     emit(counts | {"compacted": compact}, rows, as_json=as_json)
 
 
-def _folder(config: Path) -> "StudyFolder":
+@study.command(cls=Command)
+def plot(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...",
+            help="File names of figures; * matches any text. Without names: list the figures.",
+        ),
+    ] = None,
+    out: OutOption = Path(),
+    width_mm: Annotated[
+        float | None, typer.Option("--width-mm", help="Width instead of figures.width_mm.")
+    ] = None,
+    font: Annotated[
+        str | None, typer.Option("--font", help="Font family instead of figures.font.")
+    ] = None,
+    font_size_pt: Annotated[
+        float | None, typer.Option("--font-size-pt", help="Size instead of figures.font_size_pt.")
+    ] = None,
+    study: StudyOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Draw figures of a finished study again, as SVG and PNG.
+
+    Example: skewbridge study plot 'effects*' --width-mm 90 --out paper
+    """
+    from skewbridge.provenance.files import writable_folder
+    from skewbridge.reading import checked
+    from skewbridge.report.study_figures import draw_figures, finished_figures
     from skewbridge.study.config import load_config
-    from skewbridge.study.folder import StudyFolder
+    from skewbridge.study.figure_settings import FigureSettings, check_font
 
-    return StudyFolder(Path(load_config(config, base=DEFAULT_CONFIG).results))
-
-
-def _propose_levels(config: Path, motions: int, *, as_json: bool) -> None:
-    """Run the pilot of a study and show the levels that it proposes."""
-    from dataclasses import asdict
-
-    from skewbridge.study.config import load_config
-    from skewbridge.study.pilot import run_pilot
-
-    found, rows = run_pilot(load_config(config, base=DEFAULT_CONFIG), motions)
-    variants = len({row["variant"] for row in rows})
-    title = f"{len(rows)} analyses of {variants} variants; share = with outcomes on both sides"
-    answer = asdict(found) | {"analyses": len(rows), "variants": variants}
-    emit(answer, found.states, as_json=as_json, title=title)
-    if as_json:
+    config = load_config(config_of(study), base=DEFAULT_CONFIG)
+    given = {"width_mm": width_mm, "font": font, "font_size_pt": font_size_pt}
+    changes = {name: value for name, value in given.items() if value is not None}
+    settings = checked(FigureSettings, asdict(config.figures) | changes, "figures")
+    check_font(settings.font)
+    figures = finished_figures(Path(config.results))
+    if not names:
+        rows = [{"name": figure.name, "title": figure.title} for figure, _ in figures]
+        emit({"figures": rows}, rows, as_json=as_json)
         return
-    told = (found.configured_g, found.configured_share), (found.level_range_g, found.share)
-    for (low_g, high_g), share in told:
-        messages.print(
-            f"levels {low_g:g} to {high_g:g} g: two motions or more on both sides of {share:.1%} "
-            f"of the {found.in_reach} states in reach (of {found.n_states})",
-            markup=False,
-        )
-    same = found.level_range_g == found.configured_g
-    words = "the configuration can stay:" if same else "to paste into the configuration:"
-    messages.print(f"{words}\n{found.config_lines}", markup=False)
+    drawn = draw_figures(figures, names, settings, writable_folder(out))
+    if as_json:
+        emit_json({"written": [str(path) for path in drawn]})
+    for path in drawn:
+        messages.print(f"written: {path}")
 
 
-def _warn_of_periods(bridges: tuple[str, ...]) -> None:
-    from skewbridge.analysis.conditioning_period import periods_of_file, standing_bridge
+@study.command(cls=Command)
+def methods(
+    *,
+    study: StudyOption = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Markdown file instead of the terminal.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write the methods of a study as a paper describes them, with references.
 
-    for name in bridges:
-        for told in periods_of_file(name, standing_bridge(name)):
-            messages.print(f"warning: {told}", style="yellow")
+    The text follows from the configuration and, once prepared, from the sources of the motions.
 
-
-def _study_rows(forecast: dict[str, Any]) -> list[dict[str, Any]]:
-    ledger = forecast["ledger"]
-    rows = {name: value for name, value in forecast.items() if name != "ledger"}
-    rows |= {f"status {name}": count for name, count in ledger["status"].items()}
-    rows |= {f"recovery rung {rung}": count for rung, count in ledger["rung"].items()}
-    return [{"study": name, "value": value} for name, value in rows.items()]
-
-
-def _needed_motions(config: Path) -> list[dict[str, Any]]:
-    """Return what the finished study of a configuration says; nothing where there is none."""
+    Example: skewbridge study methods --out methods.md
+    """
+    from skewbridge.provenance.files import writable_file, write_text
     from skewbridge.provenance.tables import read_frame
-    from skewbridge.reading import records_of
+    from skewbridge.report.methods import methods_of
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
 
-    folder = StudyFolder(Path(load_config(config, base=DEFAULT_CONFIG).results))
-    path = folder.fragility("needed_motions")
-    if not path.is_file():
-        return []
-    return records_of(read_frame(path))
+    config = load_config(config_of(study), base=DEFAULT_CONFIG)
+    suite = StudyFolder(Path(config.results)).suite
+    text = methods_of(config, read_frame(suite) if suite.is_file() else None).markdown()
+    if out is not None:
+        write_text(writable_file(out), text)
+        messages.print(f"written: {out}")
+    if as_json:
+        emit_json({"methods": text})
+    elif out is None:
+        typer.echo(text)
 
 
-def _needed_row(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row of the table on a screen."""
-    return {
-        "bridge": f"{row['bridge']} {row['abutment']}".replace("_", "-"),
-        "demand": row["demand"],
-        "change": f"{row['axis']} {row['from_value']:g} to {row['to_value']:g}",
-        "verdict": row["verdict"],
-        "motions": row["n_motions"],
-        "forecast": row["forecast"],
-        **{
-            name.replace("_", " "): None if row[name] != row[name] else row[name]
-            for name in ("needed_motions", "more_analyses", "more_core_hours")
-        },
+@study.command(cls=Command)
+def archive(
+    *,
+    study: StudyOption = None,
+    out: Annotated[
+        Path, typer.Option("--out", help="ZIP file to write.", metavar="FILE.zip")
+    ] = Path("study.zip"),
+    as_json: JsonOption = False,
+) -> None:
+    """Put a finished study into one ZIP file for the supplement of a paper.
+
+    Contains configuration, tables, report, methods, digests, licences and instructions to repeat
+    the study, but no accelerations, because recorded motions may not be redistributed. Equal
+    studies give identical files.
+
+    Example: skewbridge study archive --study results --out study.zip
+    """
+    from skewbridge.report.archive import write_archive
+
+    if out.suffix != ".zip":
+        raise InputError(f"--out must end with .zip, got {out.name}")
+    written = write_archive(config_of(study), DEFAULT_CONFIG, out)
+    size = written.path.stat().st_size
+    answer = {
+        "archive": str(written.path),
+        "bytes": size,
+        "sha256": written.sha256,
+        "files": list(written.names),
+        "doubts": list(written.doubts),
     }
+    emit(answer, [{"in the archive": name} for name in written.names], as_json=as_json)
+    for doubt in written.doubts:
+        messages.print(f"warning: {doubt}", style="yellow")
+    messages.print(f"{out}: {size / 1e6:.1f} MB, sha256 {written.sha256}")
 
 
-def _forecast(config: Path, profile: str | None = None) -> tuple[dict[str, Any], dict[str, int]]:
+def _forecast(config: Any, profile: str | None = None) -> tuple[dict[str, Any], dict[str, int]]:
+    """Return the forecast of a study and the number of analyses of each variant."""
     from skewbridge.study.cluster import JobSize
-    from skewbridge.study.config import load_config
     from skewbridge.study.forecast import forecast_study
 
     size = None if profile is None else JobSize.of_profile(profile)
-    forecast = forecast_study(load_config(config, base=DEFAULT_CONFIG), size)
+    forecast = forecast_study(config, size)
     for note in forecast.notes:
         messages.print(note)
     return forecast.summary, forecast.analyses_by_variant
 
 
-COMMANDS: Final = (doctor, plan, status, retry, journal)
+def _study_rows(summary: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of the table that a forecast is printed as."""
+    ledger = summary["ledger"]
+    rows = {name: value for name, value in summary.items() if name != "ledger"}
+    rows |= {f"status {name}": count for name, count in ledger["status"].items()}
+    rows |= {f"recovery rung {rung}": count for rung, count in ledger["rung"].items()}
+    return [{"study": name, "value": value} for name, value in rows.items()]
+
+
+def _propose_levels(config: Any, motions: int, *, as_json: bool) -> None:
+    """Run a few motions of a study and print the range of levels that they suggest."""
+    from skewbridge.study.pilot import run_pilot
+
+    proposal, rows = run_pilot(config, motions)
+    variants = len({row["variant"] for row in rows})
+    title = f"{len(rows)} analyses of {variants} variants; share = with outcomes on both sides"
+    answer = asdict(proposal) | {"analyses": len(rows), "variants": variants}
+    emit(answer, proposal.states, as_json=as_json, title=title)
+    if as_json:
+        return
+    for (low_g, high_g), share in (
+        (proposal.configured_g, proposal.configured_share),
+        (proposal.level_range_g, proposal.share),
+    ):
+        messages.print(
+            f"levels {low_g:g} to {high_g:g} g: at least two motions on both sides of {share:.1%} "
+            f"of the {proposal.in_reach} states in reach (of {proposal.n_states})"
+        )
+    same = proposal.level_range_g == proposal.configured_g
+    words = "the configuration can stay:" if same else "to paste into the configuration:"
+    messages.print(f"{words}\n{proposal.config_lines}")
+
+
+def _comparison_row(row: dict[Any, Any]) -> dict[str, str]:
+    """Return a row of a comparison as it is printed."""
+    names, form = ("ratio", "ci_low", "ci_high"), ".3f"
+    if row["judged_by"] == "difference":
+        names, form = ("difference", "difference_low", "difference_high"), "+.3g"
+    values = [row[name] for name in names]
+    value, low, high = ("0" if not item else number(item, form=form) for item in values)
+    return {
+        "bridge": f"{row['bridge']} {row['abutment']}".replace("_", "-"),
+        "demand": row["demand"],
+        "change": f"{value} {row['unit']}".strip() if value != NO_VALUE else value,
+        f"{row['level']:.0%} interval": f"{low}..{high}",
+        "verdict": row["verdict_family"],
+        "motions": str(row["n_motions"]),
+        "pairs": str(row["n_pairs"]),
+    }

@@ -84,7 +84,7 @@ def predict_states(results: Path, point: Point) -> list[dict[str, Any]]:
     if path is None:
         raise InputError(
             f"{results} has neither {' nor '.join(_PATHS)}: run the study or skewbridge "
-            "statistics, or name another folder (--results)",
+            "statistics, or name another folder (--study)",
             file=str(results),
         )
     if point.at is not None and not 0.0 < point.at < np.inf:

@@ -1,14 +1,14 @@
 """Checks of plain values against a pydantic class, with one sentence per finding."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final
 
 from pydantic import Field, TypeAdapter, ValidationError
 from pydantic_core import ArgsKwargs
 
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, did_you_mean
 from skewbridge.reading.files import shortened, shown_path
 
 #: Numbers, not text that looks like one: "2e7", which YAML 1.1 reads as text, must not pass.
@@ -35,10 +35,15 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     Raises:
         InputError: One line per finding: key, limit, value given.
     """
+    adapter = TypeAdapter(kind)
     try:
-        return TypeAdapter(kind).validate_python(raw)
+        return adapter.validate_python(raw)
     except ValidationError as error:
-        lines = [_explain(finding) for finding in _without_echoes(error.errors())]
+        findings = _without_echoes(error.errors())
+        is_unknown = any(finding["type"] in _UNKNOWN for finding in findings)
+        schema = adapter.json_schema() if is_unknown else {}
+        keys = list(_keys(schema, schema.get("$defs", {})))
+        lines = [_explain(finding, keys) for finding in findings]
         shown = shown_path(where) if isinstance(where, Path) else where
         text = f"{shown}: {lines[0]}"
         if len(lines) > 1:
@@ -59,7 +64,16 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-def _explain(finding: Any) -> str:
+def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = "") -> Iterator[str]:
+    """Yield all keys of a JSON schema, with the keys above them."""
+    for branch in (schema, *schema.get("anyOf", ()), *schema.get("allOf", ())):
+        name = branch.get("$ref", "").rsplit("/", 1)[-1]
+        for key, inner in classes.get(name, branch).get("properties", {}).items():
+            yield above + key
+            yield from _keys(inner, classes, f"{above}{key}.")
+
+
+def _explain(finding: Any, keys: Sequence[str]) -> str:
     """Return one finding of pydantic in words: key, limit, value given."""
     where = ".".join(
         str(part)
@@ -69,7 +83,7 @@ def _explain(finding: Any) -> str:
     )
     kind, given = finding["type"], finding["input"]
     if kind in _UNKNOWN:
-        words = "unknown key"
+        words = f"unknown key{did_you_mean(where, keys)}"
     elif kind in _MISSING:
         words = "is missing"
     elif kind in _NO_KEYS:

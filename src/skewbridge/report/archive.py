@@ -64,28 +64,22 @@ class Archive:
     doubts: tuple[str, ...]
 
 
-def write_archive(results: Path, config: Path, base: Path, out: Path) -> Archive:
+def write_archive(config: Path, base: Path, out: Path) -> Archive:
     """Write configuration, tables, digests, licences and the command to repeat into a ZIP file.
 
     Equal studies give equal bytes. Accelerations are left out: recorded motions may not be passed
     on, and the sources and digests of all motions stand in ``motions.csv``.
 
     Args:
-        results: Folder of the finished study.
-        config: Its configuration.
-        base: What that is merged over.
+        config: Configuration of the finished study.
+        base: Configuration that it is merged over.
         out: The file to write.
 
     Raises:
-        InputError: The folder is not that of the configuration, or has no finished study.
+        InputError: The study is not finished.
     """
     study = load_config(config, base=base)
-    if Path(study.results).resolve() != results.resolve():
-        raise InputError(
-            f"{results} is not the folder of {config}, whose results are in {study.results}: name "
-            "the configuration of the study with --config"
-        )
-    folder = StudyFolder(results)
+    folder = StudyFolder(Path(study.results))
     missing = [path for path in (folder.demands, folder.fragility("curves")) if not path.is_file()]
     if missing:
         raise InputError(f"{missing[0]} is not there: run the study to its end first")

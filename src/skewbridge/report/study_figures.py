@@ -450,7 +450,7 @@ def draw_figures(
         if not any(fnmatchcase(each, name) for each in known):
             like = get_close_matches(name, known, n=3) or known[:3]
             text = f"no figure has the name {shortened(name)}; among them are {', '.join(like)}"
-            raise InputError(f"{text}; skewbridge plot lists all")
+            raise InputError(f"{text}; skewbridge study plot lists all")
     return [
         path
         for caption, draw in figures

@@ -60,7 +60,8 @@ class JournalContent:
         if self.damaged:
             said.append(
                 f"The journals hold {self.damaged} line(s) cut short or altered, which do not "
-                "count: their analyses run again (skewbridge journal --compact drops the lines)."
+                "count: their analyses run again (`skewbridge study journal --compact` removes "
+                "the lines)."
             )
         return tuple(said)
 

@@ -172,7 +172,7 @@ def _crash_notes(rows: Iterable[Mapping[str, Any]]) -> list[str]:
     notes = [failure_note(row) for row in rows if row["status"] == CRASH]
     if len(notes) > SHOWN_CRASHES:
         notes[SHOWN_CRASHES:] = [f"and {len(notes) - SHOWN_CRASHES} more with status {CRASH}"]
-    return [*notes, "`skewbridge retry` lets the study try them again."] if notes else []
+    return [*notes, "`skewbridge study retry` lets the study try them again."] if notes else []
 
 
 def _counts(values: Iterable[Any]) -> dict[Any, int]:

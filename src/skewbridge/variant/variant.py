@@ -7,7 +7,7 @@ from math import cos, radians
 from pathlib import Path
 from typing import Final, Self
 
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, did_you_mean
 from skewbridge.units import MM
 from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
 from skewbridge.variant.axes import AXES, OPTION_PATTERN, axis, option_in_name
@@ -55,6 +55,7 @@ class Variant:
         if self.abutment not in ABUTMENTS:
             raise InputError(
                 f"abutment must be one of {', '.join(ABUTMENTS)}, got {self.abutment!r}"
+                f"{did_you_mean(self.abutment, ABUTMENTS)}"
             )
         given = {
             "skew_deg": self.skew_deg,

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, did_you_mean
 from skewbridge.reading import checked, read_mapping, shortened, shown_path
 
 FOLDER: Final = Path(__file__).parent
@@ -26,6 +26,10 @@ OWN_FOLDER: Final = Path("config/bridges")
 NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
 SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
+SOURCE_LETTERS: Final = (
+    "a (the paper), b (a document at hand), c (a named report from memory), d (an engineering "
+    "rule) or calc (computed from the other numbers)"
+)
 
 
 def bridge_names() -> tuple[str, ...]:
@@ -53,8 +57,11 @@ def bridge_file(name: str) -> Path:
     found = _named(name, OWN_FOLDER)
     if found is None:
         own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
-        known = ", ".join((*bridge_names(), *own))
-        raise InputError(f"bridge must be one of {known}, got {shortened(name)}")
+        known = (*bridge_names(), *own)
+        raise InputError(
+            f"bridge must be one of {', '.join(known)}, got {shortened(name)}"
+            f"{did_you_mean(name, known)}"
+        )
     return found
 
 
@@ -138,8 +145,8 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
             source = node.get("src", "")
             if set(node) - {"v", "src"} or not re.fullmatch(SOURCE_PATTERN, str(source)):
                 raise InputError(
-                    f"{path.name}: {where}: src must be '<a|b|c|d|calc>: text', "
-                    f"got {shortened(source)}",
+                    f"{path.name}: {where}: src must be 'LETTER: text', where the letter is "
+                    f"{SOURCE_LETTERS}; got {shortened(source)}",
                     file=path.name,
                 )
             sources[where] = str(source)
@@ -152,7 +159,8 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
         return [_strip(item, f"{where}.{i}", sources, path) for i, item in enumerate(node)]
     if isinstance(node, int | float) and not isinstance(node, bool):
         raise InputError(
-            f"{path.name}: {where}: the number {node:g} has no source ({{v: .., src: ..}})",
+            f"{path.name}: {where}: the number {node:g} has no source; write {{v: {node:g}, src: "
+            f"'LETTER: text'}}, in the unit of the key, where the letter is {SOURCE_LETTERS}",
             file=path.name,
         )
     return node
