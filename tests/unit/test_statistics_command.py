@@ -132,7 +132,7 @@ def test_a_folder_without_models_is_named(app, tmp_path):
     code, found = predict(app, tmp_path, *PLACE)
     assert code == 2
     assert "skewbridge statistics" in found["message"]
-    assert "--results" in found["message"]
+    assert "--study" in found["message"]
 
 
 def test_rows_without_an_intensity_are_rejected_one_by_one(app, written, tmp_path):

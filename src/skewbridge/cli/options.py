@@ -12,7 +12,7 @@ import typer
 from skewbridge.analysis.accuracy import under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
-from skewbridge.reading import checked, parse_yaml, read_mapping, shortened
+from skewbridge.reading import checked, parse_yaml, read_yaml, shortened
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, Axis
 from skewbridge.variant.options import ModelOptions
@@ -47,7 +47,8 @@ def config_of(study: Path | None) -> Path:
     writers: list[Path] = []
     for path in sorted(DEFAULT_CONFIG.parent.glob("*.yaml")):
         default = "results" if path == DEFAULT_CONFIG else None
-        results = read_mapping(path).get("results", default)
+        content = read_yaml(path)
+        results = content.get("results", default) if isinstance(content, Mapping) else None
         if isinstance(results, str) and Path(results).resolve() == study.resolve():
             writers.append(path)
     if len(writers) == 1:

@@ -173,9 +173,9 @@ def compare(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compare two studies run by run: ratios of demands and of medians, second over first.
+    """Compare two studies run by run: ratios of demands and of medians.
 
-    Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree.
+    Ratios are those of the second study over the first. Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree.
 
     Example: skewbridge compare results/smoke other/results/smoke
     """
