@@ -40,7 +40,8 @@ def _sections(group: typer.core.TyperCommand, context: typer.Context) -> list[st
 
 def _section(command: typer.core.TyperCommand, context: typer.Context) -> str:
     usage = " ".join(command.collect_usage_pieces(context))
-    text = " ".join((command.help or "").split("\f")[0].split())
+    text, _, example = (command.help or "").partition("Example: ")
+    text = " ".join(text.split()) + (f" Example: `{example.strip()}`." if example else "")
     rows = [row for each in command.params if (row := _row(each, context))]
     table = "| argument or option | meaning |\n| --- | --- |\n" + "".join(rows)
     title = context.command_path

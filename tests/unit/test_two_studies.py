@@ -97,7 +97,7 @@ def test_motions_of_one_name_but_other_files_are_left_out(tmp_path: Path) -> Non
     assert found["other_motions"] == ["m03"]
     assert found["counts"]["motions"] == 15
     result = RUNNER.invoke(build_app(), ["compare", first, second, "--limit-states", STATES])
-    assert "1 motions have one name in both studies but other files" in result.stderr
+    assert "1 motions have the same name in both studies but different files" in result.stderr
 
 
 def test_studies_without_a_common_run_are_refused_with_the_reason(tmp_path: Path) -> None:

@@ -175,7 +175,8 @@ def compare(
 ) -> None:
     """Compare two studies run by run: ratios of demands and of medians.
 
-    Ratios are those of the second study over the first. Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree.
+    Ratios are those of the second study over the first. Runs are paired where bridge, abutment
+    model, all axes, motion, scale and incidence agree.
 
     Example: skewbridge compare results/smoke other/results/smoke
     """
