@@ -108,6 +108,16 @@ def test_a_roller_has_no_contacts_to_draw(pair, tmp_path):
     assert not (tmp_path / "out" / "contact_replay.html").exists()
 
 
+def test_the_printed_answer_is_result_limits_and_files(pair, tmp_path):
+    done = run(pair, tmp_path / "out", "--duration-s", "1", "--no-figures", "--units", "us")
+    result, limits, files = done.stdout.strip().splitlines()
+    assert result.startswith("osb1_cf_skew00_gap051_mu050 under ")
+    assert " ok; column shear 0." in result
+    assert result.endswith(" in.")
+    assert limits == "No failure; all limits of validity are met."
+    assert files.endswith("demands.parquet, histories.parquet.")
+
+
 def test_a_collapse_is_a_result(pair, tmp_path):
     done = run(pair, tmp_path / "out", "--scale", "4", "--no-figures", "--json")
     assert done.exit_code == 0, done.stderr

@@ -18,6 +18,15 @@ def answer(*arguments: str) -> dict[str, object]:
     return json.loads(result.stdout)
 
 
+def test_all_bridges_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    names = [row["bridge"] for row in answer("list")["bridges"]]
+    assert {"osb1", "osb1_fixed", "osb2s", "bridge_a", "template"} <= set(names)
+    assert len(names) == 8
+    result = RUNNER.invoke(build_app(), ["bridge", "modal", "--bridge", "osb1_fixd"])
+    assert "did you mean osb1_fixed?" in result.stderr.replace("\n", " ")
+
+
 def test_modal_answers_weight_axial_forces_and_mass_ratios(tmp_path: Path) -> None:
     found = answer("modal", "--bridge", "osb1", "--skew-deg", "30", "--out", str(tmp_path))
     assert found["weight_kn"] == pytest.approx(19_055, rel=1e-3)

@@ -8,7 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 from skewbridge.cli import build_app
+from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
+from skewbridge.errors import InputError
 from skewbridge.report.reference_pages import ROOT
 from skewbridge.study.config import load_config
 from skewbridge.study.journal import open_journal
@@ -93,6 +95,34 @@ def test_journals_are_counted_and_compacted(failed_study: Path) -> None:
     assert answer("study", "journal", *config)["damaged"] == 0
 
 
+def test_a_study_is_named_by_its_folder_or_its_configuration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text("motions: {count: 2}")
+    (tmp_path / "config/mine.yaml").write_text("results: results/mine\ngrid: {skew_deg: [30]}")
+    (tmp_path / "config/states.yaml").write_text("- not a configuration")
+    monkeypatch.chdir(tmp_path)
+    mine = Path("config/mine.yaml")
+    assert config_of(None) == config_of(Path("results")) == Path("config/config.yaml")
+    assert config_of(mine) == config_of(Path("results/mine/")) == mine
+    assert folder_of(None) == Path("results")
+    assert folder_of(mine) == folder_of(Path("results/mine")) == Path("results/mine")
+    with pytest.raises(InputError, match=r"no file in config/ with .results: elsewhere"):
+        config_of(Path("elsewhere"))
+    (tmp_path / "config/copy.yaml").write_text("results: results/mine")
+    with pytest.raises(InputError, match="2 files in config/"):
+        config_of(Path("results/mine"))
+
+
+def test_a_mistyped_key_gets_a_suggestion(tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text("model: {bakfill: sdc}\ngird: {}\n")
+    result = runner.invoke(build_app(), ["plan", "--config", str(path)])
+    assert "model.bakfill: unknown key (did you mean model.backfill?)" in result.stderr
+    assert "gird: unknown key (did you mean grid?)" in result.stderr
+
+
 def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:
     axes = "skew_deg: [0], gap_mm: [25], friction: [0.5]"
     grid = f"grid: {{bridge: [osb1], abutment: [contact_friction], {axes}}}\n"
@@ -115,6 +145,8 @@ def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:
     assert {name: found[name] for name in ("variants", "analyses", "done", "failed", "left")} == {
         "variants": 2, "analyses": 4, "done": 2, "failed": 1, "left": 2,
     }  # fmt: skip
+    last = found["last_failure"]
+    assert (last["variant"], last["status"], last["reason"]) == (slug, "timeout", "budget")
     failed = answer("status", "--failed", "--config", str(config))
     assert [row["command"] for row in failed["analyses"]] == ["skewbridge run --row b --out row_b"]
 
