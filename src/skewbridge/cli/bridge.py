@@ -362,7 +362,7 @@ def column(
 
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.bridge.column import shear_section
-    from skewbridge.bridge.dead_load import column_axial_n
+    from skewbridge.bridge.gravity import column_axial_n
     from skewbridge.bridge.hinge import shear_span_m
     from skewbridge.bridge.moment_curvature import section_response
     from skewbridge.report.static_figures import column_figure
