@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from common import cpu_s, interleaved, ratio
 
-from skewbridge.verification.references.deck import run_deck
-from skewbridge.verification.references.deck_cases import C3, C5, NamedCase, deck_case
+from skewbridge.verification.references.cases import C3, C5, NamedCase, deck_case
+from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.studies.native_element import IMPLICIT, run_native_deck
 
 DT_S = 1.0e-4

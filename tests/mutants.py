@@ -30,7 +30,7 @@ from skewbridge.motions.suite import read_entry
 from skewbridge.provenance.tables import write_frame
 from skewbridge.study.config import load_config
 from skewbridge.variant.grid import expand_grid
-from skewbridge.verification.references.case_files import (
+from skewbridge.verification.references.cases import (
     ContactCase,
     DeckCase,
     read_case,

@@ -12,7 +12,7 @@ from skewbridge.motions.read import SURROGATE_FACTOR, SURROGATE_FILES, read_moti
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.units import G_MPS2
-from skewbridge.verification.studies.paper_motions import waho
+from skewbridge.verification.studies.paper_runs import waho
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from skewbridge.contact.restitution import (
     kelvin_voigt_damping_ratio,
     kelvin_voigt_restitution,
 )
-from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
+from skewbridge.verification.references.driven_unit import drive_unit, follow_law, path_work_j
 
 POSITIONS = st.floats(-1.0, 1.0)
 STIFFNESSES = st.floats(1e3, 1e9)
@@ -112,7 +112,7 @@ def test_a_closed_loop_never_gives_energy_away(seed, closed):
         path[:, 3] = -0.05
     # The path is periodic: what is not dissipated would come back in the second round.
     twice = np.vstack([path, path[1:] + np.array([2.0, 0.0, 0.0, 0.0])])
-    forces = follow_law(law, twice).forces_n
+    forces = follow_law(law, twice)
     second = slice(len(path) - 1, None)
     work = path_work_j(twice[second], forces[second])
     stored = np.hypot(*forces[[len(path) - 1, -1], :2].T) ** 2 / (2 * law.kt_n_per_m)
@@ -126,7 +126,7 @@ def test_the_live_unit_follows_the_law_on_any_smooth_path(seed, scheme):
     law = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
     path = random_path(seed, rows=400)
     path[:, 3] += 0.0013
-    exact = follow_law(law, path, substeps=50).forces_n
+    exact = follow_law(law, path, substeps=50)
     result = drive_unit(law, path, substeps=10, scheme=scheme)
     limit = law.cohesion_n + law.friction * max(1.0, float(exact[:, 2].max()))
     error = np.sqrt(np.mean(np.sum((result.forces_n - exact)[:, :2] ** 2, axis=1))) / limit
@@ -179,7 +179,7 @@ def test_a_live_unit_gives_the_same_force_in_every_frame(turn, tilt, slip):
     law = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.5)
     path = np.outer(np.linspace(0.0, 1.0, 101), [1.0, *slip, -0.02])
     path[:, 3] += 0.01
-    expected = follow_law(law, path).forces_n[-1]
+    expected = follow_law(law, path)[-1]
     assert contacts.tangentials_n[0] == pytest.approx(tuple(expected[:2]), abs=10.0)
     force = contacts.global_force_on_j(0)
     assert np.dot(force, normal) == pytest.approx(1e3, rel=1e-3)

@@ -13,7 +13,7 @@ from skewbridge.contact.drives import (
     stribeck_friction,
 )
 from skewbridge.errors import InputError
-from skewbridge.verification.references.block import Block, run_block
+from skewbridge.verification.references.blocks import Block, run_block
 
 
 @pytest.fixture(autouse=True)

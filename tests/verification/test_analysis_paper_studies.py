@@ -9,11 +9,14 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.paper import statements_of
 from skewbridge.verification.registry import run_study
-from skewbridge.verification.studies import paper_motions
-from skewbridge.verification.studies.friction_pairs import paper_variant, stick_slip_changes
-from skewbridge.verification.studies.half_cycles import half_cycles
+from skewbridge.verification.statements import statements_of
+from skewbridge.verification.studies import paper_runs
+from skewbridge.verification.studies.paper_runs import (
+    half_cycles,
+    paper_variant,
+    stick_slip_changes,
+)
 from strong_motion import strong_motion
 
 T_S = np.linspace(0.0, 4.0, 401)
@@ -45,7 +48,7 @@ def test_sticking_and_slipping_are_told_apart_while_closed():
 def test_a_missing_record_is_replaced_and_called_so(tmp_path, monkeypatch):
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(tmp_path))
     monkeypatch.chdir(tmp_path)
-    for found in (paper_motions.waho(), paper_motions.tarzana()):
+    for found in (paper_runs.waho(), paper_runs.tarzana()):
         assert not found.is_paper_record
         assert found.label.startswith("synthetic")
 
@@ -53,9 +56,9 @@ def test_a_missing_record_is_replaced_and_called_so(tmp_path, monkeypatch):
 def test_without_any_motion_the_message_says_where_to_put_one(tmp_path, monkeypatch):
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", "")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(paper_motions, "PACKAGE", tmp_path / "src" / "skewbridge")
+    monkeypatch.setattr(paper_runs, "PACKAGE", tmp_path / "src" / "skewbridge")
     with pytest.raises(InputError, match="SKEWBRIDGE_RECORDS"):
-        paper_motions.waho()
+        paper_runs.waho()
 
 
 def abutment_run(friction_pct, **settings):

@@ -11,8 +11,12 @@ from skewbridge.verification.references.closed_forms import (
     circular_path_work_j,
     straight_loop_work_j,
 )
-from skewbridge.verification.references.paths import circle, straight_loop
-from skewbridge.verification.references.unit_path import drive_unit, path_work_j
+from skewbridge.verification.references.driven_unit import (
+    circle,
+    drive_unit,
+    path_work_j,
+    straight_loop,
+)
 
 LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 SLIP_M = 0.045

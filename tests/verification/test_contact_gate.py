@@ -5,12 +5,11 @@ import pytest
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact import law as contact_law
-from skewbridge.verification.references.deck import run_deck
-from skewbridge.verification.references.deck_cases import C1, C5, deck_case
-from skewbridge.verification.references.unit_path import drive_unit, path_work_j
+from skewbridge.verification.references.cases import C1, C5, deck_case
+from skewbridge.verification.references.deck_solvers import run_deck
+from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
 from skewbridge.verification.studies import gate
 from skewbridge.verification.studies.coupling_order import path_error
-from skewbridge.verification.studies.integrator_restitution import TABLE, integrator_restitution
 from skewbridge.verification.studies.native_element import (
     IMPLEX,
     IMPLICIT,
@@ -18,6 +17,7 @@ from skewbridge.verification.studies.native_element import (
     drive_native,
     run_native_deck,
 )
+from skewbridge.verification.studies.oscillators import TABLE, integrator_restitution
 
 
 def test_the_gate_passes():

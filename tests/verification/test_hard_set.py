@@ -63,7 +63,7 @@ def test_a_run_that_was_broken_off_goes_on(monkeypatch, tmp_path):
         hard_set, "Parallel", lambda **_: lambda calls: (f(*a) for f, a, _ in calls)
     )
     monkeypatch.setattr(hard_set, "_row", lambda *task: analysed.append(task[0].slug) or row(*task))
-    monkeypatch.setattr(hard_set, "TELL_EACH", 1)
+    monkeypatch.setattr(hard_set, "REPORT_EACH", 1)
     told = []
     again = Study("hard-set", tmp_path, told.append)
     run_hard_set(again, chosen)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from skewbridge.verification.references.blocks import UprightBlock, run_upright
 from skewbridge.verification.references.closed_forms import RockingBlock
-from skewbridge.verification.references.rocking import UprightBlock, run_upright
 
 CASES = [(0.25, 1.0, 0.24498, 2.67167, 0.493803), (0.5, 1.5, 0.32175, 2.15715, 0.612367)]
 

@@ -18,7 +18,7 @@ from skewbridge.contact.restitution import (
     kelvin_voigt_restitution,
 )
 from skewbridge.errors import InputError
-from skewbridge.verification.references.block import Block, run_block
+from skewbridge.verification.references.blocks import Block, run_block
 from skewbridge.verification.references.closed_forms import (
     falling_mass_impact,
     power_law_penetration,

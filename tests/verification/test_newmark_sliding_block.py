@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skewbridge.verification.references.block import Block, run_block
+from skewbridge.verification.references.blocks import Block, run_block
 from skewbridge.verification.references.closed_forms import (
     rectangular_pulse_slip,
     sine_pulse_first_slip,

@@ -6,9 +6,8 @@ import pytest
 
 from skewbridge.errors import InputError
 from skewbridge.verification import registry
-from skewbridge.verification.studies import paired_accuracy
-from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.paired_accuracy import (
+from skewbridge.verification.studies import accuracy
+from skewbridge.verification.studies.accuracy import (
     ALL_PLACES,
     DEMANDS,
     SETS,
@@ -16,6 +15,7 @@ from skewbridge.verification.studies.paired_accuracy import (
     pooled_ratios,
     run_accuracy,
 )
+from skewbridge.verification.studies.comparison import Study
 
 # two motions cut to 2 s of shaking beyond their tapers, friction alone, coarse against default
 TINY = AccuracySet(
@@ -101,10 +101,10 @@ def test_finished_analyses_are_not_repeated(tmp_path, monkeypatch):
     assert failed.value == 0.0
 
     calls = []
-    plain = paired_accuracy.analyse
+    plain = accuracy.analyse
     # a kill cut the last line short: that analysis alone runs again
     (tmp_path / "accuracy.jsonl").write_text(kept.rstrip()[:-20])
-    monkeypatch.setattr(paired_accuracy, "analyse", Counted(calls, plain), raising=True)
+    monkeypatch.setattr(accuracy, "analyse", Counted(calls, plain), raising=True)
     second = Study("accuracy", tmp_path)
     run_accuracy(second, TINY)
     assert len(calls) == 1

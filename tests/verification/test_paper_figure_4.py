@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from reference_data import reference_table
-from skewbridge.verification.references.particle import Particle, run_particle, run_particle_lcp
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.particle_between_lines import (
     FIRST_CONTACT_S,
     LCP_PEAKS,
+    Particle,
     compare_with_lcp,
+    run_particle,
+    run_particle_lcp,
 )
 
 

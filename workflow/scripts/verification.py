@@ -10,7 +10,7 @@ if __name__ == "__main__":
         from skewbridge.verification.registry import run_studies
 
         logger = logging.getLogger("skewbridge")
-        rows = run_studies([], Path(snakemake.output.table).parent, tell=logger.info)
+        rows = run_studies([], Path(snakemake.output.table).parent, report_progress=logger.info)
         failed = [f"{row['study']}: {row['quantity']}" for row in rows if not row["pass"]]
         if failed:
             logger.error("%d of %d checks failed:\n%s", len(failed), len(rows), "\n".join(failed))

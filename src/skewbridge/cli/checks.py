@@ -65,7 +65,7 @@ def contact(
 
     Example: skewbridge contact slide.yaml --out forces.csv
     """
-    from skewbridge.verification.references.unit_path import run_contact_case
+    from skewbridge.verification.references.driven_unit import run_contact_case
 
     emit(run_contact_case(case, out), as_json=as_json)
 
@@ -84,7 +84,7 @@ def deck(
 
     Example: skewbridge deck deck30.yaml --out deck30.parquet
     """
-    from skewbridge.verification.references.deck import run_deck_case
+    from skewbridge.verification.references.deck_solvers import run_deck_case
 
     emit(run_deck_case(case, out), as_json=as_json)
 
@@ -106,7 +106,8 @@ def verify(
     from skewbridge.study.folder import StudyFolder
     from skewbridge.verification.registry import run_studies
 
-    rows = run_studies(names or [], out or StudyFolder().verification, tell=messages.print)
+    folder = out or StudyFolder().verification
+    rows = run_studies(names or [], folder, report_progress=messages.print)
     if as_json:
         emit_json(rows)
     else:

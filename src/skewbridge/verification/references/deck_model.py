@@ -20,7 +20,7 @@ import numpy as np
 
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
 from skewbridge.units import G_MPS2
-from skewbridge.verification.references.case_files import DeckCase
+from skewbridge.verification.references.cases import DeckCase
 from skewbridge.verification.references.live_model import Array, first_crossing_s
 
 # Right and left end, acute and obtuse corner.
@@ -34,7 +34,8 @@ class Corner:
     Attributes:
         name: One of `CORNERS`.
         end: 0 right, 1 left.
-        x_m: Position from the mass centre, as is `y_m`.
+        x_m: Position from the mass centre.
+        y_m: Position from the mass centre.
         normal_row: Opening = gap + normal_row . q.
         tangent_row: Slip = tangent_row . q.
     """
@@ -53,14 +54,14 @@ class Corner:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Deck:
-    """Numbers of a deck case.
+class SkewDeck:
+    """Matrices and corners of a deck case.
 
     Attributes:
         mass: Diagonal of the mass matrix (kg, kg, kg m2).
         stiffness: Diagonal of the bearing stiffness.
         damping: Diagonal of the damping, 2 xi w M.
-        dashpot_n_s_per_m: Dashpot of each corner for the wanted restitution.
+        dashpot_n_s_per_m: Dashpot of each corner for the given restitution.
     """
 
     mass: tuple[float, ...]
@@ -111,7 +112,7 @@ class DeckHistory:
         return first_crossing_s(self.t_s, self.openings_m.min(axis=1))
 
 
-def make_deck(case: DeckCase) -> Deck:
+def make_deck(case: DeckCase) -> SkewDeck:
     """Return the matrices and corners of a case."""
     length, width, skew = case.length_m, case.width_m, radians(case.skew_deg)
     inertia = case.mass_kg * (length**2 + (width / cos(skew)) ** 2) / 12.0
@@ -120,7 +121,7 @@ def make_deck(case: DeckCase) -> Deck:
     frequencies = list(zip(mass, speeds, strict=True))
     # The two springs of an end work together in a flat impact, on the whole mass.
     zeta = kelvin_voigt_damping_ratio(case.restitution) if case.restitution else 0.0
-    return Deck(
+    return SkewDeck(
         mass=mass,
         stiffness=tuple(m * w**2 for m, w in frequencies),
         damping=tuple(2.0 * case.damping_ratio * w * m for m, w in frequencies),
@@ -153,14 +154,14 @@ def _corners(length_m: float, width_m: float, skew_rad: float) -> tuple[Corner, 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Excitation:
+class BaseAcceleration:
     """Ground acceleration: a cosine pulse along x, or two sampled components.
 
     Attributes:
-        amplitude_mps2: Of the pulse.
-        period_s: Of the pulse, and its length.
-        sample_dt_s: Of the record; zero for the pulse.
-        samples_mps2: Shape (2, n), linear between samples.
+        amplitude_mps2: Amplitude of the pulse.
+        period_s: Period and duration of the pulse.
+        sample_dt_s: Time step of the record; zero for the pulse.
+        samples_mps2: Accelerations of the record, shape (2, n), linear between samples.
     """
 
     amplitude_mps2: float = 0.0
@@ -179,7 +180,7 @@ class Excitation:
         return np.array([np.where(times_s <= self.period_s, pulse, 0.0), np.zeros_like(times_s)])
 
     def mean(self, starts_s: Array, ends_s: Array) -> Array:
-        """Return the mean acceleration over intervals, shape (2, n): keeps the jumps' impulse."""
+        """Return the mean acceleration over intervals, shape (2, n): a jump keeps its impulse."""
         if self.samples_mps2 is not None:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
         speed = 2.0 * pi / self.period_s
@@ -188,27 +189,29 @@ class Excitation:
         return np.array([impulse / (ends_s - starts_s), np.zeros_like(starts_s)])
 
 
-def pulse_of(case: DeckCase) -> Excitation:
+def pulse_of(case: DeckCase) -> BaseAcceleration:
     """Return the pulse of a case that has one."""
     if case.pulse is None:
         raise ValueError("the case has no pulse")
-    return Excitation(amplitude_mps2=case.pulse.amplitude_g * G_MPS2, period_s=case.pulse.period_s)
+    return BaseAcceleration(
+        amplitude_mps2=case.pulse.amplitude_g * G_MPS2, period_s=case.pulse.period_s
+    )
 
 
 type Response = tuple[Array, Array, Array, Array, Array]
 """q and its velocity, shape (n, 3); openings, compressions and friction, shape (n, 4)."""
 
 
-class EnergyBalance:
-    """Works of a deck by the trapezoidal rule, added up over consecutive parts of its response."""
+class DeckEnergy:
+    """Works of a deck by the trapezoidal rule, summed over consecutive parts of its response."""
 
-    def __init__(self, deck: Deck) -> None:
+    def __init__(self, deck: SkewDeck) -> None:
         self._deck = deck
         self._mass, self._damping = np.array(deck.mass), np.array(deck.damping)
         self._given = self._lost = self._kept = self._largest = 0.0
 
     def add(self, response: Response, accel_mps2: Array) -> None:
-        """Add a part under a ground acceleration, shape (2, n); the next starts at its end."""
+        """Add a part under a ground acceleration, shape (2, n); the next part starts at its end."""
         q, v, openings, normals, tangentials = response
         step = np.diff(q, axis=0)
         force = np.zeros_like(q)

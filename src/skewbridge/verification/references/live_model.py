@@ -1,4 +1,4 @@
-"""What the small OpenSees models share: the domain, loads in time, the solver, the step loop."""
+"""Helpers for small OpenSees models: domain, loads in time, solver, step loop."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from skewbridge.contact import ContactSet, make_step
 from skewbridge.errors import SolutionError
 
 type Array = NDArray[np.float64]
-type History = Callable[[Array], Array]
+type TimeFunction = Callable[[Array], Array]
 """A quantity as a function of an array of times."""
 
 
@@ -29,10 +29,10 @@ def clean_domain() -> Generator[None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solver:
-    """Arguments of the OpenSees commands that say how the equations of a small model are solved.
+    """Arguments of the OpenSees solution commands, by default with the trapezoidal rule.
 
-    By default the trapezoidal rule. `tolerance_m` is the largest norm of the last displacement
-    increment.
+    Attributes:
+        tolerance_m: Largest norm of the last displacement increment.
     """
 
     constraints: str = "Transformation"
@@ -56,7 +56,7 @@ class Solver:
 
 
 def path_series(tag: int, dt_s: float, values: Array) -> None:
-    """Define values at even times as a time series; the last one is held."""
+    """Define a time series of values at even times; the last value is held."""
     ops.timeSeries("Path", tag, "-dt", dt_s, "-values", *values.tolist(), float(values[-1]))
 
 
@@ -79,7 +79,7 @@ def hold_load(node: int, tag: int, load: tuple[float, ...]) -> None:
 def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
     """Shake all supports by an acceleration along x and y, shape (2, n).
 
-    The node of the mass has its acceleration from the start.
+    The mass node has its initial acceleration.
     """
     for dof, component in enumerate(accel_mps2, start=1):
         path_series(dof, dt_s, component)
@@ -107,7 +107,7 @@ def even_times(duration_s: float, dt_s: float) -> Array:
 def march(
     contacts: ContactSet, times_s: Array, dt_s: float, parts_on_change: int = 1
 ) -> Generator[int]:
-    """Make the steps to the given times; yield the number of each after it has been taken over.
+    """Step to the given times; yield the number of each step after the contacts were updated.
 
     Raises:
         SolutionError: A step does not converge.

@@ -1,35 +1,49 @@
-"""Figures 11 and 12 of the paper: OSB1 without skew, with and without friction.
+"""OSB1 with and without friction: figures 11 and 12, friction by place, and the abutment models.
 
-The paper's record is WAHO; whatever stands in for it is named on the figures and in the cases of
-the statements. Both the default scheme and the paper's are judged.
+`run` repeats figures 11 and 12 of the paper without skew, under the default scheme and the paper's.
+`run_places` has friction at walls, at keys or at both, without and with skew. `run_models` compares
+all abutment models with skew and without, and OSB2S with friction and without; the paper's section
+6 announces these comparisons. A stand-in for the paper's record WAHO is named on the figures and in
+the cases of the statements.
 """
 
 from dataclasses import asdict
-from typing import Final
+from itertools import product
+from typing import Any, Final
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import Scheme
+from skewbridge.statuses import RAN
 from skewbridge.units import KN, MM
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.options import FrictionAt, ModelOptions
+from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.bridge_statements import (
-    Pair,
-    judge_bridge,
-    transverse_cycles,
-)
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.friction_pairs import (
+from skewbridge.verification.studies.paper_runs import (
+    FRICTION_PCT,
+    HalfCycle,
+    PaperMotion,
     analysis,
     draw_pair,
+    half_cycles,
     histories_of,
-    with_and_without,
+    paper_variant,
+    rms_change,
+    stick_slip_changes,
+    waho,
 )
-from skewbridge.verification.studies.half_cycles import HalfCycle
-from skewbridge.verification.studies.paper_motions import PaperMotion, waho
+
+type Pair = tuple[AnalysisResult, AnalysisResult]
+"""With friction, without."""
 
 SCHEMES: Final[tuple[Scheme, ...]] = ("default", "paper")
-_PAPER: Final = "without friction, this model"
+SKEWS_DEG: Final = (0, 30)
+_WITHOUT: Final = "without friction, this model"
 _DEMANDS: Final = (
     "deck_disp_x_m",
     "deck_disp_y_m",
@@ -40,48 +54,151 @@ _DEMANDS: Final = (
     "backwall_force_kn",
     "shear_key_force_kn",
 )
+_DISPLACEMENTS: Final = {
+    "resultant": "deck_disp_m",
+    "longitudinal": "deck_disp_x_m",
+    "transverse": "deck_disp_y_m",
+}
+_AXES: Final = {"longitudinal": "x", "transverse": "y"}
+_SIDES: Final = ("left", "right")
+
+PLACES: Final[tuple[FrictionAt, ...]] = ("all", "walls", "keys")
+_PLACE_DEMANDS: Final = {
+    "column_shear_kn": "column shear",
+    "column_drift_ratio": "drift",
+    "deck_disp_m": "displacement",
+    "deck_disp_y_m": "transverse displ.",
+    "deck_rotation_rad": "rotation",
+    "unseating_m": "unseating",
+    "abutment_passive_m": "passive",
+}
+# Units without friction, by the place of friction.
+_FREE: Final = {"walls": "key", "keys": "backwall"}
+# A deck that does not turn has no rotation to compare with.
+_LEAST: Final = {"deck_rotation_rad": 1e-4}
+
+# The five models of the paper.
+_MODEL_COLOURS: Final = {
+    "roller": style.GREY,
+    "simplified": style.PINK,
+    "spring": style.GREEN,
+    "contact": style.ORANGE,
+    "contact_friction": style.BLUE,
+}
+_MODEL_DEMANDS: Final = (
+    "deck_disp_m",
+    "deck_rotation_rad",
+    "column_shear_kn",
+    "column_drift_ratio",
+    "unseating_m",
+    "acute_corner_unseating_m",
+    "bearing_disp_m",
+    "backwall_force_kn",
+    "shear_key_force_kn",
+)
 
 
 def run(study: Study) -> None:
-    """Run the study."""
+    """Run the study of figures 11 and 12."""
     motion = waho()
     for scheme in SCHEMES:
-        pair = with_and_without(lambda variant, scheme=scheme: analysis(variant, motion, scheme))
-        _report_ratios(study, f"{scheme} scheme", pair)
-        _check(study, f"{scheme} scheme", pair)
-        judge_bridge(study, f"{scheme} scheme", pair, motion)
+        variants = paper_variant(), paper_variant(friction_pct=0)
+        pair = analysis(variants[0], motion, scheme), analysis(variants[1], motion, scheme)
+        _compare(study, f"{scheme} scheme", pair)
+        _judge(study, f"{scheme} scheme{motion.stand_in}", pair, same_record=motion.is_paper_record)
         if scheme == SCHEMES[0]:
-            _draw(study, pair, motion)
+            cycles = _cycles(pair, "y")
+            study.figures["displacements"] = _displacement_figure(pair, motion)
+            study.figures["hysteresis"] = _hysteresis_figure(pair, motion)
+            study.figures["cycles"] = _cycle_figure(cycles, motion)
+            study.tables["cycles"] = pd.DataFrame(
+                [asdict(cycle) | {"change": cycle.change} for cycle in cycles]
+            )
 
 
-def _draw(study: Study, pair: Pair, motion: PaperMotion) -> None:
-    """Draw figures 11 and 12, and what friction changes cycle by cycle."""
-    cycles = transverse_cycles(pair)
-    study.figures["displacements"] = _displacement_figure(pair, motion)
-    study.figures["hysteresis"] = _hysteresis_figure(pair, motion)
-    study.figures["cycles"] = _cycle_figure(cycles, motion)
-    study.tables["cycles"] = pd.DataFrame(
-        [asdict(cycle) | {"change": cycle.change} for cycle in cycles]
+def _compare(study: Study, case: str, pair: Pair) -> None:
+    """Report the demands with friction against those without; check that the runs are valid."""
+    with_friction, without = (result.whole_history for result in pair)
+    for demand in _DEMANDS:
+        text = f"{case}: {demand}, friction 0.5 against 0"
+        study.report(text, with_friction[demand], without[demand], _WITHOUT)
+    study.report(f"{case}: slip_work_kj", with_friction["slip_work_kj"], 0.0, _WITHOUT)
+    is_whole = all(result.status == "ok" for result in pair)
+    text = f"{case}: both analyses end with status ok"
+    study.holds(text, truth=is_whole, source="this model")
+    least_kn = min(with_friction["backwall_force_kn"], without["backwall_force_kn"])
+    study.holds(f"{case}: the backwalls close", truth=least_kn > 0.0, source="this motion")
+
+
+def _judge(study: Study, case: str, pair: Pair, *, same_record: bool) -> None:
+    """Judge the statements on the straight bridge with friction against the one without."""
+    cycles = {axis: _cycles(pair, column) for axis, column in _AXES.items()}
+    for axis, found in cycles.items():
+        lower = [cycle.change < 0.0 for cycle in found if cycle.has_contact]
+        study.states("bridge cycles", f"{case}, {axis}", sum(lower), len(lower))
+    for axis, column in _AXES.items():
+        change = _history_change(pair, f"deck_u{column}_m")
+        study.states("axes are coupled", f"{case}, {axis}", change)
+    with_friction, without = (result.whole_history for result in pair)
+    for name, demand in _DISPLACEMENTS.items():
+        peaks = with_friction[demand], without[demand]
+        study.states("displacement is reduced", f"{case}, {name}", *peaks)
+        claim = "displacement by 2 to 3 percent"
+        study.states(claim, f"{case}, {name}", *peaks, same_record=same_record)
+    shears = with_friction["column_shear_kn"], without["column_shear_kn"]
+    study.states("shear is reduced", case, *shears)
+    shear, displacement = (
+        1.0 - with_friction[demand] / without[demand]
+        for demand in ("column_shear_kn", "deck_disp_m")
+    )
+    study.states("shear by as much", case, abs(shear - displacement))
+    for side in _SIDES:
+        along, across = (_history_change(pair, f"abutment_{side}_{axis}_kn") for axis in ("x", "y"))
+        study.states("bridge transverse loops", f"{case}, {side} abutment", across, along)
+    study.states("keys stick and slip", case, _key_changes(pair[0]))
+    for axis, found in cycles.items():
+        changes = [abs(cycle.peak_with_m - cycle.peak_without_m) for cycle in found]
+        together = [cycle.together for cycle in found]
+        study.states("in phase differs most", f"{case}, {axis}", together, changes)
+
+
+def _cycles(pair: Pair, axis: str) -> list[HalfCycle]:
+    """Return the half cycles of the deck along an axis."""
+    friction, plain = (histories_of(result) for result in pair)
+    count = min(len(friction["t_s"]), len(plain["t_s"]))
+    walls = [f"abutment_{side}_wall_kn" for side in _SIDES]
+    in_contact = np.logical_or.reduce(
+        [table[wall][:count] > 0.0 for table in (friction, plain) for wall in walls]
+    )
+    own, other = f"deck_u{axis}_m", "deck_ux_m" if axis == "y" else "deck_uy_m"
+    return half_cycles(
+        plain["t_s"][:count],
+        plain[own][:count],
+        friction[own][:count],
+        plain[other][:count],
+        in_contact,
     )
 
 
-def _report_ratios(study: Study, name: str, pair: Pair) -> None:
-    """Put the demands with friction beside those without."""
-    with_friction, without = (result.whole_history for result in pair)
-    for demand in _DEMANDS:
-        text = f"{name}: {demand}, friction 0.5 against 0"
-        study.report(text, with_friction[demand], without[demand], _PAPER)
-    study.report(f"{name}: slip_work_kj", with_friction["slip_work_kj"], 0.0, _PAPER)
+def _history_change(pair: Pair, column: str) -> float:
+    """Return the RMS change of a history by friction over its RMS without."""
+    friction, plain = (histories_of(result)[column] for result in pair)
+    return float(rms_change(friction, plain))
 
 
-def _check(study: Study, name: str, pair: Pair) -> None:
-    """Check that the analyses are whole and the walls meet: what is judged rests on it."""
-    with_friction, without = (result.whole_history for result in pair)
-    is_whole = all(result.status == "ok" for result in pair)
-    text = f"{name}: both analyses end with status ok"
-    study.holds(text, truth=is_whole, source="this model")
-    least_kn = min(with_friction["backwall_force_kn"], without["backwall_force_kn"])
-    study.holds(f"{name}: the backwalls close", truth=least_kn > 0.0, source="this motion")
+def _key_changes(result: AnalysisResult) -> int:
+    """Return how often the keys change from sticking to slipping or back."""
+    table = histories_of(result)
+    keys = [name for name in table if "key" in name and name.endswith("_normal_kn")]
+
+    def column(name: str, part: str) -> Array:
+        return table[name.replace("normal", part)]
+
+    normals = np.column_stack([table[name] for name in keys])
+    frictions = np.column_stack(
+        [np.hypot(column(name, "friction_1"), column(name, "friction_2")) for name in keys]
+    )
+    return stick_slip_changes(normals, frictions, FRICTION_PCT / 100)
 
 
 def _displacement_figure(pair: Pair, motion: PaperMotion) -> Figure:
@@ -99,8 +216,8 @@ def _hysteresis_figure(pair: Pair, motion: PaperMotion) -> Figure:
     """Draw force against displacement of both abutments along both axes."""
     figure, axes = style.panels(2, 2, height_in=5.0)
     tables = [histories_of(result) for result in pair]
-    for row, (axis_name, direction) in enumerate((("longitudinal", "x"), ("transverse", "y"))):
-        for axis, side in zip(axes[row], ("left", "right"), strict=True):
+    for row, (axis_name, direction) in enumerate(_AXES.items()):
+        for axis, side in zip(axes[row], _SIDES, strict=True):
             start = f"abutment_{side}_{direction}"
             curves = [(t[f"{start}_m"] / MM, t[f"{start}_kn"] * KN / 1e6) for t in tables]
             draw_pair(axis, *curves)
@@ -111,7 +228,7 @@ def _hysteresis_figure(pair: Pair, motion: PaperMotion) -> Figure:
 
 
 def _cycle_figure(cycles: list[HalfCycle], motion: PaperMotion) -> Figure:
-    """Draw what friction changes per half cycle against how much the axes coincide."""
+    """Draw the change by friction per half cycle against how much the axes coincide."""
     figure, axis = style.panel(height_in=3.0)
     for has_contact, colour, text in (
         (True, style.BLUE, "backwall in contact"),
@@ -126,4 +243,121 @@ def _cycle_figure(cycles: list[HalfCycle], motion: PaperMotion) -> Figure:
     style.label(axis, x, "change of transverse\npeak by friction (mm)")
     style.legend(axis)
     figure.suptitle(f"OSB1, skew 0, transverse half cycles; {motion.label}", fontsize=9)
+    return figure
+
+
+def run_places(study: Study) -> None:
+    """Run the study of friction at walls, keys or both."""
+    motion = waho()
+    rows: list[dict[str, Any]] = []
+    for skew in SKEWS_DEG:
+        variant = paper_variant(skew_deg=skew)
+        runs = {
+            place: analysis(variant, motion, options=ModelOptions(friction_at=place))
+            for place in PLACES
+        }
+        runs["none"] = analysis(paper_variant(skew_deg=skew, friction_pct=0), motion)
+        _check_places(study, skew, runs)
+        plain = runs["none"].whole_history
+        for place, demand in product(PLACES, _PLACE_DEMANDS):
+            if plain[demand] > _LEAST.get(demand, 0.0):
+                value = runs[place].whole_history[demand]
+                text = f"skew {skew}, friction at {place}: {demand}"
+                study.report(text, value, plain[demand], _WITHOUT)
+                names = {"skew_deg": skew, "friction_at": place, "demand": demand}
+                rows.append(names | {"value": value, "without": plain[demand]})
+        changes = (
+            _history_change((runs[place], runs["none"]), "deck_uy_m") for place in ("walls", "keys")
+        )
+        study.states("backwall makes it", f"OSB1, skew {skew}{motion.stand_in}", *changes)
+    table = pd.DataFrame(rows)
+    study.tables["changes"] = table.assign(change=table["value"] / table["without"] - 1.0)
+    study.figures["changes"] = _place_figure(study.tables["changes"], motion)
+
+
+def _check_places(study: Study, skew: int, runs: dict[FrictionAt | str, AnalysisResult]) -> None:
+    """Check that the analyses ran, and that contacts without friction carry none."""
+    has_run = all(found.status in RAN for found in runs.values())
+    text = f"skew {skew}: every analysis ends with status ok or collapse"
+    study.holds(text, truth=has_run, source="this model")
+    for place, free in _FREE.items():
+        forces = [
+            float(np.abs(column).max())
+            for name, column in histories_of(runs[place]).items()
+            if free in name and name.endswith(("friction_1_kn", "friction_2_kn"))
+        ]
+        text = f"skew {skew}, friction at {place}: friction at a {free} (kN)"
+        study.at_most(text, max(forces, default=0.0), 0.0, "no friction there")
+
+
+def _place_figure(table: pd.DataFrame, motion: PaperMotion) -> Figure:
+    """Draw the change of each demand by the place of friction."""
+    figure, axes = style.panels(1, len(SKEWS_DEG), height_in=3.4, sharey=True)
+    colours = (style.BLACK, style.BLUE, style.ORANGE)
+    names = list(_PLACE_DEMANDS)
+    for axis, skew in zip(axes[0], SKEWS_DEG, strict=True):
+        for number, (place, colour) in enumerate(zip(PLACES, colours, strict=True)):
+            rows = table[(table["skew_deg"] == skew) & (table["friction_at"] == place)]
+            heights = [names.index(demand) + 0.25 * (number - 1) for demand in rows["demand"]]
+            axis.barh(heights, 100.0 * rows["change"], height=0.22, color=colour, label=place)
+        axis.axvline(0.0, color=style.BLACK, lw=0.6)
+        axis.set_yticks(range(len(names)), list(_PLACE_DEMANDS.values()))
+        style.label(axis, "change by friction (%)", "", f"skew {skew}")
+    axes[0, 0].invert_yaxis()
+    style.legend(axes[0, 0], title="friction at", title_fontsize=7)
+    figure.suptitle(f"OSB1, friction 0.5; {motion.label}", fontsize=9)
+    return figure
+
+
+def run_models(study: Study) -> None:
+    """Run OSB1 with all abutment models, straight and skewed, and OSB2S with friction."""
+    motion = waho()
+    runs = {
+        (abutment, skew): analysis(paper_variant(abutment=abutment, skew_deg=skew), motion)
+        for abutment in _MODEL_COLOURS
+        for skew in SKEWS_DEG
+    }
+    text = "OSB1: every abutment model and skew ends with status ok or collapse"
+    has_run = all(found.status in RAN for found in runs.values())
+    study.holds(text, truth=has_run, source="this model")
+    for abutment in (name for name, traits in ABUTMENTS.items() if traits.has_contacts):
+        straight, skewed = (runs[abutment, skew].whole_history for skew in SKEWS_DEG)
+        case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
+        turns = (1e3 * found["deck_rotation_rad"] for found in (skewed, straight))
+        study.states("skew bridge rotates", case, *turns)
+        unseating = skewed["unseating_m"], straight["unseating_m"]
+        study.states("acute corner leads", case, skewed["acute_corner_unseating_m"], unseating[0])
+        study.states("skew needs longer seats", case, *unseating)
+    variants = (
+        paper_variant(bridge="osb2s", skew_deg=20),
+        paper_variant(bridge="osb2s", skew_deg=20, friction_pct=0),
+    )
+    rough, smooth = (analysis(variant, motion) for variant in variants)
+    for demand in _MODEL_DEMANDS:
+        text = f"OSB2S (surrogate), skew 20: {demand}, friction 0.5 against 0"
+        study.report(text, rough.whole_history[demand], smooth.whole_history[demand], _WITHOUT)
+    for skew in SKEWS_DEG:
+        found = {abutment: runs[abutment, skew] for abutment in _MODEL_COLOURS}
+        study.figures[f"skew{skew:02d}"] = _model_figure(found, skew, motion)
+    study.tables["demands"] = pd.DataFrame(
+        [
+            {"abutment": abutment, "skew_deg": skew, "status": result.status}
+            | {demand: result.whole_history[demand] for demand in _MODEL_DEMANDS}
+            for (abutment, skew), result in runs.items()
+        ]
+    )
+
+
+def _model_figure(runs: dict[str, AnalysisResult], skew: int, motion: PaperMotion) -> Figure:
+    names = ("longitudinal (mm)", "transverse (mm)", "rotation (mrad)")
+    figure, axes = style.time_panels(*names, height_in=5.4)
+    columns = {"deck_ux_m": MM, "deck_uy_m": MM, "deck_rot_rad": 1e-3}
+    for axis, (column, unit) in zip(axes, columns.items(), strict=True):
+        for abutment, colour in _MODEL_COLOURS.items():
+            table = histories_of(runs[abutment])
+            text = abutment.replace("_", " ")
+            style.line(axis, table["t_s"], table[column] / unit, colour, text, lw=0.9)
+        axis.axhline(0.0, color=style.BLACK, lw=0.4)
+    style.legend(axes[0], loc="upper right", ncols=5)
+    figure.suptitle(f"OSB1, skew {skew}; {motion.label}", fontsize=9)
     return figure

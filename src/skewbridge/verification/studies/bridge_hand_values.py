@@ -1,8 +1,8 @@
 """The catalogue's models against hand values and other models: weights, periods, strengths.
 
-References, by the name used in the rows: *hand* by engineering rules; *PyPBEE* the public models of
-Kaviani's bridges; *this project's earlier model* a fiber model of the same data, with its section
-state named: it tells whether the model has changed, not whether it is right.
+Sources of the references, as named in the rows: *hand*, by engineering rules; *PyPBEE*, the public
+models of Kaviani's bridges; *this project's earlier model*, a fiber model of the same data with the
+named section state, which shows whether the model has changed, not whether it is right.
 """
 
 from functools import cache
@@ -23,11 +23,11 @@ from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.studies.comparison import EARLIER_MODEL, Study
-from skewbridge.verification.studies.friction_pairs import paper_variant
+from skewbridge.verification.studies.paper_runs import paper_variant
 
 STATES: Final = {
     "cracked elastic": ModelOptions(elastic_columns=True),
-    # the models compared with let the deck's load enter in the middle of the caps
+    # the reference models apply the deck's load in the middle of the caps
     "hinge": ModelOptions(cap_load="middle"),
     "fiber": ModelOptions(column_integration="lobatto5", cap_load="middle"),
 }
@@ -82,7 +82,7 @@ PASSIVE_KN: Final = {
 
 
 def run(study: Study) -> None:
-    """Compare every figure that the catalogue's sources give."""
+    """Compare all values that the catalogue's sources give."""
     _dead_load(study)
     for bridge, abutment, state, periods_s, source in PERIODS:
         for direction, period_s in periods_s.items():

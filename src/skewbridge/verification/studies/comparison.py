@@ -1,4 +1,4 @@
-"""What a study finds: values beside their references, the paper's statements, figures, tables."""
+"""Results of a study: values with their references, verdicts, figures, tables."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -9,8 +9,7 @@ from typing import Any, Final
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.verification.judgement import Judgement, cannot_be_told
-from skewbridge.verification.paper import STATEMENTS, statements_of
+from skewbridge.verification.statements import STATEMENTS, Verdict, statements_of
 
 COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")
 STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason")
@@ -19,15 +18,15 @@ EARLIER_MODEL: Final = "this project's earlier model (regression only)"
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
-    """A quantity beside its reference.
+class ReferenceCheck:
+    """A computed quantity compared with its reference.
 
     Attributes:
         quantity: What is compared, with its unit.
-        value: Computed here.
-        reference: What it is compared with.
-        tolerance: Largest allowed absolute difference; None: reported, not asserted.
-        source: Where the reference is from.
+        value: Computed value.
+        reference: Reference value.
+        tolerance: Largest allowed absolute difference; None: reported, not judged.
+        source: Source of the reference.
     """
 
     quantity: str
@@ -38,35 +37,35 @@ class Comparison:
 
     @property
     def is_passed(self) -> bool:
-        """Whether the difference is within the tolerance; what is only reported passes."""
+        """Whether the difference is within the tolerance; a row without tolerance passes."""
         if self.tolerance is None:
             return True
         return isfinite(self.value) and abs(self.value - self.reference) <= self.tolerance
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """A statement of the paper judged in one case, both by name."""
+class StatementCase:
+    """Verdict on a statement of the paper in one case."""
 
     statement: str
     case: str
-    judgement: Judgement
+    verdict: Verdict
 
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Collects what a study finds: comparisons and judged statements so far, figures, tables.
+    """Collects the results of a study: comparisons, verdicts on statements, figures, tables.
 
     Attributes:
-        kept: Folder where a long study keeps what is finished; None keeps nothing.
-        tell: Called with what a long study says of its progress.
+        kept: Folder where a long study keeps finished analyses; None keeps nothing.
+        report_progress: Called with a line on the progress of a long study.
     """
 
     name: str
     kept: Path | None = None
-    tell: Callable[[str], None] | None = None
-    comparisons: list[Comparison] = field(default_factory=list[Comparison])
-    findings: list[Finding] = field(default_factory=list[Finding])
+    report_progress: Callable[[str], None] | None = None
+    comparisons: list[ReferenceCheck] = field(default_factory=list[ReferenceCheck])
+    verdicts: list[StatementCase] = field(default_factory=list[StatementCase])
     figures: dict[str, Figure] = field(default_factory=dict[str, Figure])
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
 
@@ -86,7 +85,7 @@ class Study:
     ) -> None:
         """Compare values by name, each with its reference and relative tolerance.
 
-        The name follows the quantity, such as "case C1: peak"; values without a reference are left.
+        The name is appended to the quantity; values without a reference are left out.
         """
         for name, (reference, tolerance) in references.items():
             self.relative(f"{quantity} {name}", values[name], reference, tolerance, source)
@@ -95,8 +94,8 @@ class Study:
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
         """Compare with an absolute tolerance; without one, only report."""
-        found = Comparison(quantity, float(value), float(reference), tolerance, source)
-        self.comparisons.append(found)
+        check = ReferenceCheck(quantity, float(value), float(reference), tolerance, source)
+        self.comparisons.append(check)
 
     def at_most(self, quantity: str, value: float, limit: float, source: str) -> None:
         """Compare a quantity that is not negative with zero."""
@@ -110,39 +109,39 @@ class Study:
         """Report two numbers side by side without judging."""
         self.absolute(quantity, value, reference, None, source)
 
-    def states(self, statement: str, case: str, judgement: Judgement) -> None:
-        """Add what the study says about a statement of the paper in one case.
+    def states(self, statement: str, case: str, *numbers: Any, **conditions: bool) -> None:
+        """Add the verdict on a statement of the paper in one case, from its computed numbers.
 
         Raises:
             KeyError: The table of statements does not have it.
         """
-        if statement not in STATEMENTS:
-            raise KeyError(statement)
-        self.findings.append(Finding(statement, case, judgement))
+        verdict = STATEMENTS[statement].verdict(*numbers, **conditions)
+        self.verdicts.append(StatementCase(statement, case, verdict))
 
     def leave_open(self, reason: str = "") -> None:
-        """Add the statements that the study had to judge and did not, with the reason."""
-        judged = {found.statement for found in self.findings}
+        """Add "cannot be told" for every statement of this study that has no verdict yet."""
+        judged = {found.statement for found in self.verdicts}
         for key, statement in statements_of(self.name).items():
             if key not in judged:
-                self.states(key, "", cannot_be_told(statement.open_because or reason))
+                why = statement.rule if isinstance(statement.rule, str) else reason
+                self.verdicts.append(StatementCase(key, "", Verdict("cannot be told", why)))
 
     def statement_rows(self) -> list[dict[str, Any]]:
-        """Return one row per judged statement; none of them fails the study."""
+        """Return one row per verdict; no verdict fails the study."""
         return [
             {
                 "study": self.name,
                 "quantity": STATEMENTS[found.statement].claim,
-                "value": found.judgement.value,
-                "reference": found.judgement.reference,
+                "value": found.verdict.value,
+                "reference": found.verdict.reference,
                 "tolerance": None,
                 "pass": True,
                 "source": f"paper, {STATEMENTS[found.statement].place}",
                 "case": found.case,
-                "outcome": found.judgement.outcome,
-                "reason": found.judgement.reason,
+                "outcome": found.verdict.outcome,
+                "reason": found.verdict.reason,
             }
-            for found in self.findings
+            for found in self.verdicts
         ]
 
     def rows(self) -> list[dict[str, str | float | bool | None]]:

@@ -10,15 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from skewbridge.contact import ContactLaw, Coupling
-from skewbridge.verification.references.deck import run_deck
-from skewbridge.verification.references.deck_cases import C5, deck_case
+from skewbridge.verification.references.cases import C5, deck_case
 from skewbridge.verification.references.deck_model import make_deck, pulse_of
-from skewbridge.verification.references.deck_opensees import run_opensees
+from skewbridge.verification.references.deck_solvers import run_deck, run_opensees
+from skewbridge.verification.references.driven_unit import drive_unit, follow_law
 from skewbridge.verification.references.live_model import Array
-from skewbridge.verification.references.unit_path import drive_unit, follow_law
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.deck_impacts import contact_speed
 
 type PathKind = Literal["closed", "opening and closing", "reversals"]
 
@@ -57,7 +55,7 @@ def smooth_path(rows: int, kind: PathKind) -> Array:
     Args:
         rows: Rows per period.
         kind: `closed` stays closed, `opening and closing` opens once per period, `reversals`
-            stays closed and goes to and fro on a line that is hardly curved.
+            stays closed and moves back and forth on a slightly curved line.
     """
     t = np.linspace(0.0, 2.0, 2 * rows + 1)
     if kind == "reversals":
@@ -74,7 +72,7 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind, substeps: int = 1)
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
     parts = max(1, 64000 // rows)
-    fine = follow_law(_LAW, smooth_path(rows * parts, kind)).forces_n[::parts]
+    fine = follow_law(_LAW, smooth_path(rows * parts, kind))[::parts]
     forces = drive_unit(_LAW, path, substeps=substeps, coupling=coupling).forces_n
     limit = _LAW.cohesion_n + _LAW.friction * float(fine[:, 2].max())
     return float(np.sqrt(np.mean(np.sum((forces - fine)[:, :2] ** 2, axis=1)))) / limit
@@ -93,7 +91,7 @@ def _deck_errors() -> list[dict[str, Any]]:
     scale = np.abs(exact.q).max(axis=0)
     rows: list[dict[str, Any]] = []
     for step in _DECK_STEPS:
-        dt = step / contact_speed(deck_case(C5))
+        dt = step / deck_case(C5).contact_frequency_rad_per_s
         for coupling, parts in (("extrapolated", 1), ("lagged", 1), ("extrapolated", _PARTS)):
             case = deck_case(C5, dt_s=dt, duration_s=_DECK_DURATION_S, coupling=coupling)
             found = run_opensees(case, make_deck(case), pulse_of(case), parts_on_change=parts)
@@ -116,7 +114,7 @@ def _figure(table: pd.DataFrame) -> Figure:
     titles = {
         "closed": "path that stays closed",
         "opening and closing": "path that opens and closes",
-        "reversals": "path that goes to and fro",
+        "reversals": "path with reversals",
         "deck C5": "frictional deck C5",
     }
     for axis, (kind, title) in zip(np.ravel(axes), titles.items(), strict=True):

@@ -1,7 +1,7 @@
-"""The gate of the workflow: nothing is analysed with a broken contact law.
+"""Contact checks that every study runs before its first analysis, in a few seconds.
 
-A few seconds of the law itself and of live OpenSees units against closed forms and the tabulated
-deck response. The full comparison is `skewbridge verify`.
+The contact law and OpenSees units are compared with closed forms and the tabulated response of a
+deck. The full comparison is `skewbridge verify`.
 """
 
 from dataclasses import replace
@@ -14,7 +14,8 @@ import pandas as pd
 from skewbridge.contact import ContactLaw
 from skewbridge.contact.law import advance_pair
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio, kelvin_voigt_restitution
-from skewbridge.verification.references.block import falling_block, run_block, sliding_block
+from skewbridge.verification.references.blocks import falling_block, run_block, sliding_block
+from skewbridge.verification.references.cases import C1, deck_case
 from skewbridge.verification.references.closed_forms import (
     circular_path_lag_rad,
     circular_path_work_j,
@@ -23,11 +24,15 @@ from skewbridge.verification.references.closed_forms import (
     rectangular_pulse_slip,
     straight_loop_work_j,
 )
-from skewbridge.verification.references.deck import run_deck
-from skewbridge.verification.references.deck_cases import C1, deck_case
+from skewbridge.verification.references.deck_solvers import run_deck
+from skewbridge.verification.references.driven_unit import (
+    circle,
+    drive_unit,
+    follow_law,
+    path_work_j,
+    straight_loop,
+)
 from skewbridge.verification.references.live_model import Array
-from skewbridge.verification.references.paths import circle, straight_loop
-from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 from skewbridge.verification.studies.comparison import Study
 
 _G: Final = 9.81  # source: value used in the reference computations
@@ -80,7 +85,7 @@ def _check_paths(study: Study) -> None:
     study.relative("work per straight loop (J)", work, exact, 5e-3, "B7")
     jump = path.copy()
     jump[:, 3] = np.where(np.sin(2 * pi * path[:, 0] / 2.5) > 0.0, 0.1, -0.1)
-    got, expected = drive_unit(_LAW, jump).forces_n, follow_law(_LAW, jump, substeps=20).forces_n
+    got, expected = drive_unit(_LAW, jump).forces_n, follow_law(_LAW, jump, substeps=20)
     error = np.sqrt(np.mean(np.sum((got - expected)[:, :2] ** 2, axis=1))) / 4500.0
     study.at_most("RMS error with openings, over the limit", float(error), 1e-2, "radial return")
     study.at_most("tension (N)", max(0.0, float(-got[:, 2].min())), 0.0, "no tension")

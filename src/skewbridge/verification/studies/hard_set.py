@@ -1,9 +1,8 @@
-"""The hard set: every abutment model, skew and bridge kind under strong motions ends as it should.
+"""Stress cases: every abutment model, skew and kind of bridge under strong motions.
 
 The strongest motions of the package's suite are scaled to a PGA (RotD50) of 1.2 g and cut to their
-strongest 10 s. Each analysis
-ends `ok`, or in a physical `collapse`: its criterion named and its energy accounted for. Each
-finished analysis is kept, so that a run that was broken off goes on from there.
+strongest 10 s. Each analysis must end `ok` or in a physical `collapse`, with its criterion named
+and its energy accounted for. Finished analyses are kept, so an interrupted run can be resumed.
 """
 
 import logging
@@ -24,32 +23,29 @@ from skewbridge.analysis.suspect import LIMITS
 from skewbridge.analysis.transient import analyse
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.statuses import COLLAPSE, OK
-from skewbridge.units import G_MPS2
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.finished import Finished, analysis_key
 from skewbridge.verification.studies.comparison import Study
-from skewbridge.verification.studies.friction_pairs import FRICTION_PCT
-from skewbridge.verification.studies.paper_motions import embedded_motions
+from skewbridge.verification.studies.paper_runs import FRICTION_PCT, strongest_motions
 
 logger = logging.getLogger(__name__)
 
 PGA_G: Final = 1.2
 WINDOW_S: Final = 10.0
 GAP_MM: Final = 25
-TELL_EACH: Final = 10  # analyses between two lines on the progress; a failure is told at once
-_PARTS: Final = ["bridge", "abutment", "skew_deg"]
+REPORT_EACH: Final = 10  # analyses between two progress lines; failures are reported at once
+_GROUP: Final = ["bridge", "abutment", "skew_deg"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HardSet:
-    """What is run: each combination.
+    """The stress cases: each combination.
 
     Attributes:
-        motion_count: How many of the strongest motions of the suite.
+        motion_count: Number of the strongest motions of the suite.
         processes: Worker processes.
     """
 
@@ -79,14 +75,14 @@ def run(study: Study) -> None:
 
 
 def run_hard_set(study: Study, chosen: HardSet) -> None:
-    """Run a hard set: one comparison per bridge, abutment and skew, a table of all rows."""
+    """Run stress cases: one comparison per bridge, abutment and skew, a table of all rows."""
     motions = [
         cut_to_strongest(motion, WINDOW_S, 0.0)
         for motion in strongest_motions(chosen.motion_count, PGA_G)
     ]
     table = pd.DataFrame(_rows(study, list(product(chosen.variants(), motions)), chosen.processes))
-    for parts, group in table.groupby(_PARTS, sort=False):
-        bridge, abutment, skew_deg = parts
+    for names, group in table.groupby(_GROUP, sort=False):
+        bridge, abutment, skew_deg = names
         failed = group[~group["as_it_should"]]
         text = f"{bridge}, {abutment}, skew {skew_deg}: analyses that end ok or in collapse"
         if len(failed):
@@ -94,7 +90,7 @@ def run_hard_set(study: Study, chosen: HardSet) -> None:
         sound = len(group) - len(failed)
         study.absolute(text, sound, len(group), 0.0, "every analysis ends as it should")
     study.tables["rows"] = table
-    counts = table.groupby([*_PARTS, "status"], sort=False).size()
+    counts = table.groupby([*_GROUP, "status"], sort=False).size()
     study.tables["statuses"] = counts.rename("analyses").reset_index()
     study.tables["rungs"] = pd.DataFrame(rung_shares(table["steps_by_rung"]))
 
@@ -102,7 +98,7 @@ def run_hard_set(study: Study, chosen: HardSet) -> None:
 def _rows(
     study: Study, tasks: Sequence[tuple[Variant, GroundMotion]], processes: int
 ) -> list[dict[str, Any]]:
-    """Return the rows of all analyses; what an earlier run has finished is not run again."""
+    """Return the rows of all analyses; those finished by an earlier run are not repeated."""
     finished = Finished(study.kept / f"{study.name}.jsonl" if study.kept else None)
     keys = [analysis_key(*task, AnalysisSettings(), ModelOptions()) for task in tasks]
     left = [number for number, key in enumerate(keys) if key not in finished.rows]
@@ -112,9 +108,9 @@ def _rows(
     )
     for new, (number, row) in enumerate(runs, start=1):
         finished.add(keys[number], row)
-        if study.tell and (new % TELL_EACH == 0 or not row["as_it_should"]):
+        if study.report_progress and (new % REPORT_EACH == 0 or not row["as_it_should"]):
             minutes = (time.monotonic() - began_s) / new * (len(left) - new) / 60
-            study.tell(
+            study.report_progress(
                 f"{done + new} of {len(tasks)} analyses, {minutes:.0f} min left; last: "
                 f"{tasks[number][0].slug} {row['motion_id']} {row['why']}"
             )
@@ -127,18 +123,8 @@ def _numbered_row(
     return number, _row(variant, motion)
 
 
-def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
-    """Return the motions of the suite with the largest PGA (RotD50), each scaled to one PGA."""
-    motions = embedded_motions()
-    peaks_g = [orbit_rotd50(m.accel_1_mps2, m.accel_2_mps2) / G_MPS2 for m in motions]
-    ranked: Sequence[tuple[float, int]] = sorted(
-        ((peak, number) for number, peak in enumerate(peaks_g)), reverse=True
-    )
-    return [motions[number].scaled(pga_g / peak) for peak, number in ranked[:count]]
-
-
 def _row(variant: Variant, motion: GroundMotion) -> dict[str, Any]:
-    """Analyse one variant under one motion and say whether it ended as it should."""
+    """Return the row of one analysis, with whether it ended as required and why."""
     hush_exit_message()
     row: dict[str, Any] = {
         "bridge": variant.bridge,

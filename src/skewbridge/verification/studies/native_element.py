@@ -1,4 +1,4 @@
-"""Cross-check with the contact element that OpenSees has: `zeroLengthContactASDimplex`.
+"""Cross-check with the contact element of OpenSees, `zeroLengthContactASDimplex`.
 
 It iterates friction within the step, for a constant coefficient and without cohesion; its gap is
 the distance of its nodes. Where it converges it is an independent solution of the same equations.
@@ -17,10 +17,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactLaw
-from skewbridge.verification.references.deck import run_deck
-from skewbridge.verification.references.deck_cases import C1, C2, C3, C5, NamedCase, deck_case
+from skewbridge.verification.references.cases import C1, C2, C3, C5, NamedCase, deck_case
 from skewbridge.verification.references.deck_model import CORNERS, make_deck, pulse_of
-from skewbridge.verification.references.deck_opensees import (
+from skewbridge.verification.references.deck_solvers import (
     CENTRE,
     FIRST_CORNER,
     FIRST_WALL,
@@ -28,9 +27,10 @@ from skewbridge.verification.references.deck_opensees import (
     excite_deck,
     prepare_analysis,
     rigid_links,
+    run_deck,
 )
+from skewbridge.verification.references.driven_unit import drive_node, drive_unit, path_work_j
 from skewbridge.verification.references.live_model import Array, clean_domain
-from skewbridge.verification.references.unit_path import drive_node, drive_unit, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 
@@ -55,7 +55,7 @@ _SOURCE: Final = "zeroLengthContactASDimplex"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NativeDeck:
-    """Response of the deck with native contacts, as far as it went."""
+    """Response of the deck with native contacts up to the last step that converged."""
 
     t_s: Array
     q: Array
@@ -83,7 +83,7 @@ def curved_path(rows_per_period: int = 1000) -> Array:
 
 
 def drive_native(law: ContactLaw, path: Array, integration: int, substeps: int = 1) -> Array:
-    """Drive the native element along a path; forces as `drive_unit` gives them."""
+    """Drive the native element along a path; return forces like those of `drive_unit`."""
     forces = np.zeros((len(path), 3))
     with clean_domain():
         ops.model("basic", "-ndm", 3, "-ndf", 3)
@@ -134,7 +134,7 @@ def _compare_paths(study: Study, integration: int) -> dict[str, float | str]:
 
 
 def run_native_deck(named: NamedCase, integration: int, dt_s: float = 1e-4) -> NativeDeck:
-    """Run an elastic deck case with native contacts, as far as it converges."""
+    """Run an elastic deck case with native contacts until a step does not converge."""
     case = deck_case(named, dt_s=dt_s)
     deck = make_deck(case)
     kn, kt = case.normal_stiffness_n_per_m, case.kt_n_per_m

@@ -1,7 +1,7 @@
 """Figure 1 of the paper: the two-dimensional unit, and the rigid block that slides, tips or rocks.
 
-Loops of one unit with the contact closed from the start (gap 0) and behind a gap, under a constant
-and a varying normal force, against radial return; then blocks against closed forms.
+Loops of one unit that is closed from the start (gap 0) and of one behind a gap, under constant and
+varying normal force, are compared with radial return; blocks are compared with closed forms.
 """
 
 from dataclasses import asdict
@@ -9,21 +9,24 @@ from math import pi
 from typing import Final
 
 import numpy as np
-import openseespy.opensees as ops
 from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactLaw
-from skewbridge.verification.judgement import at_most, decided
-from skewbridge.verification.references.block import run_block, sliding_block
+from skewbridge.verification.references.blocks import (
+    UprightBlock,
+    UprightHistory,
+    run_block,
+    run_upright,
+    sliding_block,
+)
 from skewbridge.verification.references.closed_forms import (
     RockingBlock,
     rectangular_pulse_slip,
     sine_pulse_first_slip,
     straight_loop_work_j,
 )
+from skewbridge.verification.references.driven_unit import drive_unit, follow_law, path_work_j
 from skewbridge.verification.references.live_model import Array, first_crossing_s
-from skewbridge.verification.references.rocking import UprightBlock, UprightHistory, run_upright
-from skewbridge.verification.references.unit_path import drive_unit, follow_law, path_work_j
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 
@@ -41,8 +44,8 @@ def run(study: Study) -> None:
     """Run the study."""
     loops = {gap: _loops(gap, study) for gap in (0.0, 0.02)}
     _sliding_blocks(study)
-    reason = f"the loops ran in OpenSees {ops.version()} as released"
-    study.states("existing parts", "loops of one unit", decided(True, reason))
+    completed = sum(bool(np.isfinite(f).all()) for loop in loops.values() for _, f in loop.values())
+    study.states("existing parts", "loops of one unit", completed)
     study.figures["unit"] = _unit_figure(loops)
     study.figures["rocking"] = _rocking_figure(_upright_blocks(study))
 
@@ -71,13 +74,12 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
         ("varying", _path(gap_m, 0.6)),
     ):
         forces = drive_unit(law, path).forces_n
-        exact = follow_law(law, path, substeps=50).forces_n
+        exact = follow_law(law, path, substeps=50)
         error = float(np.sqrt(np.mean(np.sum((forces - exact) ** 2, axis=1)))) / _LIMIT_N
         quantity = f"{name} loop, gap {1000 * gap_m:g} mm: RMS error over the limit"
         study.at_most(quantity, error, 0.01, "radial return on a fine grid")
         key = "unit behind a gap" if gap_m else "unit without gap"
-        judged = at_most("RMS error of the forces over the friction limit", error, 0.01)
-        study.states(key, f"{name} loop", judged)
+        study.states(key, f"{name} loop", error)
         result[name] = (path, forces)
     path, forces = result["constant"]
     half = slice(len(path) // 2, None)
@@ -126,7 +128,7 @@ def _upright(exact: RockingBlock, **options: float) -> UprightBlock:
 
 
 def _tip_or_slide(study: Study, name: str, exact: RockingBlock) -> None:
-    """Push a block by an acceleration that grows from 1 s on."""
+    """Push a block by an acceleration that grows after 1 s."""
     rate = 1.2
     for friction in (1.0, 0.2):
         block = _upright(exact, friction=friction)

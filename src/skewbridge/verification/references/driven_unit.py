@@ -1,10 +1,12 @@
 """A contact unit driven along a path of displacements, in OpenSees and by the law itself.
 
-Also `skewbridge contact`: a case file in, the forces along its path out.
+A path has the columns t_s, ux_m, uy_m, uz_m (positive opens) and is linear between its rows.
+`skewbridge contact` runs a unit from a case file.
 """
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import pi
 from pathlib import Path
 from typing import Final
 
@@ -16,10 +18,10 @@ from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLed
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
 from skewbridge.provenance.files import writable_file
-from skewbridge.verification.references.case_files import ContactCase, beside, read_case, read_path
+from skewbridge.verification.references.cases import ContactCase, beside, read_case, read_path
 from skewbridge.verification.references.live_model import Array, Solver, clean_domain, path_series
 
-# Part of the first step of a path that is made first.
+# Share of the first step of a path that is taken first.
 _START_SHARE: Final = 1e-3
 
 
@@ -29,11 +31,11 @@ class PathResult:
 
     Attributes:
         forces_n: Shape (rows, 3): tangential forces with the sign of slip, compression positive.
-        ledger: Account of the unit; None for the law itself.
+        ledger: Ledger of the unit.
     """
 
     forces_n: Array
-    ledger: UnitLedger | None
+    ledger: UnitLedger
 
 
 def drive_unit(
@@ -44,15 +46,14 @@ def drive_unit(
     scheme: Scheme = "vector",
     coupling: Coupling = "extrapolated",
 ) -> PathResult:
-    """Drive one unit of a live model along a path.
+    """Drive one contact unit of an OpenSees model along a path.
 
     Args:
         law: Parameters of the pair.
-        path: Shape (rows, 4): time, two tangential displacements, normal displacement (positive
-            opens). Linear between rows. The first row is the state at rest: nothing has slipped.
+        path: Shape (rows, 4). The first row is the state at rest: nothing has slipped.
         substeps: Steps per row.
-        scheme: Of the `ContactSet`.
-        coupling: Of the `ContactSet`.
+        scheme: Scheme of the `ContactSet`.
+        coupling: Coupling of the `ContactSet`.
 
     Raises:
         SolutionError: OpenSees does not make a step.
@@ -60,13 +61,20 @@ def drive_unit(
     forces = np.zeros((len(path), 3))
     with clean_domain():
         contacts = _unit_model(law, path, scheme, coupling)
-        # To the first row without friction; then take it over as the state of rest.
+        # Go to the first row without friction, which becomes the state of rest.
         _analyze_to_next_row(1)
         contacts.start_from_rest()
         forces[0] = (0.0, 0.0, contacts.normals_n[0])
         dt_s = 0.0
         for row, row_dt in enumerate(np.diff(path[:, 0]).tolist(), start=1):
-            for share in _shares(substeps, is_first=row == 1):
+            shares = [1.0 / substeps] * substeps
+            if row == 1:
+                # Before any motion the direction of slip is unknown, so the first row takes at
+                # least ten steps, of which the first is tiny.
+                count = max(10, substeps)
+                first = [_START_SHARE / count, (1.0 - _START_SHARE) / count]
+                shares = [*first, *[1.0 / count] * (count - 1)]
+            for share in shares:
                 next_dt = share * row_dt
                 if next_dt != dt_s:
                     contacts.prepare(next_dt)
@@ -78,8 +86,8 @@ def drive_unit(
         return PathResult(forces_n=forces, ledger=contacts.ledger()[0])
 
 
-def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> PathResult:
-    """Follow the same path by radial return at the end of each (sub)step: the reference."""
+def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
+    """Return the reference forces: radial return at the end of each (sub)step, shape (rows, 3)."""
     forces = np.zeros((len(path), 3))
     stick = (float(path[0, 1]), float(path[0, 2]))
     forces[0, 2] = law.kn_n_per_m * max(0.0, -law.open_gap_m - float(path[0, 3]))
@@ -90,11 +98,11 @@ def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> PathResult
             state = advance_pair(law, stick, position, law.open_gap_m + z0 + share * (z1 - z0))
             stick = (state.stick_1_m, state.stick_2_m)
             forces[row] = (state.force_1_n, state.force_2_n, state.normal_n)
-    return PathResult(forces_n=forces, ledger=None)
+    return forces
 
 
 def path_work_j(path: Array, forces_n: Array) -> float:
-    """Return the work of the friction force along a path, trapezoidal rule over the rows."""
+    """Return the work of the friction force along a path by the trapezoidal rule over the rows."""
     moved = np.diff(path[:, 1:3], axis=0)
     return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * moved))
 
@@ -143,25 +151,13 @@ def drive_node(node: int, path: Array, *, system: str) -> None:
     ).prepare()
 
 
-def _shares(substeps: int, *, is_first: bool) -> list[float]:
-    """Return the parts of a row that are made one by one.
-
-    Before something has moved the direction of slip is unknown, so the first row is made in at
-    least ten parts, of which the first is tiny.
-    """
-    if not is_first:
-        return [1.0 / substeps] * substeps
-    count = max(10, substeps)
-    return [_START_SHARE / count, (1.0 - _START_SHARE) / count, *[1.0 / count] * (count - 1)]
-
-
 def _analyze_to_next_row(row: int) -> None:
     if ops.analyze(1) != 0:
         raise SolutionError(f"OpenSees did not make the step to row {row} of the path")
 
 
 def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]:
-    """Run a contact case, write its forces, and return their peaks, work and cone violation.
+    """Run a contact case, write its forces, and return peaks, work and cone violation.
 
     The CSV has t_s, fx_n, fy_n, fz_n at the times of the path: forces with the sign of slip,
     compression positive.
@@ -183,17 +179,53 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
     table = pd.DataFrame(result.forces_n, columns=["fx_n", "fy_n", "fz_n"])
     table.insert(0, "t_s", path[:, 0])
     table.to_csv(out, index=False)
-    summary: dict[str, float | int | str] = {
+    return {
         "rows": len(path),
         "peak_friction_n": float(np.hypot(*result.forces_n[:, :2].T).max()),
         "peak_normal_n": float(result.forces_n[:, 2].max()),
         "friction_work_j": path_work_j(path, result.forces_n),
+        "closures": result.ledger.closures,
+        "slip_work_j": result.ledger.slip_work_j,
+        "cone_violation_n": result.ledger.cone_violation_n,
+        "cone_violation_ratio": result.ledger.cone_violation_ratio,
+        "out": str(out),
     }
-    if result.ledger is not None:
-        summary |= {
-            "closures": result.ledger.closures,
-            "slip_work_j": result.ledger.slip_work_j,
-            "cone_violation_n": result.ledger.cone_violation_n,
-            "cone_violation_ratio": result.ledger.cone_violation_ratio,
-        }
-    return summary | {"out": str(out)}
+
+
+def circle(
+    radius_m: float, *, period_s: float, loops: int, rows_per_loop: int, opening_m: float
+) -> Array:
+    """Return a circular path through the origin at constant speed and opening."""
+    t = np.linspace(0.0, loops * period_s, loops * rows_per_loop + 1)
+    angle = 2.0 * pi * t / period_s
+    x, y = radius_m * np.sin(angle), radius_m * (1.0 - np.cos(angle))
+    return np.column_stack([t, x, y, np.full_like(t, opening_m)])
+
+
+def straight_loop(half_stroke_m: float, *, rows: int, opening_m: float) -> Array:
+    """Return a path of two cycles between -a and a along x in 2 s, from the origin."""
+    t = np.linspace(0.0, 2.0, 2 * rows + 1)
+    x = half_stroke_m * triangle(t, 1.0)
+    return np.column_stack([t, x, np.zeros_like(t), np.full_like(t, opening_m)])
+
+
+def triangle(t_s: Array, period_s: float) -> Array:
+    """Return a triangle wave of amplitude one that rises from zero at zero."""
+    phase = np.mod(t_s / period_s + 0.25, 1.0)
+    return 1.0 - 4.0 * np.abs(phase - 0.5)
+
+
+def square(t_s: Array, period_s: float) -> Array:
+    """Return a square wave of amplitude one, positive in the first half of the period."""
+    return np.where(np.mod(t_s, period_s) < 0.5 * period_s - 1e-9, 1.0, -1.0)
+
+
+def figure_3(rows_per_s: int, *, duration_s: float = 12.0) -> Array:
+    """Return the path of Figure 3 of the paper.
+
+    Triangles of 4 s and 1 m along x and of 6 s and 2 m along y; a square wave of 2.5 s and 0.1 m
+    along the normal, open in its first half.
+    """
+    # ASSUME the waves start together at zero, rising, and open: the paper does not say.
+    t = np.arange(round(duration_s * rows_per_s) + 1) / rows_per_s
+    return np.column_stack([t, triangle(t, 4.0), 2.0 * triangle(t, 6.0), 0.1 * square(t, 2.5)])

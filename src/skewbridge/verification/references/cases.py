@@ -1,7 +1,13 @@
-"""Case files of `skewbridge contact` and `skewbridge deck`: typed, with clear errors."""
+"""Cases of `skewbridge contact` and `skewbridge deck`, and the tabulated deck cases C1 to C5.
 
+The fields of a case file are checked when it is read. The letters C1 to C5 are those of
+docs/theory/verification.md.
+"""
+
+from dataclasses import dataclass
+from math import cos, pi, radians, sqrt
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
 import pandas as pd
@@ -10,8 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from skewbridge.errors import InputError
 from skewbridge.reading import FileName, checked, read_csv, read_mapping
+from skewbridge.units import G_MPS2
 
-# Limits that no physical case comes near, so that no power of a number overflows.
+# Limits far outside physical cases, so that no power of a number overflows.
 Length = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
 Gap = Annotated[float, Field(ge=0.0, le=1.0e6)]
 Mass = Annotated[float, Field(ge=1.0e-6, le=1.0e12)]
@@ -57,7 +64,7 @@ class PulseCase(_Case):
 
 
 class DeckCase(_Case):
-    """A rigid skew deck between two abutments; section 6 of the design and docs/theory."""
+    """A rigid skew deck between two abutments (docs/theory/verification.md)."""
 
     length_m: Length
     width_m: Length
@@ -101,24 +108,29 @@ class DeckCase(_Case):
         """Tangential stiffness, that of the normal spring unless given."""
         return self.tangent_stiffness_n_per_m or self.normal_stiffness_n_per_m
 
+    @property
+    def contact_frequency_rad_per_s(self) -> float:
+        """Circular frequency of the deck on the two springs of an end."""
+        return (2.0 * self.normal_stiffness_n_per_m / self.mass_kg) ** 0.5
+
 
 def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
     """Read a case file.
 
     Raises:
-        InputError: The file is missing, is no YAML mapping, or a field is wrong.
+        InputError: The file is missing, is not a YAML mapping, or a field is wrong.
     """
     return checked(kind, read_mapping(file), file)
 
 
 def beside(case_file: Path, name: str) -> Path:
-    """Return the file that a case names: beside the case, or from the working folder."""
+    """Return the path of a file named in a case: in its folder, else in the working folder."""
     candidate = case_file.parent / name
     return candidate if candidate.is_file() or not Path(name).is_file() else Path(name)
 
 
 def read_path(file: Path) -> NDArray[np.float64]:
-    """Read a displacement path: columns t_s, ux_m, uy_m, uz_m; one row per time.
+    """Read a displacement path: columns t_s, ux_m, uy_m, uz_m, one row per time.
 
     Raises:
         InputError: The file is missing, a column is missing, a value is not a number, or the time
@@ -150,3 +162,72 @@ def read_path(file: Path) -> NDArray[np.float64]:
             line=line,
         )
     return values
+
+
+# source: half of g = 9.81 m/s2 and the 0.5 s pulse of the paper's Fig 4; the reference values were
+# computed with these.
+PULSE_MPS2: Final = 4.905
+PULSE_PERIOD_S: Final = 0.5
+LENGTH_M: Final = 30.0
+# Displacements are reported over this length: pulse amplitude over its frequency squared.
+SCALE_M: Final = PULSE_MPS2 / (2.0 * pi / PULSE_PERIOD_S) ** 2
+# ASSUME the dimensionless gap 0.1 of the paper is measured along the deck.
+GAP_ALONG_M: Final = 0.1 * SCALE_M
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedCase:
+    """Geometry and friction of a tabulated case."""
+
+    name: str
+    width_m: float
+    skew_deg: float
+    friction: float
+
+
+C1: Final = NamedCase(name="C1", width_m=15.0, skew_deg=30.0, friction=0.0)
+C2: Final = NamedCase(name="C2", width_m=15.0, skew_deg=30.0, friction=0.2)
+C3: Final = NamedCase(name="C3", width_m=10.0, skew_deg=30.0, friction=0.0)
+C4: Final = NamedCase(name="C4", width_m=10.0, skew_deg=30.0, friction=0.2)
+C5: Final = NamedCase(name="C5", width_m=10.0, skew_deg=45.0, friction=0.2)
+NAMED_CASES: Final = (C1, C2, C3, C4, C5)
+
+
+def bearing_fields(
+    length_m: float, width_m: float, skew_deg: float, period_s: float
+) -> dict[str, float]:
+    """Return plan and periods of a deck on bearings spread along its skewed ends.
+
+    Both axes have the given period; that of the rotation follows from the bearing positions.
+    """
+    skew = radians(skew_deg)
+    radius2 = (length_m**2 + (width_m / cos(skew)) ** 2) / 12.0
+    spread2 = length_m**2 / 4.0 + (width_m / cos(skew)) ** 2 / 12.0
+    return {
+        "length_m": length_m,
+        "width_m": width_m,
+        "skew_deg": skew_deg,
+        "period_x_s": period_s,
+        "period_y_s": period_s,
+        "period_theta_s": period_s * sqrt(radius2 / spread2),
+    }
+
+
+def deck_case(named: NamedCase, **changes: Any) -> DeckCase:
+    """Return a tabulated case: 1000 kg, Kn = 1e7 N/m, bearings of 0.5 s, 5 % damping.
+
+    Keywords override fields of `DeckCase`.
+    """
+    # ASSUME mass, periods and damping: the paper does not give them.
+    fields: dict[str, Any] = {
+        "mass_kg": 1000.0,
+        "damping_ratio": 0.05,
+        "gap_normal_m": GAP_ALONG_M * cos(radians(named.skew_deg)),
+        "friction": named.friction,
+        "normal_stiffness_n_per_m": 1.0e7,
+        "dt_s": 1.0e-4,
+        "duration_s": 2.0,
+        "pulse": PulseCase(kind="cosine", amplitude_g=PULSE_MPS2 / G_MPS2, period_s=PULSE_PERIOD_S),
+    }
+    plan = bearing_fields(LENGTH_M, named.width_m, named.skew_deg, period_s=0.5)
+    return DeckCase.model_validate(plan | fields | changes)

@@ -1,0 +1,309 @@
+"""Blocks in OpenSees with contact units: a sliding or bouncing mass, and a block that rocks.
+
+The models behind the closed forms B1 to B9, in the plane: x along the surface, y normal to it. The
+caller chooses time steps and penalties.
+"""
+
+from dataclasses import dataclass
+from math import cos, hypot, sin
+from typing import Final
+
+import numpy as np
+import openseespy.opensees as ops
+
+from skewbridge.contact import ContactSet, Coupling, Drive, Scheme, UnitLedger
+from skewbridge.errors import SolutionError
+from skewbridge.verification.references.live_model import (
+    Array,
+    Solver,
+    TimeFunction,
+    clean_domain,
+    even_times,
+    hold_load,
+    load_node,
+    march,
+    path_series,
+)
+
+_GROUND: Final = 1
+_MASS: Final = 2
+_ANCHOR: Final = 3
+_SETTLING_S: Final = 1e-6
+_G_MPS2: Final = 9.81  # source: value used in the reference computations
+
+_CENTRE: Final = 1
+_FOOT: Final = 2
+_CORNERS: Final = (3, 4)
+_FLOOR: Final = (5, 6)
+# Stiffness of the members of the rocking block over the penalty: rigid for these purposes.
+_RIGIDITY: Final = 1.0e3
+# Numerical damping quiets the penalty after touch-down; the rocking itself is far slower.
+_ROCKING_SOLVER: Final = Solver(
+    constraints="Plain",
+    numberer="RCM",
+    tolerance_m=1e-11,
+    algorithm="KrylovNewton",
+    integrator=("HHT", 0.8),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """A mass with one contact.
+
+    Attributes:
+        mass_kg: Mass along x, and along y if `bounces`.
+        kn_n_per_m: Normal penalty.
+        kt_n_per_m: Tangential penalty.
+        friction: Coulomb coefficient.
+        normal_load_n: Constant load onto the surface.
+        spring_n_per_m: Spring along x to an anchor.
+        x0_m: Initial position along x; the spring is free at zero.
+        v0_mps: Initial velocity (x, y).
+        bounces: The mass has inertia along y; otherwise it rests on the surface from the start.
+        drive: Drive of the contact.
+        scheme: Scheme of the `ContactSet`.
+        coupling: Coupling of the `ContactSet`.
+    """
+
+    mass_kg: float
+    kn_n_per_m: float
+    kt_n_per_m: float
+    friction: float = 0.0
+    normal_load_n: float = 0.0
+    spring_n_per_m: float = 0.0
+    gap_m: float = 0.0
+    x0_m: float = 0.0
+    v0_mps: tuple[float, float] = (0.0, 0.0)
+    bounces: bool = False
+    drive: Drive | None = None
+    scheme: Scheme = "vector"
+    coupling: Coupling = "extrapolated"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlockHistory:
+    """Response of a block; n times.
+
+    Attributes:
+        position_m: Along x and y, shape (n, 2).
+        velocity_mps: Along x and y, shape (n, 2).
+        friction_n: With the sign of slip, shape (n,).
+        normal_n: Compression, shape (n,).
+        ledger: Ledger of the contact.
+    """
+
+    t_s: Array
+    position_m: Array
+    velocity_mps: Array
+    friction_n: Array
+    normal_n: Array
+    ledger: UnitLedger
+
+
+def run_block(
+    block: Block,
+    dt_s: float,
+    duration_s: float,
+    *,
+    force_n: TimeFunction | None = None,
+    base_mps2: TimeFunction | None = None,
+    anchor_m: TimeFunction | None = None,
+    integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
+) -> BlockHistory:
+    """Run a block, with the trapezoidal rule unless another integrator is given.
+
+    Args:
+        block: The block.
+        dt_s: Time step.
+        duration_s: Duration.
+        force_n: Force along x.
+        base_mps2: Acceleration of the surface; the response is then relative to the surface.
+        anchor_m: Displacement of the spring's anchor.
+        integrator: Arguments of the OpenSees integrator.
+
+    Raises:
+        SolutionError: A step does not converge.
+    """
+    times = even_times(duration_s, dt_s)
+    with clean_domain():
+        contacts = _sliding_model(block)
+        force = np.zeros_like(times) if force_n is None else force_n(times)
+        if base_mps2 is not None:
+            force = force - block.mass_kg * base_mps2(times)
+        hold_load(_MASS, 1, (0.0, -block.normal_load_n))
+        load_node(_MASS, 2, dt_s, force, (1.0, 0.0))
+        path_series(3, dt_s, np.zeros_like(times) if anchor_m is None else anchor_m(times))
+        ops.pattern("Plain", 3, 3)
+        ops.sp(_ANCHOR, 1, 1.0)
+        Solver(tolerance_m=1e-13, integrator=integrator).prepare()
+        if not block.bounces:
+            # Press the block onto the surface in a step too short for it to move along.
+            if ops.analyze(1, _SETTLING_S) != 0:
+                raise SolutionError("the block does not settle on its surface")
+            contacts.after_step(_SETTLING_S)
+            contacts.start_from_rest()
+            ops.setTime(0.0)
+        rows = np.zeros((len(times), 6))
+        rows[0] = _state(contacts)
+        for k in march(contacts, times, dt_s):
+            rows[k] = _state(contacts)
+        ledger = contacts.ledger()[0]
+    return BlockHistory(
+        t_s=times,
+        position_m=rows[:, :2],
+        velocity_mps=rows[:, 2:4],
+        friction_n=rows[:, 4],
+        normal_n=rows[:, 5],
+        ledger=ledger,
+    )
+
+
+def _sliding_model(block: Block) -> ContactSet:
+    ops.model("basic", "-ndm", 2, "-ndf", 2)
+    for node in (_GROUND, _MASS, _ANCHOR):
+        ops.node(node, 0.0, 0.0)
+    ops.fix(_GROUND, 1, 1)
+    ops.fix(_ANCHOR, 0, 1)
+    ops.mass(_MASS, block.mass_kg, block.mass_kg if block.bounces else 0.0)
+    ops.uniaxialMaterial("Elastic", 1, block.spring_n_per_m)
+    ops.element("zeroLength", 1, _ANCHOR, _MASS, "-mat", 1, "-dir", 1)
+    contacts = ContactSet(scheme=block.scheme, coupling=block.coupling)
+    contacts.add(
+        _GROUND,
+        _MASS,
+        (0.0, 1.0),
+        block.gap_m,
+        block.friction,
+        kn=block.kn_n_per_m,
+        kt=block.kt_n_per_m,
+        drive=block.drive,
+        name="block",
+    )
+    ops.setNodeDisp(_MASS, 1, block.x0_m, "-commit")
+    for dof, speed in enumerate(block.v0_mps, start=1):
+        ops.setNodeVel(_MASS, dof, speed, "-commit")
+    return contacts
+
+
+def _state(contacts: ContactSet) -> list[float]:
+    """Return position, velocity, friction and compression of the block."""
+    # Slip is counted along the normal turned counter-clockwise, which is minus x.
+    forces = [-contacts.tangentials_n[0][0], contacts.normals_n[0]]
+    return [*ops.nodeDisp(_MASS), *ops.nodeVel(_MASS), *forces]
+
+
+def sliding_block(friction: float, *, kt_n_per_m: float = 1e10) -> Block:
+    """Return a block of 1000 kg that rests on a surface under its own weight."""
+    return Block(
+        mass_kg=1000.0,
+        kn_n_per_m=1e9,
+        kt_n_per_m=kt_n_per_m,
+        friction=friction,
+        normal_load_n=1000.0 * _G_MPS2,
+    )
+
+
+def falling_block() -> Block:
+    """Return a mass of 1000 kg that meets a penalty of 10 MN/m at 1 m/s under its own weight."""
+    return Block(
+        mass_kg=1000.0,
+        kn_n_per_m=1e7,
+        kt_n_per_m=1e7,
+        normal_load_n=1000.0 * _G_MPS2,
+        v0_mps=(0.0, -1.0),
+        bounces=True,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UprightBlock:
+    """A rectangular block on two corners that slides, tips or rocks on a floor.
+
+    Attributes:
+        half_width_m: b.
+        half_height_m: h.
+        friction: Coulomb coefficient of both corners.
+        penalty_n_per_m: Normal and tangential penalty.
+        angle_rad: Initial angle, at rest on its left corner when it leans to the left.
+    """
+
+    half_width_m: float
+    half_height_m: float
+    mass_kg: float
+    friction: float
+    penalty_n_per_m: float
+    gravity_mps2: float
+    angle_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UprightHistory:
+    """Response of an upright block; n times.
+
+    Attributes:
+        angle_rad: Rotation including the initial angle, positive to the left (counter-clockwise).
+        feet_m: Horizontal displacement of the left and right corner, shape (n, 2).
+        openings_m: Shape (n, 2).
+    """
+
+    t_s: Array
+    angle_rad: Array
+    feet_m: Array
+    openings_m: Array
+
+
+def run_upright(
+    block: UprightBlock, dt_s: float, duration_s: float, base_mps2: TimeFunction | None = None
+) -> UprightHistory:
+    """Run a block with large rotations, at rest or under a horizontal acceleration of the floor.
+
+    Raises:
+        SolutionError: A step does not converge.
+    """
+    times = even_times(duration_s, dt_s)
+    with clean_domain():
+        contacts = _rocking_model(block)
+        hold_load(_CENTRE, 1, (0.0, -block.mass_kg * block.gravity_mps2, 0.0))
+        push = np.zeros_like(times) if base_mps2 is None else -block.mass_kg * base_mps2(times)
+        load_node(_CENTRE, 2, dt_s, push, (1.0, 0.0, 0.0))
+        _ROCKING_SOLVER.prepare()
+        rows = np.zeros((len(times), 5))
+        rows[0, 0], rows[0, 3:] = block.angle_rad, contacts.openings_m
+        for k in march(contacts, times, dt_s):
+            feet = [ops.nodeDisp(corner, 1) for corner in _CORNERS]
+            angle = block.angle_rad + ops.nodeDisp(_CENTRE, 3)
+            rows[k] = [angle, *feet, *contacts.openings_m]
+    return UprightHistory(
+        t_s=times, angle_rad=rows[:, 0], feet_m=rows[:, 1:3], openings_m=rows[:, 3:]
+    )
+
+
+def _rocking_model(block: UprightBlock) -> ContactSet:
+    b, h, angle = block.half_width_m, block.half_height_m, block.angle_rad
+    pivot = -b if angle >= 0.0 else b
+    plan = {_CENTRE: (0.0, h), _FOOT: (0.0, 0.0), _CORNERS[0]: (-b, 0.0), _CORNERS[1]: (b, 0.0)}
+    turned = {
+        node: (
+            pivot + cos(angle) * (x - pivot) - sin(angle) * y,
+            sin(angle) * (x - pivot) + cos(angle) * y,
+        )
+        for node, (x, y) in plan.items()
+    }
+    ops.model("basic", "-ndm", 2, "-ndf", 3)
+    for node, position in turned.items():
+        ops.node(node, *position)
+    ops.mass(_CENTRE, block.mass_kg, block.mass_kg, block.mass_kg * hypot(b, h) ** 2 / 3.0)
+    ops.geomTransf("Corotational", 1)
+    stiffness = _RIGIDITY * block.penalty_n_per_m
+    for element, (i, j) in enumerate(
+        ((_CENTRE, _FOOT), (_FOOT, _CORNERS[0]), (_FOOT, _CORNERS[1])), start=1
+    ):
+        ops.element("elasticBeamColumn", element, i, j, 1.0, stiffness, 1.0, 1)
+    contacts = ContactSet()
+    for floor, corner in zip(_FLOOR, _CORNERS, strict=True):
+        ops.node(floor, *turned[corner])
+        ops.fix(floor, 1, 1, 1)
+        gap_m, penalty = max(0.0, turned[corner][1]), block.penalty_n_per_m
+        contacts.add(floor, corner, (0.0, 1.0), gap_m, block.friction, kn=penalty, kt=penalty)
+    return contacts

@@ -1,0 +1,299 @@
+"""Records, variants and runs of the paper's bridge studies, and what friction changes in a run.
+
+Recorded motions cannot be distributed with the package. They are looked for in the folders named by
+the environment variable `SKEWBRIDGE_RECORDS` and in `motions/` of the working folder. A stand-in
+for a missing record is named on every figure.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.result import AnalysisResult
+from skewbridge.analysis.settings import AnalysisSettings, Scheme
+from skewbridge.analysis.transient import analyse
+from skewbridge.errors import InputError
+from skewbridge.motions.index import IndexEntry, read_index
+from skewbridge.motions.read import (
+    SURROGATE_FACTOR,
+    SURROGATE_FILES,
+    SURROGATE_ID,
+    WAHO_PGA_ROTD50_G,
+    FalseClaimError,
+    read_motion,
+)
+from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.spectrum import orbit_rotd50
+from skewbridge.motions.suite import read_entry
+from skewbridge.motions.trace import Given
+from skewbridge.provenance.digests import PACKAGE
+from skewbridge.units import G_MPS2
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.studies import figure_style as style
+
+FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
+# source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
+TARZANA_PGA_ROTD50_G: Final = 1.6440
+# The package's motions have no pulse: at the peak of WAHO they leave the gaps of OSB1 open, so they
+# could not check what the paper states about contact.
+CLOSING_FACTOR: Final = 3.0
+
+# source: PEER NGA-West2, RSN 6 (Imperial Valley 1940, El Centro): geometric mean of the two
+# components, 0.2808 and 0.2107 g
+EL_CENTRO_PGA_G: Final = 0.2432
+
+FRICTION_PCT: Final = 50  # source: the paper, section 4
+GAP_MM: Final = 51  # source: the paper, section 4
+DURATION_S: Final = 25.0
+# Half cycles smaller than this share of the largest one are left out.
+SMALLEST_CYCLE: Final = 0.15
+
+type Curve = tuple[Array, Array]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperMotion:
+    """A motion of a study, longitudinal component first.
+
+    Attributes:
+        motion: The motion at the factor of the study.
+        label: Name for figures; names the stand-in if it is not the paper's record.
+    """
+
+    motion: GroundMotion
+    label: str
+    is_paper_record: bool
+
+    @property
+    def stand_in(self) -> str:
+        """Suffix for the name of a case: empty under the paper's record, else the stand-in."""
+        return "" if self.is_paper_record else f" ({self.label})"
+
+
+def tarzana() -> PaperMotion:
+    """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
+    files = _find("*TAR090*"), _find("*TAR360*") or _find("*TAR000*")
+    return _record(files, "TAR", "Tarzana (TAR)") or _synthetic(TARZANA_PGA_ROTD50_G, "Tarzana")
+
+
+def waho() -> PaperMotion:
+    """Return WAHO with 090 longitudinal and 000 transverse, its surrogate, or a synthetic pair."""
+    files = _find("*WAH090*"), _find("*WAH000*")
+    if found := _record(files, "RSN811_WAHO", "WAHO"):
+        return found
+    north, east = (_find(name) for name in SURROGATE_FILES)
+    if north and east:
+        motion = read_motion(east, north, Given(unit="g"), motion_id=SURROGATE_ID)
+        label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
+        scaled = motion.scaled(SURROGATE_FACTOR)
+        return PaperMotion(motion=scaled, label=label, is_paper_record=False)
+    return _synthetic(WAHO_PGA_ROTD50_G, "WAHO", CLOSING_FACTOR)
+
+
+def el_centro() -> PaperMotion:
+    """Return El Centro with 180 longitudinal and 270 transverse, or a synthetic pair as strong."""
+    files = _find("*ELC180*"), _find("*ELC270*")
+    found = _record(files, "RSN6_ELC", "El Centro (ELC)")
+    return found or _synthetic(EL_CENTRO_PGA_G, "El Centro")
+
+
+def _find(pattern: str) -> Path | None:
+    """Return the first file that matches a pattern in the folders, in order of names."""
+    named = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
+    found = (file for folder in (*named, "motions") for file in sorted(Path(folder).rglob(pattern)))
+    return next(found, None)
+
+
+def _record(
+    files: tuple[Path | None, Path | None], motion_id: str, label: str
+) -> PaperMotion | None:
+    """Return the paper's record from its two files; None if a file is missing or not the record."""
+    first, second = files
+    if first is None or second is None:
+        return None
+    try:
+        motion = read_motion(first, second, motion_id=motion_id)
+    except FalseClaimError:
+        return None
+    return PaperMotion(motion=motion, label=label, is_paper_record=True)
+
+
+def embedded_entries() -> list[IndexEntry]:
+    """Return the index entries of the stored motions of the package's suite.
+
+    Raises:
+        InputError: The suite is not in the working folder.
+    """
+    places = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
+    if (index := next(filter(Path.is_file, places), None)) is None:
+        raise InputError(
+            "motions/index.csv of the package's suite is not in the working folder; run the "
+            f"command there, or put the record into motions/ or a folder of {FOLDERS_VARIABLE}"
+        )
+    return [entry for entry in read_index(index) if entry.components]
+
+
+def embedded_motions() -> list[GroundMotion]:
+    """Return the stored motions of the package's suite, unscaled.
+
+    Raises:
+        InputError: The suite is not in the working folder.
+    """
+    return [read_entry(entry) for entry in embedded_entries()]
+
+
+def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
+    """Return the motions of the suite with the largest PGA (RotD50), each scaled to one PGA."""
+    motions = embedded_motions()
+    peaks_g = [orbit_rotd50(m.accel_1_mps2, m.accel_2_mps2) / G_MPS2 for m in motions]
+    ranked: Sequence[tuple[float, int]] = sorted(
+        ((peak, number) for number, peak in enumerate(peaks_g)), reverse=True
+    )
+    return [motions[number].scaled(pga_g / peak) for peak, number in ranked[:count]]
+
+
+def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMotion:
+    """Return the first motion of the package's suite, scaled to a multiple of a published peak."""
+    motion = embedded_motions()[0]
+    pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
+    return PaperMotion(
+        motion=motion.scaled(factor * pga_rotd50_g / pga_g),
+        label=f"synthetic {motion.motion_id} at {factor:g} x the peak of {wanted}",
+        is_paper_record=False,
+    )
+
+
+def paper_variant(
+    *,
+    bridge: str = "osb1",
+    abutment: str = "contact_friction",
+    skew_deg: int = 0,
+    friction_pct: int = FRICTION_PCT,
+) -> Variant:
+    """Return a variant with the paper's gap, and its friction unless another is given."""
+    return Variant(
+        bridge=bridge,
+        abutment=abutment,
+        skew_deg=skew_deg,
+        gap_mm=GAP_MM,
+        friction_pct=friction_pct,
+    )
+
+
+def analysis(
+    variant: Variant,
+    motion: PaperMotion,
+    scheme: Scheme = "default",
+    options: ModelOptions | None = None,
+) -> AnalysisResult:
+    """Return the analysis of a bridge under a motion, with its histories."""
+    settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
+    excitation = Excitation(motion=motion.motion)
+    return analyse(variant, excitation, settings, options or ModelOptions(), histories=True)
+
+
+def histories_of(result: AnalysisResult) -> Mapping[str, Array]:
+    """Return the histories of a result that was computed with histories."""
+    return result.histories or {}
+
+
+def rms_change(with_friction: Array, without: Array) -> Array:
+    """Return the RMS change by friction over the RMS without, over the first axis."""
+    count = min(len(with_friction), len(without))
+    change = with_friction[:count] - without[:count]
+    return np.sqrt((change**2).mean(axis=0) / (without[:count] ** 2).mean(axis=0))
+
+
+def stick_slip_changes(
+    normal_n: Array, friction_n: Array, coefficient: float, *, near_limit: float = 0.98
+) -> int:
+    """Return how often closed contacts change from sticking to slipping or back.
+
+    Args:
+        normal_n: Normal forces, shape (n, units).
+        friction_n: Resultants of friction, shape (n, units).
+        coefficient: Coulomb coefficient.
+        near_limit: Share of the limit from which a contact counts as slipping.
+    """
+    closed = normal_n > 0.0
+    slipping = friction_n >= near_limit * coefficient * normal_n
+    stays = closed[1:] & closed[:-1]
+    return int((stays & (slipping[1:] != slipping[:-1])).sum())
+
+
+def draw_pair(axis: Axes, with_friction: Curve, without: Curve) -> None:
+    """Draw the two curves of a pair, the one with friction on top."""
+    style.line(axis, *without, style.ORANGE, "no friction", lw=0.8)
+    style.line(axis, *with_friction, style.BLUE, "friction 0.5")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HalfCycle:
+    """One half cycle of the run without friction.
+
+    Attributes:
+        start_s: First zero crossing.
+        end_s: Second zero crossing.
+        peak_without_m: Largest magnitude without friction.
+        peak_with_m: Largest magnitude with friction, in the same time.
+        together: Largest product of longitudinal and transverse displacement at one time, over
+            the product of their largest values of the run: 1 when both peaks coincide.
+        has_contact: Whether a backwall carried normal force, in either run.
+    """
+
+    start_s: float
+    end_s: float
+    peak_without_m: float
+    peak_with_m: float
+    together: float
+    has_contact: bool
+
+    @property
+    def change(self) -> float:
+        """Relative change of the peak by friction; negative is a reduction."""
+        return self.peak_with_m / self.peak_without_m - 1.0
+
+
+def half_cycles(
+    t_s: Array,
+    without_m: Array,
+    with_m: Array,
+    other_axis_m: Array,
+    in_contact: NDArray[np.bool_],
+) -> list[HalfCycle]:
+    """Return the half cycles between zero crossings of a displacement without friction.
+
+    All arrays have the shape (n,). The displacement along the other axis is without friction, and
+    `in_contact` is true where a backwall carries force.
+    """
+    crossings = np.flatnonzero(np.diff(np.signbit(without_m))) + 1
+    bounds = np.concatenate([[0], crossings, [len(t_s)]])
+    largest = float(np.abs(without_m).max())
+    scale = largest * float(np.abs(other_axis_m).max())
+    cycles: list[HalfCycle] = []
+    for start, end in pairwise(bounds.tolist()):
+        part = slice(start, end)
+        peak_m = float(np.abs(without_m[part]).max())
+        if end - start < 2 or peak_m < SMALLEST_CYCLE * largest:
+            continue
+        cycles.append(
+            HalfCycle(
+                start_s=float(t_s[start]),
+                end_s=float(t_s[end - 1]),
+                peak_without_m=peak_m,
+                peak_with_m=float(np.abs(with_m[part]).max()),
+                together=float(np.abs(without_m[part] * other_axis_m[part]).max()) / scale,
+                has_contact=bool(in_contact[part].any()),
+            )
+        )
+    return cycles
