@@ -1,6 +1,6 @@
 """Coverage of the intervals of the joint model at the default design.
 
-`python benchmarks/joint_coverage.py` repeats the stored simulation (about 20 minutes); a test reads
+`python benchmarks/joint_coverage.py` repeats the stored simulation (3 to 4 CPU-minutes); a test reads
 its numbers and repeats a few replicates.
 """
 
@@ -23,7 +23,7 @@ from skewbridge.fragility.settings import FitSettings
 from skewbridge.reading import records_of
 
 SEED: Final = 20261122
-REPLICATES: Final = 200
+REPLICATES: Final = 500
 MOTIONS: Final = 32
 LEVELS_G: Final = (0.1, 1.5)
 IM: Final = "im_saavg_rotd50_g"

@@ -12,7 +12,7 @@ ROWS = STUDY["rows"]
 
 
 def test_the_stored_study_is_large_enough_and_at_the_default_design():
-    assert STUDY["replicates"] >= 200
+    assert STUDY["replicates"] >= 500
     assert STUDY["motions"] >= 32
     assert STUDY["variants"] == 12
     assert {row["collapse"] for row in ROWS} == {0.0, 0.05, 0.2}
