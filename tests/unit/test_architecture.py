@@ -23,6 +23,7 @@ ORDER = (
     "fragility",
     "study",
     "report",
+    "verification",
     "cli",
 )
 FRAGILITY_ORDER = (
@@ -52,8 +53,6 @@ FRAGILITY_ORDER = (
     "fit_data",
     "exports",
 )
-# Verification uses the analyses; only the command line and the scripts call it.
-VERIFICATION_MAY_USE = ORDER[: ORDER.index("analysis") + 1]
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE)
 FRAGILITY = sorted(
     path for path in (PACKAGE / "fragility").rglob("*.py") if path.stem != "__init__"
@@ -78,12 +77,7 @@ def imported_packages(path: Path) -> set[str]:
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_a_module_imports_only_earlier_packages(path: Path) -> None:
     package = path.relative_to(PACKAGE).parts[0]
-    if package == "verification":
-        allowed = {*VERIFICATION_MAY_USE, "verification"}
-    elif package == "cli":
-        allowed = {*ORDER, "verification"}
-    else:
-        allowed = set(ORDER[: ORDER.index(package) + 1])
+    allowed = set(ORDER[: ORDER.index(package) + 1])
     assert imported_packages(path) <= allowed
 
 

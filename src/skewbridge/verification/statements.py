@@ -1,19 +1,27 @@
-"""The paper's statements: one table of claim, study, computed number and rule of the verdict.
+"""Verdicts on the paper's statements: the table `statements.csv` and the rules that it names.
 
-The table paraphrases what sections 2 to 5 of the paper state and a computation can check. A study
-computes the number of a statement in each of its cases (`Study.states`); the rule in the row gives
-the verdict: agrees, disagrees or cannot be told. A claim with a direction is tested in that
-direction only. A change below the resolution of the analyses, or one that chance explains, cannot
-be told.
+The table paraphrases what sections 2 to 5 of the paper state and a computation can check: one row
+of claim, study, computed number and rule (two rows where two numbers judge a claim). A study
+computes the number in each of its cases (`Study.states`); the rule gives the verdict: agrees,
+disagrees or cannot be told. A claim with a direction is tested in that direction only. A change
+below the resolution of the analyses, or one that chance explains, cannot be told.
+
+Assumed limits of the table: the paper calls at most 5 % small; contact is enforced where a penalty
+lets in at most 3 % of the gap; stick-slip events are at least ten changes; a history is coupled if
+it changes by more than the largest error of the default time step, 2 %; reductions of 2 to 3 % are
+rounded to whole percents. The paper gives no mass, so the ratio of its step to the period of a
+contact is unknown: some step has to show its restitution.
 
 References:
     Rahman and Mackie, Modeling abutment contact-friction using run-time parameter updates.
 """
 
+import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf, isclose, isfinite, isnan, nan
+from pathlib import Path
 from typing import Any, Final, Literal
 
 from scipy.stats import binomtest, spearmanr
@@ -24,8 +32,6 @@ type Outcome = Literal["agrees", "disagrees", "cannot be told"]
 RESOLUTION: Final = 0.005
 # ASSUME what the paper calls minimal, small or similar is at most 5 %.
 SMALL: Final = 0.05
-# ASSUME contact is enforced where a penalty lets in at most 3 % of the gap.
-CLOSE: Final = 0.03
 SIGNIFICANCE: Final = 0.05
 FEWEST_VALUES: Final = 5  # with fewer, no test of signs or ranks reaches the significance
 
@@ -197,363 +203,69 @@ def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, flo
     return _decided(p_for < p_against, reason, *numbers)
 
 
+# Rules by their names in the table; those with limits are made from the numbers in `limits`.
+_RULES: Final[Mapping[str, Rule]] = {
+    "smaller": smaller,
+    "equal": equal,
+    "lower": lower,
+    "hardly changed": hardly_changed,
+    "more often": more_often,
+    "grows": grows_with,
+}
+_RULES_WITH_LIMITS: Final[Mapping[str, Callable[..., Rule]]] = {
+    "at most": at_most,
+    "at least": at_least,
+    "greater": greater,
+    "some within": some_within,
+    "falls to": falls_to,
+    "reduced by": reduced_by,
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """One statement of the paper. A claim that is judged by two numbers has two rows.
+    """One statement of the paper: a row of `statements.csv`.
 
     Attributes:
         place: Section and figure.
         claim: What is stated, in our words.
         study: Study that judges it (`skewbridge verify STUDY`); others may add cases.
         number: What the study computes for the verdict.
-        rule: Verdict from that number; a text is the reason why no number decides.
+        rule: Name of the rule of the verdict; empty if no number decides.
+        limits: Numbers of the rule.
+        open_because: Why no number decides.
     """
 
     place: str
     claim: str
     study: str
     number: str
-    rule: Rule | str
+    rule: str
+    limits: tuple[float, ...]
+    open_because: str
 
     def verdict(self, *numbers: Any, **conditions: bool) -> Verdict:
         """Return the verdict from the numbers of a case; the reason names the number."""
-        if isinstance(self.rule, str):
+        if self.open_because:
             listed = [f"{self.number} {number:.2g}" for number in numbers[:1]]
-            return Verdict("cannot be told", "; ".join([*listed, self.rule]), *numbers)
-        found = self.rule(*numbers, **conditions)
+            return Verdict("cannot be told", "; ".join([*listed, self.open_because]), *numbers)
+        rule = _RULES.get(self.rule) or _RULES_WITH_LIMITS[self.rule](*self.limits)
+        found = rule(*numbers, **conditions)
         return replace(found, reason=f"{self.number}: {found.reason}")
 
 
-_NO_TEST_DATA: Final = (
-    "histories, masses, bearings and table motion of the tests are not public; over their "
-    "plausible range the rotation varies four- to fivefold"
-)
-_RMS_FORCES: Final = "RMS error of the forces over the friction limit"
-_RMS_FRICTION: Final = "RMS error of the friction over the limit"
-# source: the paper, section 5: 2 to 3 %, as rounded to whole percents
-_PAPER_REDUCTION: Final = (0.015, 0.035)
+def _read() -> dict[str, Statement]:
+    """Return the table of statements by name."""
+    with Path(__file__).with_name("statements.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    table: dict[str, Statement] = {}
+    for row in rows:
+        key, limits = row.pop("statement"), row.pop("limits")
+        table[key] = Statement(limits=tuple(map(float, limits.split())), **row)
+    return table
 
-STATEMENTS: Final[Mapping[str, Statement]] = {
-    "unit without gap": Statement(
-        "section 2.1, figure 1",
-        "without an initial gap the unit is a dry frictional contact between two nodes",
-        "fig1",
-        _RMS_FORCES,
-        at_most(0.01),
-    ),
-    "unit behind a gap": Statement(
-        "section 2.1, figure 1",
-        "behind an initial gap it contacts and slides like a node on a line",
-        "fig1",
-        _RMS_FORCES,
-        at_most(0.01),
-    ),
-    "existing parts": Statement(
-        "section 2.1",
-        "existing elements and materials of OpenSees suffice, without new source code",
-        "fig1",
-        "loops of one unit that OpenSees ran as released",
-        at_least(6),
-    ),
-    "elastic springs too": Statement(
-        "section 2.1",
-        "elastic springs alone solve it too, if the script tracks the point of sticking",
-        "fig3",
-        _RMS_FRICTION,
-        at_most(SMALL),
-    ),
-    "penalties enforce": Statement(
-        "section 2.1",
-        "large stiffnesses enforce contact and sticking",
-        "fig4",
-        "penetration over the gap",
-        at_most(CLOSE),
-    ),
-    "limit in every direction": Statement(
-        "section 2.2, figure 2",
-        "friction reaches its limit and no more, whatever the direction in the plane",
-        "fig3",
-        "largest force over the limit",
-        at_most(1.01),
-    ),
-    "components are coupled": Statement(
-        "section 2.2, figures 2 and 3",
-        "the direction taken from the point of sticking couples the two components",
-        "fig3",
-        _RMS_FRICTION,
-        at_most(SMALL),
-    ),
-    "closing decides": Statement(
-        "section 2.2, figure 3",
-        "the square wave decides where there is contact, and with it friction",
-        "fig3",
-        "friction while open (N)",
-        at_most(0.0),
-    ),
-    "node to line": Statement(
-        "section 2.3, figure 4",
-        "the unit behaves as a node against a line through the perpendicular distance",
-        "fig4",
-        "RMS difference of the normal motion from the rigid particle, over the gap",
-        at_most(CLOSE),
-    ),
-    "bounded by the lines": Statement(
-        "section 2.3, figure 4",
-        "normal displacements stay within the perpendicular distance of both lines",
-        "fig4",
-        "normal motion beyond the gap, over the gap",
-        at_most(CLOSE),
-    ),
-    "depends on plan and friction": Statement(
-        "section 3.1",
-        "rotations after impact depend on skew, plan geometry and friction",
-        "fig5-6",
-        "change of the peak rotation x length over the scale",
-        at_least(SMALL),
-    ),
-    "coupling at low frequency": Statement(
-        "section 3.1",
-        "the coupling is strongest at the low frequencies of the spectrum",
-        "fig5-6",
-        "response spectra",
-        "a statement on spectra of Dimitrakopoulos (2011); the study has one period of the deck",
-    ),
-    "deck agrees": Statement(
-        "section 3.1, figure 5",
-        "displacements of the mass centre agree with the complementarity solution",
-        "fig5-6",
-        "RMS difference over the rigid peak (over the scale where it is zero)",
-        at_most(2 * SMALL),
-    ),
-    "differences grow": Statement(
-        "section 3.1, figure 6",
-        "small differences in phase and amplitude grow with the number of impacts",
-        "fig5-6",
-        "RMS difference over that of the motion, after half of the impacts against before",
-        greater(),
-    ),
-    "penalty converges": Statement(
-        "section 3.1",
-        "they come from the finite penalty and the missing restitution",
-        "fig5-6",
-        "RMS difference over the scale as the damped penalty stiffens",
-        falls_to(0.01),
-    ),
-    "penalty is the cause": Statement(
-        "section 3.1",
-        "they come from the finite penalty and the missing restitution",
-        "fig5-6",
-        "stiff damped penalty, worst difference of the three peaks over the scale",
-        at_most(2 * SMALL),
-    ),
-    # The paper gives no mass, so its step over the contact period is unknown: some step suffices.
-    "restitution found": Statement(
-        "section 3.1",
-        "the restitution of the numerical model lies between 0.45 and 0.71",
-        "fig5-6",
-        "median restitution by step x contact frequency",
-        some_within(0.45, 0.71),
-    ),
-    "restitution falls": Statement(
-        "section 3.1",
-        "it is lower at high approach speeds than at low ones",
-        "fig5-6",
-        "loss at impact against approach speed",
-        grows_with,
-    ),
-    "damper helps": Statement(
-        "section 3.1",
-        "a damper brings the penalty closer to the complementarity solution",
-        "fig5-6",
-        "worst difference of the three peaks over the scale, damped against elastic penalty",
-        smaller,
-    ),
-    "skew deck rotates": Statement(
-        "section 3.2",
-        "an obtuse corner that hits its wall turns the skewed deck",
-        "fig7-8",
-        "peak rotation (mrad)",
-        at_least(0.1),
-    ),
-    "skew bridge rotates": Statement(
-        "section 3.2",
-        "an obtuse corner that hits its wall turns the skewed deck",
-        "ladder",
-        "peak rotation in mrad, with skew against without",
-        greater(factor=2.0),
-    ),
-    "acute corner moves away": Statement(
-        "section 3.2",
-        "acute corners move far from their walls, more than obtuse ones",
-        "fig7-8",
-        "largest opening beyond the gap in mm, acute against obtuse corner",
-        greater(),
-    ),
-    "acute corner leads": Statement(
-        "section 3.2",
-        "acute corners move far from their walls, more than obtuse ones",
-        "ladder",
-        "unseating in m, acute corner against worst corner",
-        equal,
-    ),
-    "skew needs longer seats": Statement(
-        "section 3.2",
-        "skewed bridges need longer seats than straight ones",
-        "ladder",
-        "unseating in m, with skew against without",
-        greater(factor=1.0 + RESOLUTION),
-    ),
-    "test phasing": Statement(
-        "section 3.2, figure 7",
-        "normal deformations are close to the tests in phase and amplitude",
-        "fig7-8",
-        "histories of the tests",
-        _NO_TEST_DATA,
-    ),
-    "test coherence": Statement(
-        "section 3.2, figure 7",
-        "right after a contact the coherence with the tests is partly lost",
-        "fig7-8",
-        "histories of the tests",
-        _NO_TEST_DATA,
-    ),
-    "test forces": Statement(
-        "section 3.2, figure 8",
-        "opposite corners are ordered as the load cells, forces 50 to 100 % off",
-        "fig7-8",
-        "forces of the tests",
-        _NO_TEST_DATA,
-    ),
-    "longer contact": Statement(
-        "section 3.2, figure 8",
-        "contacts last longer than in the deck of figure 5",
-        "fig7-8",
-        "time of contact over that of figure 5, by the root of mass over penalty",
-        "by the masses assumed here; the paper gives neither",
-    ),
-    "static push": Statement(
-        "section 4",
-        "pushed along one axis without skew, friction does not contribute",
-        "fig10",
-        "largest change of the force over its peak",
-        at_most(1e-6),
-    ),
-    "longitudinal hardly changes": Statement(
-        "section 4, figure 10",
-        "friction has a minimal effect on the longitudinal response",
-        "fig10",
-        "longitudinal peak",
-        hardly_changed,
-    ),
-    # ASSUME the paper's stick-slip events are at least ten changes
-    "keys stick and slip": Statement(
-        "section 4, figure 10",
-        "longitudinal motion makes the shear keys stick and slip",
-        "fig10",
-        "changes between sticking and slipping",
-        at_least(10),
-    ),
-    # ASSUME high frequency is above 5 Hz, above the modes of the deck
-    "fast vibration": Statement(
-        "section 4, figure 10",
-        "this shows as small fast vibrations in the longitudinal loops",
-        "fig10",
-        "RMS of the longitudinal force above 5 Hz in kN, with friction against without",
-        greater(),
-    ),
-    "transverse differs more": Statement(
-        "section 4, figure 10",
-        "friction changes the transverse response more than the longitudinal one",
-        "fig10",
-        "relative change by friction, transverse against longitudinal",
-        greater(),
-    ),
-    "backwall makes it": Statement(
-        "section 4, figure 10",
-        "the transverse difference is friction along the backwall",
-        "fig10",
-        "RMS change of the transverse displacement, friction at walls only against keys only",
-        greater(),
-    ),
-    "several contacts": Statement(
-        "section 4, figure 10",
-        "friction acts in several contacts as the longitudinal gap closes",
-        "fig10",
-        "closures of backwall contacts",
-        at_least(2),
-    ),
-    "transverse peak": Statement(
-        "section 4, figure 10",
-        "friction lowers the transverse peak",
-        "fig10",
-        "transverse peak",
-        lower,
-    ),
-    "transverse cycles": Statement(
-        "section 4, figure 10",
-        "friction lowers the transverse peaks of the cycles in contact",
-        "fig10",
-        "half cycles in contact with a lower peak",
-        more_often,
-    ),
-    "bridge cycles": Statement(
-        "section 5, figure 11",
-        "friction lowers the displacement peaks of the cycles in contact",
-        "fig11-12",
-        "half cycles in contact with a lower peak",
-        more_often,
-    ),
-    "bridge transverse loops": Statement(
-        "section 5, figure 12",
-        "without skew, friction shows most in the transverse loops of the abutments",
-        "fig11-12",
-        "RMS change of the abutment force, transverse against longitudinal",
-        greater(),
-    ),
-    # ASSUME a history is coupled if it changes by more than the largest error of the default step
-    "axes are coupled": Statement(
-        "section 5, figures 11 and 12",
-        "friction couples the longitudinal and transverse response even without skew",
-        "fig11-12",
-        "RMS change of the displacement over its RMS",
-        at_least(0.02),
-    ),
-    "displacement is reduced": Statement(
-        "section 5, figure 11",
-        "friction reduces the peak displacement",
-        "fig11-12",
-        "peak displacement",
-        lower,
-    ),
-    "displacement by 2 to 3 percent": Statement(
-        "section 5, figure 11",
-        "by only 2 to 3 percent",
-        "fig11-12",
-        "peak displacement",
-        reduced_by(*_PAPER_REDUCTION),
-    ),
-    "shear is reduced": Statement(
-        "section 5",
-        "friction reduces the column shear",
-        "fig11-12",
-        "peak column shear",
-        lower,
-    ),
-    "shear by as much": Statement(
-        "section 5",
-        "by about as much",
-        "fig11-12",
-        "difference between the reductions of shear and displacement",
-        at_most(_PAPER_REDUCTION[0]),
-    ),
-    "in phase differs most": Statement(
-        "section 5, figures 11 and 12",
-        "it changes most the cycles whose longitudinal and transverse peaks coincide",
-        "fig11-12",
-        "size of the change against how much both peaks coincide",
-        grows_with,
-    ),
-}
+
+STATEMENTS: Final[Mapping[str, Statement]] = _read()
 
 
 def statements_of(study: str) -> dict[str, Statement]:

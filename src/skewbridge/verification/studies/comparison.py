@@ -123,7 +123,7 @@ class Study:
         judged = {found.statement for found in self.verdicts}
         for key, statement in statements_of(self.name).items():
             if key not in judged:
-                why = statement.rule if isinstance(statement.rule, str) else reason
+                why = statement.open_because or reason
                 self.verdicts.append(StatementCase(key, "", Verdict("cannot be told", why)))
 
     def statement_rows(self) -> list[dict[str, Any]]:
