@@ -25,10 +25,12 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.fit_data import FitOptions, fit_file
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions
-from skewbridge.motions.read import read_trace
+from skewbridge.motions.read import DT_LIMITS_S, PGA_LIMITS_G, read_trace
 from skewbridge.motions.suite import read_entry
+from skewbridge.motions.trace import Given
 from skewbridge.provenance.tables import write_frame
 from skewbridge.study.config import load_config
+from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid
 from skewbridge.verification.references.cases import (
     ContactCase,
@@ -69,9 +71,21 @@ def v2_text() -> str:
     return "\n".join(["CORRECTED ACCELEROGRAM", *["header"] * 44, head, *rows]) + "\n"
 
 
-def columns_text() -> str:
-    rows = (f"{0.01 * number:.2f},{value:.6f}" for number, value in enumerate(wave()))
-    return "\n".join(["time_s,accel_g", *rows]) + "\n"
+def columns_text(separator: str, count: int) -> str:
+    rows = (
+        separator.join([f"{0.01 * number:.2f}", *[f"{value:.6f}"] * count])
+        for number, value in enumerate(wave())
+    )
+    return "\n".join([",".join(["time_s", *["accel_g"] * count]), *rows]) + "\n"
+
+
+def read_record(path: Path, given: Given | None = None) -> None:
+    """Read a component; what passes must be a possible record."""
+    trace = read_trace(path, given)
+    assert np.isfinite(trace.accel_mps2).all()
+    assert DT_LIMITS_S[0] <= trace.dt_s <= DT_LIMITS_S[1]
+    assert 0.0 < np.abs(trace.accel_mps2).max() <= PGA_LIMITS_G[1] * G_MPS2
+    assert trace.unit in {"g", "cm/s2", "m/s2"}
 
 
 INDEX = (
@@ -132,10 +146,17 @@ def parquet_bytes(folder: Path) -> bytes:
 
 RUNS = {"im": "im", "edp": "edp", "threshold": 0.03}
 FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
-    "at2": (".AT2", [at2_text(wave()).encode()], read_trace),
-    "v2": (".V2", [v2_text().encode()], read_trace),
-    "knet": (".NS", [knet_text().encode()], read_trace),
-    "columns": (".csv", [columns_text().encode()], read_trace),
+    "at2": (".AT2", [at2_text(wave()).encode()], read_record),
+    "v2": (".V2", [v2_text().encode()], read_record),
+    "knet": (".NS", [knet_text().encode()], read_record),
+    "columns": (".csv", [columns_text(",", 1).encode()], read_record),
+    "three_columns": (
+        ".txt", [columns_text(" ", 2).encode()], lambda path: read_record(path, Given(channel=2))
+    ),
+    "values": (
+        ".acc", [b"\n".join(b"%.6e" % value for value in wave())],
+        lambda path: read_record(path, Given(dt_s=0.01)),
+    ),
     "index": (".txt", [INDEX.encode()], read_index),
     "config": (".yaml", [text_of(f"config/{n}.yaml") for n in ("config", "ida")], read_study),
     "limit_states": (".yaml", [text_of("config/limit_states.yaml")], load_limit_states),

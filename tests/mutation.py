@@ -1,4 +1,4 @@
-"""What may become of a file: bytes changed, values of a document replaced, all of it another."""
+"""Random changes of a file: of its bytes, of the values of a document, of the whole content."""
 
 import copy
 import json
@@ -6,7 +6,7 @@ import random
 
 import yaml
 
-# Stand in the place of a value of a document, as they are written.
+# Replacements of a value of a document, as text.
 SNIPPETS = (
     "1e300", "1.0e+300", "-1.0e+300", "1.0e-300", "0", "-1", "-0.0", ".nan", ".inf", "1e5000",
     "9" * 40, "9" * 5000, "0x" + "f" * 3000, "1:" * 900 + "1", "true", "null", "~", "''", "[]",
@@ -35,7 +35,14 @@ WHOLE = (
 )  # fmt: skip
 BYTES = (b"\xff", b"\x00", b"\x1b[31m", b"\xc3", b"9" * 5000, b"[/red]", b"nan", b"inf", b"1e400",
          b",", b"\n", b"\t", b";", b'"', b"'", b":", b"-", b"*", b"&", b"{", b"[", b"\xe2\x80\xa8",
-         b"../../x", b"=1+1", b"1e-320", b"D+99", b"0", b" ")  # fmt: skip
+         b"../../x", b"=1+1", b"1e-320", b"D+99", b"0", b" ", b"-Infinity", b"*******", b"1e999",
+         b"1D5", b"1d-400", b"1,5", b"--", b"+-1", b"..", b"E", b"0x10", b"1_000", b"\xd9\xa3",
+         b"\xef\xbb\xbf", b"1" * 5000 + b"x", b" " * 999, b"\n" * 50, b"NPTS=",
+         b"NPTS= 99999999999999999999, DT= 1e-300 SEC", b"DT= 0.0", b"DT= -1", b"DT= 1E400 SEC",
+         b"UNITS OF CM/SEC2", b"VELOCITY", b"points of accel data equally spaced at 0 sec",
+         b"Scale Factor      0(gal)/0", b"Sampling Freq(Hz) 1e400Hz",
+         b"Scale Factor 1e300(gal)/1e-300", b"<html>", b"PK\x03\x04",
+         b"version https://git-lfs", b"1e308", b"-1e308", b"\r")  # fmt: skip
 
 
 def of_bytes(content: bytes, chance: random.Random) -> bytes:
@@ -44,7 +51,7 @@ def of_bytes(content: bytes, chance: random.Random) -> bytes:
     for _ in range(chance.randint(1, 4)):
         place = chance.randrange(len(out) + 1)
         size = min(chance.choice((1, 1, 2, 8, 60, 500)), len(out) - place)
-        kind = chance.randrange(6)
+        kind = chance.randrange(7)
         if kind == 0 and place < len(out):
             out[place] ^= 1 << chance.randrange(8)
         elif kind == 1:
@@ -55,6 +62,11 @@ def of_bytes(content: bytes, chance: random.Random) -> bytes:
             out[place:place] = out[place : place + size] * chance.choice((1, 2, 30))
         elif kind == 4:
             del out[place:]
+        elif kind == 5:
+            lines = bytes(out).split(b"\n")
+            one, other = (chance.randrange(len(lines)) for _ in range(2))
+            lines[one], lines[other] = lines[other], lines[one]
+            out = bytearray(b"\n".join(lines))
         else:
             out[place : place + size] = chance.choice(BYTES)
     return bytes(out)

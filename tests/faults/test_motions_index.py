@@ -67,13 +67,6 @@ def test_changed_file_is_noticed_by_its_digest(tmp_path):
         prepare_suite(tmp_path, t1_s=0.7)
 
 
-def test_components_of_different_dt_are_named(tmp_path):
-    (_, second), *_ = make_pairs(tmp_path, 1)
-    second.write_text(at2_text(shaken_g(1), dt_s=0.02))
-    with pytest.raises(InputError, match=r"q0_h2\.AT2 0\.02"):
-        prepare_suite(tmp_path, t1_s=0.7)
-
-
 def test_nan_in_a_record_is_named_with_its_line(tmp_path):
     (first, _), *_ = make_pairs(tmp_path, 1)
     lines = first.read_text().splitlines()
@@ -113,14 +106,6 @@ def test_bad_number_in_the_index_is_refused_by_name(tmp_path, column, value):
 def test_folder_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match="nowhere"):
         prepare_suite(tmp_path / "nowhere", t1_s=0.7)
-
-
-def test_file_that_claims_to_be_waho_must_have_its_peak(tmp_path):
-    for azimuth in (0, 90):
-        text = at2_text(shaken_g(azimuth), azimuth=azimuth)
-        (tmp_path / f"RSN811_LOMAP_WAH{azimuth:03d}.AT2").write_text(text)
-    with pytest.raises(InputError, match="claims to be the WAHO record"):
-        prepare_suite(tmp_path, t1_s=0.7)
 
 
 def test_waho_with_the_published_peak_is_accepted(tmp_path):

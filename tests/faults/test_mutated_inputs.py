@@ -14,8 +14,9 @@ import pytest
 
 import mutants
 
+RECORDS = ("at2", "v2", "knet", "columns", "three_columns", "values")
 GROUPS = (
-    ("at2", "v2", "knet", "columns", "index"),
+    (*RECORDS, "index"),
     ("config", "limit_states", "bridge", "contact", "deck", "path"),
     ("fit_cloud", "fit_stripes", "fit_csv", "fit_parquet"),
 )
@@ -51,6 +52,10 @@ def test_a_mutant_is_taken_or_refused_in_one_message(
     names: tuple[str, ...], tmp_path: Path
 ) -> None:
     assert read_mutants(34, names, tmp_path) == 34 * len(names)
+
+
+def test_more_mutants_of_records(tmp_path: Path) -> None:
+    assert read_mutants(400, RECORDS, tmp_path) == 400 * len(RECORDS)
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from skewbridge.bridge.shear_capacity import (
     sdc_shear_strength,
 )
 from skewbridge.motions.intensity import housner_intensity, motion_measures
-from skewbridge.motions.levels import block_factors, block_targets
+from skewbridge.motions.levels import block_factors
 from skewbridge.motions.record import GroundMotion
 
 CENTRE, WALL_1, WALL_2 = 1, 2, 3
@@ -213,15 +213,6 @@ def test_the_median_over_directions_of_a_straight_motion_is_that_of_the_cosine()
     found = motion_measures(motion, None)
     assert found["im_pga_rotd50_g"] == pytest.approx(3.0 * np.sqrt(0.5) / 9.80665, rel=0.01)
     assert found["im_pgv_rotd50_mps"] == pytest.approx(0.63 * np.sqrt(0.5), rel=0.01)
-
-
-@pytest.mark.parametrize(
-    ("block", "offset"), [(0, 1 / 2), (1, 1 / 4), (2, 3 / 4), (3, 1 / 8), (4, 5 / 8)]
-)
-def test_the_levels_of_a_block_start_at_the_element_of_the_van_der_corput_sequence(block, offset):
-    levels = block_targets(block, 8, (0.1, 1.5))
-    shares = (np.arange(8) + offset) / 8
-    np.testing.assert_allclose(levels, 0.1 * 15.0**shares, rtol=1e-12)
 
 
 def test_two_blocks_interleave_and_a_cut_block_fills_the_range_alone():

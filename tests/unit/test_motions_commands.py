@@ -11,11 +11,13 @@ from typer.testing import CliRunner
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli import build_app
 from skewbridge.cli.motions import synthesize
-from skewbridge.errors import InputError
 from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.summary import SPECTRUM_PERIODS_S
 from skewbridge.motions.synthesis.bssa14 import bssa14
 from skewbridge.motions.synthesis.ddk18 import Scenario
 from skewbridge.report.motion_figures import record_page, suite_spectra
+
+SCENARIO = Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=400.0)
 
 
 def _run(*arguments: object) -> tuple[int, str, str]:
@@ -54,14 +56,6 @@ def test_strict_check_fails_on_a_warning(tmp_path):
     path.write_text(at2_text(shaken_g(1) + 0.05))
     assert _run("check", path)[0] == 0
     assert _run("check", path, "--strict")[0] == 2
-
-
-def test_components_of_different_dt_are_a_pair_error(tmp_path):
-    (first, second), *_ = make_pairs(tmp_path, 1)
-    second.write_text(at2_text(shaken_g(1), dt_s=0.02))
-    code, out, _ = _run("check", first, second, "--json")
-    verdicts = [item["verdict"] for item in json.loads(out)["files"]]
-    assert (code, verdicts) == (2, ["ok", "pair_error"])
 
 
 def test_check_writes_an_index_that_the_study_reads(tmp_path):
@@ -127,11 +121,13 @@ def test_check_holds_files_against_their_index(tmp_path):
     assert (row["magnitude"], row["my_note"]) == (6.9, "mine")  # the rest is kept
 
 
-def test_index_of_components_with_different_dt_is_a_pair_error(tmp_path):
+@pytest.mark.parametrize("has_index", [True, False])
+def test_components_of_different_dt_are_a_pair_error(tmp_path, has_index):
     pairs = make_pairs(tmp_path, 1)
     pairs[0][1].write_text(at2_text(shaken_g(1), dt_s=0.02))
-    index_of(tmp_path, pairs)
-    code, out, _ = _run("check", tmp_path, "--json")
+    if has_index:
+        index_of(tmp_path, pairs)
+    code, out, _ = _run("check", *([tmp_path] if has_index else pairs[0]), "--json")
     assert (code, json.loads(out)["files"][1]["verdict"]) == (2, "pair_error")
 
 
@@ -223,27 +219,12 @@ def test_pictures_have_labels_with_units():
     assert [axis.get_xlabel() for axis in spectra.axes] == ["Period (s)", "Period (s)"]
 
 
-def assumed_scenario(vs30_mps: float = 400.0) -> Scenario:
-    return Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=vs30_mps)
-
-
-def test_the_command_assumes_what_the_scenario_assumes():
-    assumed = assumed_scenario()
+def test_the_defaults_of_synthesize_are_those_of_the_scenario():
     for name in ("mechanism", "ztor_km", "rupture_to_site_km", "pulse"):
-        assert inspect.signature(synthesize).parameters[name].default == getattr(assumed, name)
+        assert inspect.signature(synthesize).parameters[name].default == getattr(SCENARIO, name)
 
 
-def test_spectra_stand_at_periods_that_the_model_of_the_spectra_tabulates(tmp_path):
-    """Others are refused: a suite is drawn beside the model at those of its spectra."""
-    (first, second), *_ = make_pairs(tmp_path, 1)
-    code, out, _ = _run("im", first, second, "--json")
-    assert code == 0
-    median_g, _ = bssa14(assumed_scenario(), json.loads(out)["periods_s"])
+def test_the_spectra_of_motions_use_periods_of_the_ground_motion_model():
+    """Other periods are refused: `motions plot DIR` draws the model with the suite."""
+    median_g, _ = bssa14(SCENARIO, SPECTRUM_PERIODS_S)
     assert np.all(median_g > 0.0)
-
-
-@pytest.mark.parametrize("vs30_mps", [138.0, 2017.0, np.nan])
-def test_a_site_outside_the_data_of_the_model_is_refused(vs30_mps):
-    assumed_scenario(2016.0)
-    with pytest.raises(InputError, match="vs30_mps must be within"):
-        assumed_scenario(vs30_mps)
