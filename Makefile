@@ -56,7 +56,7 @@ check-predict: setup
 	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" predict_check "" "$(PROFILE)"
 
 headline: setup
-	$(BIN)/python -m skewbridge.report.headline $(RESULTS)
+	$(BIN)/python docs/headline.py $(RESULTS)
 
 smoke: setup
 	@bash workflow/study.sh $(BIN) $(CORES) config/smoke.yaml
@@ -106,7 +106,7 @@ mutants: setup
 
 # The site stands in docs/_build/html; a warning is an error.
 docs: setup
-	$(BIN)/python -m skewbridge.report.reference_pages
+	$(BIN)/python docs/reference_pages.py
 	$(BIN)/python docs/commands_page.py
 	$(BIN)/python workflow/licences.py requirements.lock > docs/licences.md
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs . docs/_build/html

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from reference_pages import ROOT
 
 from skewbridge.bridge.catalogue import bridge_names, load_bridge, load_bridge_file
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.errors import InputError
 from skewbridge.reading import read_mapping
-from skewbridge.report.reference_pages import ROOT
 
 
 def write_variant(tmp_path: Path, text: str) -> Path:

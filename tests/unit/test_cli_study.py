@@ -5,13 +5,13 @@ import logging
 from pathlib import Path
 
 import pytest
+from reference_pages import ROOT
 from typer.testing import CliRunner
 
 from skewbridge.cli import build_app
 from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
-from skewbridge.report.reference_pages import ROOT
 from skewbridge.study.config import load_config
 from skewbridge.study.journal import open_journal
 from skewbridge.study.progress import StudyProgress, StudyState

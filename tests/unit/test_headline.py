@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import headline
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,7 +13,6 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
-from skewbridge.report import headline
 from skewbridge.report.answer import change_name
 
 ROOT = Path(__file__).parents[2]

@@ -16,7 +16,7 @@ from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance.tables import is_made_for, read_frame
-from skewbridge.report.choice_figures import (
+from skewbridge.report.effect_figures import (
     choice_findings,
     choices_left_out,
     tornado,

@@ -7,6 +7,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 import yaml
+from reference_pages import PAGES, ROOT
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
@@ -14,7 +15,6 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions
 from skewbridge.provenance.files import writable_folder
 from skewbridge.reading import read_mapping, read_yaml
-from skewbridge.report.reference_pages import PAGES, ROOT
 from skewbridge.study.config import StudyConfig, load_config, parse_config, plain_sections
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import expand_grid

@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
+from reference_pages import ROOT
 
 from fragility_tables import paired_effects, synthetic_demands
 from skewbridge.analysis.rungs import rung_shares
@@ -18,7 +19,6 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.provenance.closure import PACKAGE, closure
 from skewbridge.report.checks import read_tables, write_checks
-from skewbridge.report.reference_pages import ROOT
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_content

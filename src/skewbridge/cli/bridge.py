@@ -110,7 +110,7 @@ def check(
     from skewbridge.analysis.bridge_check import check_bridge
     from skewbridge.analysis.step_loop import solver_log
     from skewbridge.bridge.geometry import model_geometry
-    from skewbridge.report.model_view import model_figure
+    from skewbridge.report.bridge_figures import model_figure
 
     chosen = name or bridge
     report = check_bridge(chosen)
@@ -261,7 +261,7 @@ def _push_all_models(
     """Push every abutment model in all directions; write the curves and their figure."""
     import pandas as pd
 
-    from skewbridge.report.static_figures import ladder_figure
+    from skewbridge.report.bridge_figures import ladder_figure
 
     variants = {name: choice.variant(name) for name in ABUTMENTS}
     tables: list[pd.DataFrame] = []
@@ -327,7 +327,7 @@ def model(
     from skewbridge.analysis.model_script import model_script
     from skewbridge.analysis.step_loop import solver_log
     from skewbridge.bridge.geometry import model_geometry
-    from skewbridge.report.model_view import model_figure, model_page
+    from skewbridge.report.bridge_figures import model_figure, model_page
 
     variant, options = choice.variant(), model_options(changes)
     with solver_log(None):
@@ -365,7 +365,7 @@ def column(
     from skewbridge.bridge.gravity import column_axial_n
     from skewbridge.bridge.hinge import shear_span_m
     from skewbridge.bridge.moment_curvature import section_response
-    from skewbridge.report.static_figures import column_figure
+    from skewbridge.report.bridge_figures import column_figure
 
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):

@@ -1,4 +1,4 @@
-"""Figures of effects: pooled over variants, by pair of variants, and by intensity."""
+"""Figures of effects: by pair of variants, by intensity, and of modelling choices."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from textwrap import fill
@@ -12,9 +12,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import (
+    FixedFormatter,
+    FixedLocator,
+    NullFormatter,
+    NullLocator,
+    StrMethodFormatter,
+)
 
-from skewbridge.demands.columns import demands_for
+from skewbridge.demands.columns import column_of, demands_for
 from skewbridge.fragility.verdicts import HIGHER, LOWER, MEDIAN_CAPACITY, NOT_ESTIMABLE, RATIO
 from skewbridge.report.axis_layout import STYLE, plain_log_ticks, short_value, shown_axes
 from skewbridge.report.verdict_style import (
@@ -25,7 +31,8 @@ from skewbridge.report.verdict_style import (
     margin_text,
     verdict_style,
 )
-from skewbridge.variant.axes import Axis, axes_of
+from skewbridge.study.choices import CHOICES
+from skewbridge.variant.axes import Axis, axes_of, axis
 
 _LONGEST: Final = 8.0  # margins that the axis of pooled effects shows
 _PANELS: Final = 4  # in a row
@@ -262,3 +269,138 @@ def _records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
 
 def _listed(values: pd.Series) -> str:
     return ", ".join(f"{value:g}" for value in sorted(values.unique()))
+
+
+_COLOURS: Final = {"choice": "#5b8db8", "axis": "#e08a2e"}
+_KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"}
+_LABELS: Final = {choice.key: choice.label for choice in CHOICES}
+_BAR_IN: Final = 0.21  # height of a bar in the figure, with the space between two
+_HEAD_IN: Final = 0.95  # title and axis of a panel
+_LINEAR_PCT: Final = 5.0  # the scale is linear up to here, logarithmic beyond
+_TICKS_PCT: Final = (2, 5, 20, 100, 500)
+_LEAST_PCT: Final = 6.0  # reach of a panel in which nothing moves
+
+type Record = Mapping[Hashable, Any]
+
+
+def tornado(choices: pd.DataFrame) -> Figure:
+    """Draw for every headline demand how far each choice and each axis moves it, by size.
+
+    Args:
+        choices: Table of modelling choices of one bridge with one abutment model.
+    """
+    demands = demands_for("headline", choices["demand"].unique())
+    bars = int(choices["demand"].value_counts().max())
+    rows = -(-len(demands) // 2)
+    with mpl.rc_context(STYLE):
+        height_in = rows * (_BAR_IN * bars + _HEAD_IN) + 0.4
+        figure = Figure(figsize=(12.5, height_in), layout="constrained")
+        panels = list(figure.subplots(rows, 2, squeeze=False).flat)
+        for panel, demand in zip(panels, demands, strict=False):
+            _tornado_panel(panel, choices[choices["demand"] == demand].to_dict("records"))
+            panel.set_title(_label(demand), loc="left", fontsize=10, fontweight="bold")
+        for panel in panels[len(demands) :]:
+            panel.axis("off")
+        handles = [Patch(color=_COLOURS[kind], label=text) for kind, text in _KINDS.items()]
+        figure.legend(handles=handles, loc="outside upper right", ncols=2)
+    return figure
+
+
+def _tornado_panel(panel: Axes, rows: Sequence[Record]) -> None:
+    ranked = sorted(rows, key=_size)
+    reach = max([_LEAST_PCT, *(1.3 * abs(_percent(row["ratio"])) for row in ranked if row["n"])])
+    for place, row in enumerate(ranked):
+        if row["n"]:
+            panel.barh(place, _percent(row["ratio"]), height=0.72, color=_COLOURS[row["kind"]])
+            ends = np.clip([_percent(row[end]) for end in ("lowest", "highest")], -reach, reach)
+            panel.plot(ends, [place, place], color="#333333", linewidth=0.8)
+        across = panel.get_yaxis_transform()
+        panel.text(1.01, place, _percent_text(row), transform=across, va="center", fontsize=7.5)
+    panel.set_yticks(range(len(ranked)), [_bar_name(row) for row in ranked], fontsize=8)
+    panel.set_ylim(-0.6, len(ranked) - 0.4)
+    panel.axvline(0.0, color="black", linewidth=0.8)
+    panel.set_xscale("symlog", linthresh=_LINEAR_PCT)
+    panel.set_xlim(-reach, reach)
+    ticks = [tick for tick in _TICKS_PCT if tick <= reach]
+    places = [*(-tick for tick in reversed(ticks)), 0, *ticks]
+    panel.xaxis.set_major_locator(FixedLocator(places))
+    panel.xaxis.set_major_formatter(
+        FixedFormatter([f"{tick:+d}" if tick else "0" for tick in places])
+    )
+    panel.xaxis.set_minor_locator(NullLocator())
+    panel.tick_params(axis="x", labelsize=8)
+    panel.set_xlabel("change of the demand (%)")
+    panel.grid(visible=False, axis="y")
+
+
+def tornado_text(choices: pd.DataFrame) -> str:
+    """Return the caption of the tornado of a table."""
+    most = int(choices["n_pairs"].max())
+    failed = int(choices.drop_duplicates(["kind", "name", "to_value"])["n_failed"].sum())
+    left_out = f" {failed} pairs with a run that did not end ok are left out." if failed else ""
+    return (
+        f"Bars: geometric mean of the ratio over up to {most} pairs of runs with the same motion "
+        "and variant, a choice against the configured model, an axis from its lowest to its "
+        "highest value; thin lines: the lowest and the highest single pair. The scale is "
+        f"logarithmic beyond {_LINEAR_PCT:g} %.{left_out}"
+    )
+
+
+def choice_findings(choices: pd.DataFrame) -> list[str]:
+    """Return a sentence per headline demand: which choices move it more than friction does.
+
+    Args:
+        choices: Table of modelling choices of one bridge with one abutment model.
+    """
+    found: list[str] = []
+    for demand in demands_for("headline", choices["demand"].unique()):
+        rows = choices[(choices["demand"] == demand) & (choices["n"] > 0)].to_dict("records")
+        friction = [row for row in rows if row["name"] == "friction"]
+        if not friction:
+            continue
+        tried = [row for row in rows if row["kind"] == "choice"]
+        larger: dict[Any, Record] = {}
+        for row in sorted(tried, key=_size, reverse=True):
+            if _size(row) > _size(friction[0]):
+                larger.setdefault(row["name"], row)
+        sizes = ", ".join(f"{_bar_name(row)} ({_percent_text(row)})" for row in larger.values())
+        found.append(
+            f"{_label(demand)}: friction {_change(friction[0])} moves it by "
+            f"{_percent_text(friction[0])}; "
+            + (f"more than that do {sizes}." if sizes else "no choice tried moves it more.")
+        )
+    return found
+
+
+def choices_left_out(choices: pd.DataFrame) -> list[str]:
+    """Return the labels of the choices that a table does not have."""
+    return [choice.label for choice in CHOICES if choice.key not in set(choices["name"])]
+
+
+def _label(demand: str) -> str:
+    column = column_of(demand)
+    return demand if column is None else column.label
+
+
+def _bar_name(row: Record) -> str:
+    label = axis(row["name"]).label if row["kind"] == "axis" else _LABELS[row["name"]]
+    return f"{label} {_change(row)}"
+
+
+def _change(row: Record) -> str:
+    return f"{row['from_value']} → {row['to_value']}"
+
+
+def _percent_text(row: Record) -> str:
+    if not row["n"]:
+        return "no pair"
+    percent = f"{_percent(row['ratio']):+.1f} %".replace("-0.0", "0.0").replace("+0.0", "0.0")
+    return percent if row["n"] == row["n_pairs"] else f"{percent}, {row['n']} of {row['n_pairs']}"
+
+
+def _percent(ratio: float) -> float:
+    return 100.0 * (ratio - 1.0)
+
+
+def _size(row: Record) -> float:
+    return abs(float(np.log(row["ratio"]))) if row["n"] else -1.0

@@ -25,11 +25,12 @@ from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.reading import shortened
 from skewbridge.report.axis_layout import plain_label
-from skewbridge.report.choice_figures import tornado, tornado_text
 from skewbridge.report.effect_figures import (
     effects_by_intensity,
     intensity_demands,
     pooled_effects,
+    tornado,
+    tornado_text,
     verdict_map,
 )
 from skewbridge.report.fragility_figures import (

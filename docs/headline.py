@@ -41,7 +41,7 @@ from skewbridge.report.axis_layout import STYLE
 from skewbridge.report.verdict_style import signed
 from skewbridge.study.folder import StudyFolder
 
-ROOT: Final = Path(__file__).parents[3]
+ROOT: Final = Path(__file__).parents[1]
 #: Tables behind the headline: effects, counts of runs, and motions.
 EFFECTS: Final = Path("docs/data/headline.csv")
 RUNS: Final = Path("docs/data/headline_runs.csv")

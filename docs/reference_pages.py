@@ -18,7 +18,7 @@ from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
 
-ROOT: Final = Path(__file__).parents[3]
+ROOT: Final = Path(__file__).parents[1]
 
 #: A column with the ends of its interval, and its meaning.
 type _Columns = tuple[tuple[str, ...], str]
