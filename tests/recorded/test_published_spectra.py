@@ -9,7 +9,7 @@ import pytest
 
 from reference_data import reference_table
 from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.pairing import pair_by_name
+from skewbridge.motions.pairing import group_by_name
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.units import G_MPS2
@@ -26,7 +26,7 @@ def test_rotd50_spectra_are_those_of_the_published_flatfile():
     columns = [name for name in flatfile if name.startswith("psa_")]
     periods_s = [float(name.removeprefix("psa_")) for name in columns]
     folders = os.environ["SKEWBRIDGE_RECORDS"].split(os.pathsep)
-    pairs = pair_by_name(path for folder in folders for path in Path(folder).rglob("RSN*.AT2"))
+    pairs = group_by_name(path for folder in folders for path in Path(folder).rglob("RSN*.AT2"))
     compared = 0
     for name, files in pairs.items():
         number = int(re.match(r"RSN(\d+)", name)[1])
