@@ -5,22 +5,20 @@ two idle cores for 25 minutes. Prints one JSON object:
     python benchmarks/cluster_jobs.py [--jobs 20] [--job-minutes 2]
 """
 
-import argparse
-import json
-import os
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from common import options, show
+from study_trees import ROOT, linked_sources, make
 
-ROOT = Path(__file__).parents[1]
 CLUSTER = ROOT / "tests/cluster"
 NODES = 2  # of one core each
 CPU_S = 4.0  # of an analysis of the shipped motions by forecast
+SITE = {"SKEWBRIDGE_JOB_CORES": "1", "SKEWBRIDGE_POLL_S": "5"}
 SKEWS_DEG, GAPS_MM = (0, 15, 30, 45, 60), (25, 38, 51)
 BEFORE = ("results/plan.json", "results/verification/contact_gate.parquet")
 
@@ -37,8 +35,6 @@ def efficiency(*, jobs: int = 20, job_minutes: float = 2.0) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="cluster-") as name:
         folder = Path(name)
         folder.chmod(0o755)
-        for part in ("Snakefile", "workflow", "src", "config", "motions"):
-            (folder / part).symlink_to(ROOT / part)
         study = {
             "grid": {
                 "bridge": ["osb1"],
@@ -49,14 +45,14 @@ def efficiency(*, jobs: int = 20, job_minutes: float = 2.0) -> dict[str, Any]:
             "motions": {"count": motions},
             "batches": {"cpu_hours": variants * motions * CPU_S / 3600 / jobs},
         }
-        (folder / "study.json").write_text(json.dumps(study))
+        linked_sources(folder, study)
         slurm = folder / "slurm"
         subprocess.run([CLUSTER / "start.sh", slurm, "1"], check=True)
         try:
-            _snakemake(folder, ["-j2"], *BEFORE)
+            make(folder, "-j2", "--", *BEFORE, **SITE)
             began_s = time.perf_counter()
-            profile = ["--workflow-profile", str(ROOT / "workflow/profiles/slurm")]
-            _snakemake(folder, profile, "results/demands.parquet")
+            profile = ("--workflow-profile", str(ROOT / "workflow/profiles/slurm"), "--")
+            make(folder, *profile, "results/demands.parquet", **SITE)
             wall_s = time.perf_counter() - began_s
         finally:
             subprocess.run([CLUSTER / "stop.sh", slurm], check=True)
@@ -72,20 +68,5 @@ def efficiency(*, jobs: int = 20, job_minutes: float = 2.0) -> dict[str, Any]:
     }
 
 
-def _snakemake(folder: Path, how: list[str], *targets: str) -> None:
-    site = {"SKEWBRIDGE_JOB_CORES": "1", "SKEWBRIDGE_POLL_S": "5"}
-    subprocess.run(
-        [sys.executable, "-m", "snakemake", *how, "--configfile", "study.json", "--", *targets],
-        cwd=folder,
-        check=True,
-        stdout=sys.stderr,
-        env=os.environ | site,
-    )
-
-
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--jobs", type=int, default=20)
-    parser.add_argument("--job-minutes", type=float, default=2.0)
-    chosen = parser.parse_args()
-    json.dump(efficiency(jobs=chosen.jobs, job_minutes=chosen.job_minutes), sys.stdout, indent=1)
+    show(efficiency(**vars(options(__doc__, jobs=20, job_minutes=2.0))))

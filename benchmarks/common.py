@@ -1,7 +1,9 @@
-"""What the benchmarks share: cases, interleaved ratios, versions."""
+"""Helpers of the benchmarks: cases, options, interleaved ratios, output."""
 
 import argparse
+import json
 import platform
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,7 +27,7 @@ _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "joblib", "pydanti
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """One variant under one motion, which has its factor in it."""
+    """One variant under one motion, which is already scaled."""
 
     variant: Variant
     motion: GroundMotion
@@ -46,7 +48,7 @@ def suite_motion(motion_id: str, window_s: float | None = None) -> GroundMotion:
 
 
 def osb1(skew_deg: int, gap_mm: int, friction_pct: int = FRICTION_PCT) -> Variant:
-    """Return a variant of the bridge that everything is measured on."""
+    """Return a variant of the bridge that all benchmarks use."""
     return Variant(
         bridge="osb1",
         abutment="contact_friction",
@@ -56,33 +58,51 @@ def osb1(skew_deg: int, gap_mm: int, friction_pct: int = FRICTION_PCT) -> Varian
     )
 
 
-def add_case_arguments(parser: argparse.ArgumentParser) -> None:
-    """Let a command name one case."""
-    parser.add_argument("--motion", default="syn002", help="motion of the shipped suite")
-    parser.add_argument("--skew-deg", type=int, default=30)
-    parser.add_argument("--gap-mm", type=int, default=51)
-    parser.add_argument("--friction-pct", type=int, default=FRICTION_PCT)
-    parser.add_argument("--window-s", type=float, help="the whole motion by default")
+def options(description: str | None, **defaults: Any) -> argparse.Namespace:
+    """Return the options of the command line: a number, a text or a list for each default.
 
-
-def case_from(given: argparse.Namespace) -> Case:
-    """Return the case that the arguments name."""
-    return Case(
-        variant=osb1(given.skew_deg, given.gap_mm, given.friction_pct),
-        motion=suite_motion(given.motion, given.window_s),
-        window_s=given.window_s,
+    An option without a default (None) is a number; tuples take several values.
+    """
+    parser = argparse.ArgumentParser(
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    for name, default in defaults.items():
+        flag = f"--{name.replace('_', '-')}"
+        if isinstance(default, bool):
+            parser.add_argument(flag, action="store_true")
+        elif isinstance(default, tuple):
+            parser.add_argument(flag, nargs="+", default=default, type=type(default[0]))
+        else:
+            kind = float if default is None else type(default)
+            parser.add_argument(flag, default=default, type=kind)
+    return parser.parse_args()
+
+
+def show(found: Any) -> None:
+    """Print a result as JSON."""
+    sys.stdout.write(json.dumps(found, indent=1) + "\n")
+    sys.stdout.flush()
+
+
+def best_of(action: Callable[[], object], repeats: int) -> float:
+    """Return the shortest of several wall times in s."""
+    times: list[float] = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - start)
+    return min(times)
 
 
 def cpu_s[T](work: Callable[[], T]) -> tuple[T, float]:
-    """Return what a call gives, and its processor time."""
+    """Return the result of a call and its processor time."""
     start_s = time.process_time()
     found = work()
     return found, time.process_time() - start_s
 
 
 def interleaved(works: Mapping[str, Callable[[], float]], repeats: int) -> dict[str, list[float]]:
-    """Return the measures of some repeats, taken in turn so that a busy machine hits all alike."""
+    """Return the measures of some repeats, taken in turn so that a busy machine slows all alike."""
     found: dict[str, list[float]] = {name: [] for name in works}
     for _ in range(repeats):
         for name, work in works.items():
@@ -96,7 +116,7 @@ def ratio(above: Sequence[float], below: Sequence[float]) -> dict[str, float]:
 
 
 def spread(values: Sequence[float]) -> dict[str, float]:
-    """Return median, least and largest, and how many."""
+    """Return median, least, largest and count."""
     return {
         "median": median(values),
         "least": min(values),
@@ -106,7 +126,7 @@ def spread(values: Sequence[float]) -> dict[str, float]:
 
 
 def versions() -> dict[str, Any]:
-    """Return what the numbers were measured with."""
+    """Return the versions of Python and packages."""
     return {
         "python": platform.python_version(),
         "machine": platform.machine(),

@@ -7,12 +7,11 @@ processor time; the analysis between is not.
     python benchmarks/contact_update.py [--repeats 5]
 """
 
-import argparse
-import json
 import sys
 import time
 
 import openseespy.opensees as ops
+from common import options, show
 
 from skewbridge.contact import ContactSet
 
@@ -61,18 +60,8 @@ def microseconds_per_unit(state: str) -> float:
     return spent / 1e3 / STEPS / UNITS
 
 
-def main() -> None:
-    """Run and report the least of some repeats, as a shared machine only ever adds time."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=5)
-    arguments = parser.parse_args()
-    result = {
-        state: min(microseconds_per_unit(state) for _ in range(arguments.repeats))
-        for state in STATES
-    }
-    text = json.dumps({"microseconds_per_contact_and_step": result, "target": 5.0}, indent=1)
-    sys.stdout.write(text + "\n")
-
-
 if __name__ == "__main__":
-    main()
+    repeats = options(__doc__, repeats=5).repeats
+    # the least of some repeats, as a shared machine only ever adds time
+    found = {state: min(microseconds_per_unit(state) for _ in range(repeats)) for state in STATES}
+    show({"microseconds_per_contact_and_step": found, "target": 5.0})

@@ -1,7 +1,7 @@
 """Coverage of the intervals of the joint model at the default design.
 
-`python benchmarks/joint_coverage.py` repeats the stored simulation (3 to 4 CPU-minutes); a test reads
-its numbers and repeats a few replicates.
+`python benchmarks/joint_coverage.py` repeats the stored simulation (3 to 4 CPU-minutes); a test
+reads its numbers and repeats a few replicates.
 """
 
 import json

@@ -5,14 +5,10 @@ One run measures all programs on the same record, the best of several repeats ea
 The other programs come from requirements-motions.txt, in an environment of their own.
 """
 
-import json
-import sys
-import time
-from collections.abc import Callable
-
 import eqsig
 import numpy as np
 import pyrotd
+from common import best_of, show
 
 from skewbridge.motions.spectrum import component_psa, pair_psa
 
@@ -32,18 +28,8 @@ def record() -> tuple[np.ndarray, np.ndarray]:
     return pair[0] / np.abs(pair[0]).max() * 3.0, pair[1] / np.abs(pair[1]).max() * 2.0
 
 
-def best_of(action: Callable[[], object]) -> float:
-    """Return the shortest of several times in s."""
-    times = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        action()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-def main() -> None:
-    """Measure and print."""
+def compared() -> dict[str, float | str]:
+    """Return times of all programs and the largest difference."""
     one, two = record()
 
     def rotated() -> np.ndarray:
@@ -51,17 +37,19 @@ def main() -> None:
             DT_S, one, two, 1.0 / PERIODS_S, 0.05, percentiles=[50]
         ).spec_accel
 
-    ours_s = best_of(lambda: pair_psa(one, two, DT_S, PERIODS_S))
-    ours_component_s = best_of(lambda: component_psa(one, DT_S, PERIODS_S))
-    pool_s = best_of(rotated)
+    ours_s = best_of(lambda: pair_psa(one, two, DT_S, PERIODS_S), REPEATS)
+    ours_component_s = best_of(lambda: component_psa(one, DT_S, PERIODS_S), REPEATS)
+    pool_s = best_of(rotated, REPEATS)
     pyrotd.processes = 1
-    single_s = best_of(rotated)
-    eqsig_s = best_of(lambda: eqsig.sdof.pseudo_response_spectra(one, DT_S, PERIODS_S, 0.05))
+    single_s = best_of(rotated, REPEATS)
+    eqsig_s = best_of(
+        lambda: eqsig.sdof.pseudo_response_spectra(one, DT_S, PERIODS_S, 0.05), REPEATS
+    )
 
     long = PERIODS_S >= 10 * DT_S
     mine = pair_psa(one, two, DT_S, PERIODS_S).rotd50_mps2
     difference = np.abs(rotated() / mine - 1.0)[long & (PERIODS_S < 5.0)].max()
-    report = {
+    return {
         "benchmark": "motions_spectra",
         "npts": NPTS,
         "periods": int(PERIODS_S.size),
@@ -74,8 +62,7 @@ def main() -> None:
         "component_times_faster_than_eqsig": eqsig_s / ours_component_s,
         "largest_difference_to_pyrotd_0p05_to_5_s": float(difference),
     }
-    sys.stdout.write(json.dumps(report) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    show(compared())

@@ -7,13 +7,11 @@ object:
     python benchmarks/native.py [--repeats 3]
 """
 
-import argparse
-import json
 import sys
 from typing import Any
 
 import numpy as np
-from common import cpu_s, interleaved, ratio
+from common import cpu_s, interleaved, options, ratio, show
 
 from skewbridge.verification.references.cases import C3, C5, NamedCase, deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
@@ -45,14 +43,6 @@ def measure(named: NamedCase, repeats: int) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Print the ratios of all cases."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=3)
-    repeats = parser.parse_args().repeats
-    found = {named.name: measure(named, repeats) for named in CASES}
-    sys.stdout.write(json.dumps({"dt_s": DT_S, "cases": found}, indent=1) + "\n")
-
-
 if __name__ == "__main__":
-    main()
+    repeats = options(__doc__, repeats=3).repeats
+    show({"dt_s": DT_S, "cases": {named.name: measure(named, repeats) for named in CASES}})

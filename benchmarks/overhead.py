@@ -1,17 +1,15 @@
-"""What everything around the solver costs: our analysis over one bare ``analyze(n, dt)``.
+"""Cost of everything around the solver: our analysis over one bare ``analyze(n, dt)``.
 
 Both run the same model from an empty domain at equal fixed steps, with friction 0, so that the
 equations are the same although ours sets friction bounds after every step and the bare one never
 does. Processor time; medians of ratios taken in turn. Prints one JSON object:
     python benchmarks/overhead.py [--motions syn005 syn001] [--window-s 8] [--repeats 5]
 
-A step that fails ends the bare analysis: of the motions given, the first without one is taken.
-``overhead`` leaves out the way to rest after the motion, which is an analysis of its own
-(``with_rest`` has it). Building and dead load are on both sides.
+A step that fails ends the bare analysis: the first of the given motions without one is used.
+``overhead`` leaves out the free vibration to rest after the motion, which is an analysis of its own
+(``with_rest`` includes it). Building and dead load are included on both sides.
 """
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Callable
@@ -20,7 +18,7 @@ from typing import Any
 from unittest.mock import patch
 
 import openseespy.opensees as ops
-from common import Case, cpu_s, interleaved, osb1, ratio, spread, suite_motion
+from common import Case, cpu_s, interleaved, options, osb1, ratio, show, spread, suite_motion
 
 from skewbridge.analysis import transient
 from skewbridge.analysis.damping import apply_rayleigh
@@ -115,17 +113,15 @@ def measure(case: Case, repeats: int) -> dict[str, Any] | None:
 
 
 def main() -> None:
-    """Print the ratios of one case."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--motions", nargs="+", default=["syn005", "syn001", "syn008", "syn012"])
-    parser.add_argument("--window-s", type=float, default=8.0)
-    parser.add_argument("--repeats", type=int, default=5)
-    given = parser.parse_args()
+    """Print the ratios under the first motion without a failed step."""
+    given = options(
+        __doc__, motions=("syn005", "syn001", "syn008", "syn012"), window_s=8.0, repeats=5
+    )
     for name in given.motions:
         motion = suite_motion(name, given.window_s)
         case = Case(variant=osb1(30, 51, friction_pct=0), motion=motion, window_s=given.window_s)
         if (found := measure(case, given.repeats)) is not None:
-            sys.stdout.write(json.dumps(found, indent=1) + "\n")
+            show(found)
             return
     sys.exit("a step failed under every motion")
 

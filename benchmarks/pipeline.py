@@ -6,21 +6,17 @@ their processes. Prints one JSON object:
     python benchmarks/pipeline.py [--motions 40] [--variants 2] [--duration-s 10] [--cores 2]
 """
 
-import argparse
 import csv
-import json
-import os
-import shutil
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from common import options, show
+from study_trees import linked_sources, make
 
-ROOT = Path(__file__).parents[1]
+BEFORE = ("results/plan.json", "results/verification/contact_gate.parquet")
 GAPS_MM = (25, 51, 38, 64, 12, 76)
 
 
@@ -42,19 +38,21 @@ def pipeline(
     """
     with tempfile.TemporaryDirectory(prefix="pipeline-") as name:
         folder = Path(name)
-        for part in ("Snakefile", "workflow", "src", "config", "motions"):
-            (folder / part).symlink_to(ROOT / part)
         study = {
             "grid": {"skew_deg": [30], "gap_mm": list(GAPS_MM[:variants]), "friction": [0.5]},
             "motions": {"count": motions},
             "analysis": {"duration_s": duration_s},
         }
-        (folder / "study.json").write_text(json.dumps(study))
-        _snakemake(folder, cores, "results/plan.json", "results/verification/contact_gate.parquet")
+        linked_sources(folder, study)
+        how = (f"-j{cores}", "--quiet", "--")
+        make(folder, *how, *BEFORE, OMP_NUM_THREADS="1")
         began_s = time.perf_counter()
-        _snakemake(folder, cores, "results/demands.parquet")
+        make(folder, *how, "results/demands.parquet", OMP_NUM_THREADS="1")
         call_s = time.perf_counter() - began_s
-        stage_s = sum(_seconds(path) for path in (folder / "results/benchmarks").glob("*.tsv"))
+        stage_s = 0.0
+        for path in (folder / "results/benchmarks").glob("*.tsv"):
+            with path.open(encoding="utf-8") as lines:
+                stage_s += float(next(csv.DictReader(lines, delimiter="\t"))["s"])
         rows = pd.read_parquet(folder / "results/demands.parquet")
     cpu_s, wall_s = float(rows["cpu_s"].sum()), float(rows["wall_s"].sum())
     return {
@@ -69,36 +67,5 @@ def pipeline(
     }
 
 
-def _snakemake(folder: Path, cores: int, *targets: str) -> None:
-    program = shutil.which("snakemake", path=str(Path(sys.executable).parent)) or "snakemake"
-    done = subprocess.run(
-        [program, f"-j{cores}", "--quiet", "--configfile", "study.json", "--", *targets],
-        cwd=folder,
-        env=os.environ | {"OMP_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode != 0:
-        raise SystemExit(f"{done.stdout}\n{done.stderr}")
-
-
-def _seconds(path: Path) -> float:
-    """Return the wall seconds of a job as Snakemake measured them."""
-    with path.open(encoding="utf-8") as lines:
-        return float(next(csv.DictReader(lines, delimiter="\t"))["s"])
-
-
-def main() -> None:
-    """Print the times."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--motions", type=int, default=40)
-    parser.add_argument("--variants", type=int, default=2)
-    parser.add_argument("--duration-s", type=float)
-    parser.add_argument("--cores", type=int, default=2)
-    found = pipeline(**vars(parser.parse_args()))
-    sys.stdout.write(f"{json.dumps(found, indent=1)}\n")
-
-
 if __name__ == "__main__":
-    main()
+    show(pipeline(**vars(options(__doc__, motions=40, variants=2, duration_s=None, cores=2))))

@@ -8,18 +8,15 @@ committed state, and element responses of all contacts read in every step.
     python benchmarks/plain.py [--motion syn002] [--skew-deg 30] [--gap-mm 51] [--window-s 8]
 """
 
-import argparse
-import json
-import sys
 import time
 from array import array
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from math import hypot
 from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
-from common import Case, add_case_arguments, case_from
+from common import FRICTION_PCT, Case, options, osb1, show, suite_motion
 
 from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.ground import Excitation, GroundInput
@@ -30,7 +27,7 @@ from skewbridge.bridge.model import build, domain
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
 
-# Stated in full: what is plain stays what it is when the defaults change.
+# Stated in full, so that the plain model stays the same when the defaults change.
 PLAIN_OPTIONS: Final[dict[str, Any]] = {
     "arrays": "corotational",
     "coupling": "lagged",
@@ -41,17 +38,17 @@ PLAIN_OPTIONS: Final[dict[str, Any]] = {
 }
 INTEGRATOR: Final = "Houbolt"
 TEST: Final = ("NormDispIncr", 1.0e-8, 30)
-# What is tried in turn at a step that Newton does not get over: algorithm and equal parts.
+# Attempts at a step where Newton fails, in turn: algorithm and number of equal parts.
 FALLBACKS: Final = (("NewtonLineSearch", 1), ("NewtonLineSearch", 4), ("KrylovNewton", 20))
 
 
 @dataclass(slots=True, kw_only=True)
 class PlainRun:
-    """What came of a plain analysis.
+    """Result of a plain analysis.
 
     Attributes:
-        status: ``ok``, ``collapse``, or ``failed`` where no fallback got over a step.
-        failed_steps: Steps that Newton did not get over.
+        status: ``ok``, ``collapse``, or ``failed`` where all fallbacks failed.
+        failed_steps: Steps where Newton failed.
         steps: Steps taken.
         iterations: Those of the converged regular steps.
     """
@@ -85,7 +82,7 @@ def analyse_plain(case: Case, settings: AnalysisSettings, options: ModelOptions)
 
 
 class _PlainHistory:
-    """The step loop of an ordinary script, and what it reads."""
+    """Step loop of an ordinary script, with its recorders."""
 
     def __init__(self, model: BridgeModel, settings: AnalysisSettings) -> None:
         self._model, self._settings = model, settings
@@ -133,7 +130,7 @@ class _PlainHistory:
         return run
 
     def _fall_back(self, dt_s: float) -> bool:
-        """Get over a step; Houbolt and the equations forget the failed one before each try."""
+        """Retry a failed step; Houbolt and the equations are reset before each attempt."""
         self._run.failed_steps += 1
         left = finest = FALLBACKS[-1][1]
         for algorithm, parts in FALLBACKS:
@@ -218,14 +215,17 @@ class _PlainHistory:
 
 
 def main() -> None:
-    """Print what one plain analysis gives."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    add_case_arguments(parser)
-    case = case_from(parser.parse_args())
-    settings = AnalysisSettings(collapse_drift_ratio=0.5)
-    run = analyse_plain(case, settings, ModelOptions())
-    found = {name: getattr(run, name) for name in PlainRun.__dataclass_fields__}
-    sys.stdout.write(json.dumps({"case": case.name, **found}, indent=1) + "\n")
+    """Print the result of one plain analysis."""
+    given = options(
+        __doc__, motion="syn002", skew_deg=30, gap_mm=51, friction_pct=FRICTION_PCT, window_s=None
+    )
+    case = Case(
+        variant=osb1(given.skew_deg, given.gap_mm, given.friction_pct),
+        motion=suite_motion(given.motion, given.window_s),
+        window_s=given.window_s,
+    )
+    run = analyse_plain(case, AnalysisSettings(collapse_drift_ratio=0.5), ModelOptions())
+    show({"case": case.name, **asdict(run)})
 
 
 if __name__ == "__main__":

@@ -6,8 +6,6 @@ environment of its own (requirements-opstool.txt). Prints one JSON object:
     python benchmarks/smart.py [--window-s 8] [--repeats 5]
 """
 
-import argparse
-import json
 import os
 import resource
 import sys
@@ -22,7 +20,7 @@ from math import ceil, hypot
 from typing import Any
 
 import openseespy.opensees as ops
-from common import cpu_s, interleaved, ratio, suite_motion
+from common import cpu_s, interleaved, options, ratio, show, suite_motion
 from trial_model import Trial, end_m
 
 from skewbridge.analysis.recovery import LADDER
@@ -135,19 +133,10 @@ def _seconds(loop: Loop, trial: Trial) -> float:
     return run(loop, trial)[1]
 
 
-def main() -> None:
-    """Print the comparison; opstool writes a log into the working folder, so that is elsewhere."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--window-s", type=float, default=8.0)
-    parser.add_argument("--repeats", type=int, default=5)
-    given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        with redirect_stdout(sys.stderr):  # SmartAnalyze tells its progress
-            found = measure(given.window_s, given.repeats)
-    text = json.dumps(found, indent=1)
-    sys.stdout.write(text + "\n")
-
-
 if __name__ == "__main__":
-    main()
+    given = options(__doc__, window_s=8.0, repeats=5)
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)  # opstool writes a log into the working folder
+        with redirect_stdout(sys.stderr):  # SmartAnalyze prints its progress
+            found = measure(given.window_s, given.repeats)
+    show(found)

@@ -1,8 +1,13 @@
 """Copies of the project in which a study runs, and what two runs of it may differ in."""
 
+import json
+import os
 import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 ROOT: Final = Path(__file__).parents[1]
 #: Measured times may differ between two runs of the same analysis.
@@ -24,3 +29,22 @@ def copy_sources(folder: Path) -> Path:
     """Copy the sources into a new folder, without environments and results; return it."""
     shutil.copytree(ROOT, folder, ignore=_LEFT_OUT)
     return folder
+
+
+def linked_sources(folder: Path, study: Mapping[str, Any]) -> None:
+    """Link the sources into a folder and write the configuration `study.json` of a study."""
+    for part in ("Snakefile", "profiles", "workflow", "src", "config", "motions"):
+        if (ROOT / part).exists():
+            (folder / part).symlink_to(ROOT / part)
+    (folder / "study.json").write_text(json.dumps(study))
+
+
+def make(folder: Path, *arguments: str, **variables: str) -> None:
+    """Run Snakemake on `study.json` in a folder; its messages go to stderr."""
+    subprocess.run(
+        [sys.executable, "-m", "snakemake", "--configfile", "study.json", *arguments],
+        cwd=folder,
+        check=True,
+        stdout=sys.stderr,
+        env=os.environ | variables,
+    )

@@ -8,19 +8,16 @@ end, under changing variants. Prints one JSON object:
     python benchmarks/workers.py [--analyses 8] [--repeats 3] [--memory-analyses 320]
 """
 
-import argparse
-import json
 import os
 import resource
 import sys
 import time
-from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
 from statistics import linear_regression
 from typing import Any
 
-from common import Case, cpu_s, osb1, ratio, suite_motion
+from common import Case, cpu_s, options, osb1, ratio, show, suite_motion
 from joblib.externals.loky import ProcessPoolExecutor
 
 from skewbridge.analysis.exit_message import hush_exit_message
@@ -50,7 +47,7 @@ def throughput(case: Case, analyses: int, repeats: int) -> dict[str, Any]:
     for repeat in range(repeats + 1):
         for number, pool in pools.items():
             start_s = time.perf_counter()
-            seconds = _all(pool, case, analyses)
+            seconds = list(pool.map(one, [case] * analyses))
             if repeat:  # the first one starts the workers
                 walls[number].append(time.perf_counter() - start_s)
                 cpus[number].append(sum(seconds))
@@ -63,10 +60,6 @@ def throughput(case: Case, analyses: int, repeats: int) -> dict[str, Any]:
         "cpu_per_analysis_two_over_one": ratio(cpus[2], cpus[1]),
         "load_average": os.getloadavg()[0],
     }
-
-
-def _all(pool: Executor, case: Case, analyses: int) -> list[float]:
-    return list(pool.map(one, [case] * analyses))
 
 
 def memory(analyses: int) -> dict[str, Any]:
@@ -103,21 +96,13 @@ def _resident_mb() -> float:
 
 def main() -> None:
     """Print throughput and memory."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--analyses", type=int, default=8)
-    parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--memory-analyses", type=int, default=320)
-    parser.add_argument("--window-s", type=float, default=8.0)
-    given = parser.parse_args()
+    given = options(__doc__, analyses=8, repeats=3, memory_analyses=320, window_s=8.0)
     if given.memory_analyses < 2 * WARM_UP:
-        parser.error(f"--memory-analyses must be at least {2 * WARM_UP}")
-    window_s = given.window_s
-    case = Case(variant=osb1(30, 51), motion=suite_motion("syn002", window_s), window_s=window_s)
-    found = {
-        "parallel": throughput(case, given.analyses, given.repeats),
-        "memory": memory(given.memory_analyses),
-    }
-    sys.stdout.write(json.dumps(found, indent=1) + "\n")
+        sys.exit(f"--memory-analyses must be at least {2 * WARM_UP}")
+    motion = suite_motion("syn002", given.window_s)
+    case = Case(variant=osb1(30, 51), motion=motion, window_s=given.window_s)
+    parallel = throughput(case, given.analyses, given.repeats)
+    show({"parallel": parallel, "memory": memory(given.memory_analyses)})
 
 
 if __name__ == "__main__":
