@@ -13,9 +13,8 @@ from pathlib import Path
 from common import FRICTION_PCT, Case, cpu_s, options, osb1
 
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.read import read_motion
 from skewbridge.variant.options import ModelOptions

@@ -21,12 +21,12 @@ import openseespy.opensees as ops
 from common import Case, cpu_s, interleaved, options, osb1, ratio, show, spread, suite_motion
 
 from skewbridge.analysis import transient
-from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.ground import Excitation, GroundInput
+from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.analysis.recovery import LADDER
-from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import configure_solver, solver_log
+from skewbridge.analysis.transient import AnalysisResult
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 

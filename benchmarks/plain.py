@@ -18,8 +18,8 @@ import numpy as np
 import openseespy.opensees as ops
 from common import FRICTION_PCT, Case, options, osb1, show, suite_motion
 
-from skewbridge.analysis.damping import apply_rayleigh
 from skewbridge.analysis.ground import Excitation, GroundInput
+from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.analysis.settings import PAPER_DT_S, AnalysisSettings
 from skewbridge.analysis.step_loop import solver_log
 from skewbridge.bridge.handles import BridgeModel

@@ -22,9 +22,8 @@ from plain import PLAIN_OPTIONS, PlainRun, analyse_plain, plain_options
 
 from skewbridge.analysis.accuracy import Accuracy, at_accuracy
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.provenance.digests import canonical, digest_of, source_digest
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.finished import Finished

@@ -18,7 +18,7 @@ from skewbridge.demands.completeness import (
     completed,
 )
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
-from skewbridge.demands.schema import demands_schema
+from skewbridge.demands.tables import demands_schema
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.variant.variant import Variant
 

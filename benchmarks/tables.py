@@ -19,8 +19,8 @@ from typing import Any
 
 from synthetic_rows import arrow_table, synthetic_rows
 
-from skewbridge.analysis.suspect import LIMITS
 from skewbridge.demands.columns import demands_for
+from skewbridge.demands.suspect import LIMITS
 from skewbridge.demands.tables import write_study
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared

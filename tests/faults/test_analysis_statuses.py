@@ -116,7 +116,7 @@ def test_steps_that_fail_are_taken_by_the_ladder_counted_and_logged(tmp_path):
 
 def test_a_solution_that_leaves_is_a_numerical_failure_without_its_last_step(monkeypatch):
     # One percent of the bridge's weight at a contact stands for the force of a lost solution.
-    monkeypatch.setattr("skewbridge.analysis.status.MAX_CONTACT_WEIGHTS", 0.01)
+    monkeypatch.setattr("skewbridge.analysis.transient.MAX_CONTACT_WEIGHTS", 0.01)
     result = run()
     assert result.status == "numerical_failure"
     assert result.collapse_criterion == ""

@@ -6,12 +6,11 @@ from dataclasses import replace
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis import monitor
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.recovery import LADDER, Stepper
-from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from skewbridge.analysis.trace import Monitor
+from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from strong_motion import strong_motion
@@ -35,7 +34,7 @@ def response(
 
     No state is read that has not met the test of its own attempt.
     """
-    analyze, test, read = ops.analyze, ops.test, monitor.Monitor.read
+    analyze, test, read = ops.analyze, ops.test, Monitor.read
     attempts, tolerance_j, ended = 0, settings.tolerance_j, 0
 
     def note_test(name: str, limit: float, iterations: int) -> None:
@@ -54,7 +53,7 @@ def response(
             test("EnergyIncr", tolerance_j, settings.max_iterations)
         return ended
 
-    def read_converged(self: monitor.Monitor, time_s: float) -> list[float]:
+    def read_converged(self: Monitor, time_s: float) -> list[float]:
         if time_s > 0.0:
             assert ended == 0
             assert 0.0 <= ops.testNorms()[ops.testIter() - 1] <= tolerance_j
@@ -62,7 +61,7 @@ def response(
 
     monkeypatch.setattr(ops, "analyze", sometimes)
     monkeypatch.setattr(ops, "test", note_test)
-    monkeypatch.setattr(monitor.Monitor, "read", read_converged)
+    monkeypatch.setattr(Monitor, "read", read_converged)
     monkeypatch.setitem(Stepper.__init__.__kwdefaults__, "ladder", STRICT)
     result = analyse(
         Variant(

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from hand_made_column import SECTION
-from skewbridge.analysis import column_peaks, peaks
+from skewbridge.analysis import peaks
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.status import Watch
 from skewbridge.analysis.trace import Layout, Trace
+from skewbridge.analysis.transient import Watch
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BearingHandle,
@@ -103,7 +103,7 @@ def test_a_fixed_node_does_not_move(layout, rows):
 def test_drift_is_the_resultant_over_the_clear_height(layout, rows, column):
     rows[1, layout.node(TOP) : layout.node(TOP) + 2] = 0.3, 0.4
     trace = Trace(layout=layout, rows=rows)
-    assert column_peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
+    assert peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
 
 
 def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(layout, rows, column):
@@ -111,16 +111,16 @@ def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(layout, rows, col
     rows[:, layout.column(COLUMN) + 2] = 6.0e6
     rows[1:, layout.node(TOP)] = 0.25
     trace = Trace(layout=layout, rows=rows)
-    shear = column_peaks.column_shear_n(column, trace)
+    shear = peaks.column_shear_n(column, trace)
     assert shear[:, 0].tolist() == pytest.approx([-2.0e6, -2.3e6, -2.3e6, -2.3e6])
-    assert column_peaks.column_base_shear_n(column, trace)[:, 0].tolist() == [-2.0e6] * STEPS
+    assert peaks.column_base_shear_n(column, trace)[:, 0].tolist() == [-2.0e6] * STEPS
 
 
 def test_capacity_remembers_the_largest_ductility_so_far(layout, rows, column):
     rows[:, layout.column(COLUMN)] = 2.0e6, 2.3e6, 2.0e6, 2.0e6  # the section's is 2 MN throughout
     rows[:, layout.column(COLUMN) + 2] = 6.0e6
     rows[1, layout.node(TOP)] = 0.25  # drift 0.05, five times yield
-    ratio = column_peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
+    ratio = peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
     undamaged, damaged = (2.0e6 / sdc_shear_strength(SECTION, 6.0e6, mu) for mu in (1.0, 5.0))
     assert ratio.tolist() == pytest.approx([undamaged, damaged, damaged, damaged])
     assert damaged > undamaged
@@ -129,7 +129,7 @@ def test_capacity_remembers_the_largest_ductility_so_far(layout, rows, column):
 def test_tension_lowers_the_shear_capacity(layout, rows, column):
     rows[:, layout.column(COLUMN)] = 2.0e6
     rows[:, layout.column(COLUMN) + 2] = [6.0e6, -1.0e5, 6.0e6, 6.0e6]
-    ratio = column_peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
+    ratio = peaks.column_shear_dcr(column, Trace(layout=layout, rows=rows))
     assert ratio[1] > ratio[0] == pytest.approx(ratio[2])
 
 
@@ -157,7 +157,7 @@ def test_the_model_ends_where_the_first_column_reaches_its_capacity(
     rows[:, layout.node(TOP)] = np.multiply(drift, 5.0)
     rows[:, layout.column(COLUMN)] = shear_n
     trace = Trace(layout=layout, rows=rows)
-    end = column_peaks.model_end([replace(column, **changes)], trace)
+    end = peaks.model_end([replace(column, **changes)], trace)
     assert end.mode == mode
     if row is None:
         assert np.isnan(end.time_s)
@@ -165,14 +165,14 @@ def test_the_model_ends_where_the_first_column_reaches_its_capacity(
     else:
         assert end.time_s == pytest.approx(0.1 * row)
         assert end.rows == row + 1
-        peaks_so_far = column_peaks.column_demands([column], trace.first(end.rows))
+        peaks_so_far = peaks.column_demands([column], trace.first(end.rows))
         assert peaks_so_far["column_residual_drift_ratio"] == pytest.approx(drift[row])
 
 
 def test_curvature_ductility_is_the_resultant_over_yield(layout, rows, column):
     start = layout.section(COLUMN, 6)
     rows[2, start + 1 : start + 3] = 0.003, -0.004
-    ductility = column_peaks.curvature_ductility(column, Trace(layout=layout, rows=rows))
+    ductility = peaks.curvature_ductility(column, Trace(layout=layout, rows=rows))
     assert ductility.max() == pytest.approx(0.005 / 0.0034)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from skewbridge.analysis.conditioning_period import (
+from skewbridge.analysis.modal import (
     mean_period_s,
     periods_of_file,
     standing_bridge,

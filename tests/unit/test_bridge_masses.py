@@ -5,7 +5,7 @@ import openseespy.opensees as ops
 import pytest
 
 from bridge_variants import variant
-from skewbridge.analysis.damping import apply_rayleigh, damping_ratio, rayleigh_factors
+from skewbridge.analysis.modal import apply_rayleigh, damping_ratio, rayleigh_factors
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.deck import lumping_shares, mass_centre_m
 from skewbridge.bridge.gravity import column_axial_forces_n

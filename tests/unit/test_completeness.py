@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skewbridge.analysis.column_peaks import ModelEnd
-from skewbridge.analysis.result import AnalysisResult
+from skewbridge.analysis.peaks import ModelEnd
+from skewbridge.analysis.transient import AnalysisResult
 from skewbridge.demands.completeness import (
     column_failure_ratio,
     failure_kinds,

@@ -6,7 +6,7 @@ import pytest
 
 from skewbridge.demands.columns import COLUMNS, key_values
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.schema import demands_schema, to_table
+from skewbridge.demands.tables import demands_schema, to_table
 from skewbridge.variant.axes import OPTION_AXES
 from skewbridge.variant.variant import parse_slug
 

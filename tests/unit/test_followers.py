@@ -5,8 +5,8 @@ import openseespy.opensees as ops
 import pytest
 
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.monitor import Monitor
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.trace import Monitor
 from skewbridge.analysis.transient import analyse
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

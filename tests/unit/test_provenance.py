@@ -53,7 +53,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", *FITS}),
     "analysis/sdc.py": (set(), {ANALYSES, *ANALYSING}),
     "demands/columns.py": ({*ANALYSING, "collect_demands"}, {ANALYSES, "prepare_motions"}),
-    "demands/schema.py": ({"collect_demands"}, {ANALYSES, "sensitivity", "prepare_motions"}),
+    "demands/tables.py": ({"collect_demands"}, {ANALYSES, "sensitivity", "prepare_motions"}),
     "fragility/effects.py": ({"fit_fragility"}, {ANALYSES, *ANALYSING, "collect_demands"}),
     "study/journal.py": (ANALYSING - {"friction_pair"}, {ANALYSES, *FITS}),
     "study/session.py": (RULES, {ANALYSES}),

@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.schema import to_table
+from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
+from skewbridge.demands.tables import to_table
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion

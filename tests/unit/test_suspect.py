@@ -9,9 +9,9 @@ import yaml
 from reference_pages import ROOT
 
 from fragility_tables import paired_effects, synthetic_demands
-from skewbridge.analysis.rungs import rung_shares
-from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons, reasons_in
+from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
 from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.suspect import LIMITS, SuspectLimits, count_reasons, reasons
 from skewbridge.demands.tables import write_study
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
@@ -76,29 +76,33 @@ def test_a_limit_of_the_configuration_decides() -> None:
 
 
 def test_reasons_are_counted_with_their_worst_row() -> None:
-    texts = [
-        "",
-        "recovery rung 5",
-        "energy residual 9.0%; recovery rung 6",
-        "energy residual 12.0%",
+    changes = [
+        {},
+        {"recovery_rung": 5, "energy_residual_ratio": NAN},
+        {"recovery_rung": 6, "energy_residual_ratio": -0.09},
+        {"energy_residual_ratio": 0.12},
     ]
-    assert reasons_in(texts) == [
+    table = pd.DataFrame([HEALTHY | change for change in changes])
+    assert count_reasons(table, LIMITS) == [
         {"reason": "recovery rung", "rows": 2, "worst": "6", "at": 2},
         {"reason": "energy residual", "rows": 2, "worst": "12.0%", "at": 3},
     ]
+    assert count_reasons(table.drop(columns=["energy_residual_ratio"]), LIMITS)[1:] == []
 
 
 def test_no_limit_stands_in_the_key_of_an_analysis() -> None:
-    assert PACKAGE / "analysis" / "suspect.py" not in closure(ANALYSIS_MODULE)
+    assert PACKAGE / "demands" / "suspect.py" not in closure(ANALYSIS_MODULE)
 
 
 def test_shares_per_rung_count_steps_and_the_highest_rung_of_an_analysis() -> None:
-    shares = pd.DataFrame(rung_shares(["90 0 5", "100 0 0", "5", ""])).set_index("rung")
+    shares = pd.DataFrame(rung_shares([[90, 0, 5], [100, 0, 0], [5], []])).set_index("rung")
     assert shares["steps"].tolist()[:3] == [195, 0, 5]
     assert shares["steps_share"][2] == pytest.approx(0.025)
     assert shares["analyses"].tolist()[:3] == [3, 0, 1]
     assert shares["analyses_share"].sum() == pytest.approx(1.0)
     assert shares["attempt"].is_unique
+    assert steps_from_text(steps_as_text([90, 0, 5])) == [90, 0, 5]
+    assert steps_from_text("") == []
 
 
 def row(**changed: object) -> dict[str, object]:
@@ -133,7 +137,8 @@ def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
     tables = read_tables(
         demands=whole, curves=curves, effects=effects, suite=suite, max_unfinished_share=0.01
     )
-    write_checks(tables, tmp_path / "checks.json", strict=False)
+    limits = SuspectLimits(max_rung=1)
+    write_checks(tables, tmp_path / "checks.json", strict=False, suspect=limits)
     checks = json.loads((tmp_path / "checks.json").read_text())
     assert checks["suspect_rows"] == 1
     (worst,) = checks["suspect"]

@@ -5,9 +5,8 @@ import pytest
 
 from bridge_motions import pulse_motion
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 

@@ -4,9 +4,8 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis.column_peaks import column_base_shear_n, column_shear_n
-from skewbridge.analysis.monitor import Monitor
-from skewbridge.analysis.trace import Trace
+from skewbridge.analysis.peaks import column_base_shear_n, column_shear_n
+from skewbridge.analysis.trace import Monitor, Trace
 from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.model import build, domain

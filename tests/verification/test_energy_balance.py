@@ -7,12 +7,10 @@ import openseespy.opensees as ops
 import pytest
 
 from skewbridge.analysis import energy
-from skewbridge.analysis.energy_checks import energy_ratios
-from skewbridge.analysis.energy_model import elastic_stiffness, held_by_contacts
+from skewbridge.analysis.energy import elastic_stiffness, energy_ratios, held_by_contacts
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

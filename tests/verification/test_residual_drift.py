@@ -10,9 +10,9 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis import rest
-from skewbridge.analysis.damping import apply_rayleigh
+from skewbridge.analysis import transient
 from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.model import build, domain
@@ -52,7 +52,7 @@ def test_the_last_step_of_a_moving_bridge_is_not_its_residual_drift():
 
 def test_nothing_but_the_residual_drift_depends_on_the_way_to_rest(monkeypatch):
     usual = run(duration_s=2.0).demands
-    monkeypatch.setattr(rest, "MAX_PERIODS", 0)
+    monkeypatch.setattr(transient, "MAX_PERIODS", 0)
     other = run(duration_s=2.0)
     assert other.demands | {NAME: 0.0} == usual | {NAME: 0.0}
     assert other.demands[NAME] == last_drift(other)
@@ -60,10 +60,10 @@ def test_nothing_but_the_residual_drift_depends_on_the_way_to_rest(monkeypatch):
 
 
 def test_a_way_to_rest_that_does_not_converge_is_said(monkeypatch):
-    monkeypatch.setattr(rest, "_PARTS", ())
+    monkeypatch.setattr(transient, "_PARTS", ())
     result = run(duration_s=1.0)
     assert result.status == "ok"
-    assert "a step on the way did not converge" in result.messages[0]
+    assert "a step of the release did not converge" in result.messages[0]
 
 
 def test_a_collapsed_run_keeps_the_drift_of_its_last_step():
@@ -88,7 +88,7 @@ def test_drifts_are_those_of_the_top_against_the_base():
             return x - moved[node][0], y - moved[node][1]
 
         start = {node: before(node) for node in moved}
-        found = rest.drifts_at_rest(model, AnalysisSettings(), start.__getitem__)
+        found = transient.drifts_at_rest(model, AnalysisSettings(), start.__getitem__)
     expected = [
         np.hypot(0.04, 0.03 + 0.01 * i) / column.clear_height_m for i, column in enumerate(columns)
     ]

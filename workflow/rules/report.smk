@@ -45,6 +45,7 @@ rule check_results:
             "searched": STUDY.motions.design == "ida",
         },
         strict=STUDY.checks == "strict",
+        suspect=section("suspect"),
         digest=script_digest(
             "check_results",
             rules.prepare_motions,

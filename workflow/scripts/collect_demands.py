@@ -6,7 +6,7 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake):
-        from skewbridge.analysis.suspect import SuspectLimits
+        from skewbridge.demands.suspect import SuspectLimits
         from skewbridge.reading import checked
         from skewbridge.study.folder import StudyFolder
         from skewbridge.study.runs import collect_parts

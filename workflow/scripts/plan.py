@@ -6,7 +6,7 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake):
-        from skewbridge.analysis.conditioning_period import warn_of_periods
+        from skewbridge.analysis.modal import warn_of_periods
         from skewbridge.study.folder import StudyFolder
         from skewbridge.study.plan import write_plan
         from skewbridge.study.setup import StudySetup

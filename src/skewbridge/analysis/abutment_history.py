@@ -1,22 +1,19 @@
-"""The response of one abutment with the mass it carries: the paper's sub-structure study."""
+"""Response history of one abutment with its share of the deck mass: the paper's sub-structure."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.analysis.ground import Excitation, GroundInput
-from skewbridge.analysis.series import at_regular_steps
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, StepLoop, solver_log
+from skewbridge.analysis.trace import Series, at_regular_steps
 from skewbridge.bridge.model import AbutmentModel, build_abutment, domain
 from skewbridge.contact.state import UnitLedger
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-
-type Series = NDArray[np.float64]
 
 MAX_DISP_M = 5.0  # far off any seat: the abutment is no longer a model of anything
 
@@ -32,8 +29,8 @@ class AbutmentHistory:
         normals_n: Normal forces of the contact units, shape (n, units).
         friction_n: Friction forces, resultant, shape (n, units).
         unit_names: Names of the units.
-        ledger: What each contact did.
-        is_complete: Whether the end was reached.
+        ledger: Ledger of each contact.
+        is_complete: Whether the analysis reached its end.
         failed_attempts: Attempts at a step that did not converge.
     """
 
@@ -58,15 +55,15 @@ def abutment_history(
 ) -> AbutmentHistory:
     """Analyse the right abutment of a variant under its share of the deck's mass.
 
-    The deck end moves in plan without turning. Nothing is damped but the wall dashpots, the pads
-    and the soil.
+    The deck end moves in plan without rotating. Damping comes only from the wall dashpots, the
+    pads and the soil.
 
     Args:
-        variant: What to analyse.
+        variant: The variant.
         excitation: Motion along x (positive pushes into the backfill) and y.
-        settings: How to integrate.
-        options: How to model.
-        log_path: Where OpenSees writes its messages.
+        settings: Time integration.
+        options: Modelling options.
+        log_path: File for the messages of OpenSees.
 
     Raises:
         InputError: An argument is outside its limits; nothing was analysed.

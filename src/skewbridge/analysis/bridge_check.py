@@ -1,16 +1,16 @@
-"""What can be said of a bridge before any study: weight, periods, columns, and what is doubtful."""
+"""Check of a bridge before a study: weight, periods, capacities and doubtful properties."""
 
 from collections import Counter
 from dataclasses import dataclass
 from math import inf
 from typing import Any, Final
 
-from skewbridge.analysis.conditioning_period import (
+from skewbridge.analysis.modal import (
+    ModalResult,
     mean_period_s,
     periods_of_file,
     standing_bridge,
 )
-from skewbridge.analysis.modal import ModalResult
 from skewbridge.analysis.sdc import capacity_rows
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.column import column_shear_section
@@ -18,7 +18,7 @@ from skewbridge.bridge.hinge import bent_capacities, shear_span_m
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN, MPA
 
-#: Of the expected strength on the gross section under dead load.
+#: Largest axial force under dead load over the expected strength of the gross section.
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
 AXIAL_LOAD_LIMIT: Final = 0.2
 DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "rz": "in plan"}
@@ -29,10 +29,10 @@ class BridgeCheck:
     """A bridge under dead load with open gaps, at zero skew.
 
     Attributes:
-        bridge: Its numbers.
+        bridge: Data of the bridge.
         standing: Weight, reactions and modes.
         bents: A row per bent with loads and capacities of one of its columns.
-        findings: What a study of this bridge would stumble over, a sentence each.
+        findings: Properties that would cause trouble in a study, one sentence each.
     """
 
     bridge: BridgeData
@@ -51,7 +51,10 @@ class BridgeCheck:
             "weight_kn": self.standing.weight_kn,
             "reaction_left_kn": left,
             "reaction_right_kn": right,
-            **{f"period_{way}_s": self.standing.period_s(way) for way in DIRECTIONS},
+            **{
+                f"period_{direction}_s": self.standing.period_s(direction)
+                for direction in DIRECTIONS
+            },
             "t1_of_the_model_s": mean_period_s(self.standing),
             "t1_of_the_file_s": self.bridge.t1_s,
             "sources": ", ".join(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
@@ -59,10 +62,10 @@ class BridgeCheck:
 
 
 def check_bridge(name: str) -> BridgeCheck:
-    """Build a bridge, apply its dead load and judge it.
+    """Build a bridge, apply its dead load and check it.
 
     Args:
-        name: Of the bridge, or path of its file.
+        name: Name of the bridge, or path of its file.
 
     Raises:
         InputError: The file breaks the schema or a limit.
@@ -70,10 +73,10 @@ def check_bridge(name: str) -> BridgeCheck:
     """
     data, standing = load_bridge(name), standing_bridge(name)
     bents = tuple(_bent_row(data, row) for row in capacity_rows(data))
-    findings = [told for row in bents for told in _bent_findings(row)]
-    for way, shown in DIRECTIONS.items():
-        if standing.period_s(way) == inf:
-            findings.append(f"nothing holds the bridge {shown}: its period is infinite")
+    findings = [finding for row in bents for finding in _bent_findings(row)]
+    for direction, adjective in DIRECTIONS.items():
+        if standing.period_s(direction) == inf:
+            findings.append(f"nothing holds the bridge {adjective}: its period is infinite")
     for side, force_kn in zip(("left", "right"), standing.abutment_reaction_kn, strict=True):
         if force_kn <= 0.0:
             findings.append(f"the deck lifts off the {side} abutment under dead load")
@@ -104,21 +107,21 @@ def _bent_row(bridge: BridgeData, row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _bent_findings(row: dict[str, Any]) -> list[str]:
-    told: list[str] = []
+    findings: list[str] = []
     if row["axial_load_ratio"] > row["axial_load_limit"]:
-        told.append(
+        findings.append(
             f"bent {row['bent']}: axial load ratio {row['axial_load_ratio']:.3f} is above "
             f"{row['axial_load_limit']:g} (AASHTO Guide Specifications 8.7.2)"
         )
     if row["plastic_shear_kn"] > row["shear_strength_kn"]:
-        told.append(
+        findings.append(
             f"bent {row['bent']}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
             f"is above its strength at the displacement capacity, {row['shear_strength_kn']:.0f} "
             "kN (SDC 3.6): it fails in shear before its hinges have turned"
         )
     if row["p_delta_ratio"] > row["p_delta_limit"]:
-        told.append(
+        findings.append(
             f"bent {row['bent']}: P-Delta ratio {row['p_delta_ratio']:.2f} at the displacement "
             f"capacity is above {row['p_delta_limit']:g} (SDC 4.2)"
         )
-    return told
+    return findings

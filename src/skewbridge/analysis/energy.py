@@ -6,36 +6,30 @@ The balance::
                       + contact + links + residual
 
 The work of a force in a step is (f_n + f_n+1) / 2 times the increment of displacement. Under the
-trapezoidal rule (Newmark 1/2, 1/4) the work of the forces of inertia is then the change of kinetic
-energy to the bit, whatever the steps, and `residual` is what the convergence test leaves. For any
-other integrator `numerical` is what the unbalanced forces G = P - C v - F do beyond the change of
-kinetic energy: the energy that the integrator dissipates. No work is a difference of others, so
-the residual checks the equilibrium of the model.
+trapezoidal rule (Newmark 1/2, 1/4), the work of the inertia forces is exactly the change of
+kinetic energy for any steps, and `residual` is what the convergence test leaves. For any other
+integrator, `numerical` is the work of the unbalanced forces G = P - C v - F less the change of
+kinetic energy: the energy that the integrator dissipates. No work is computed as a difference of
+others, so the residual checks the equilibrium of the model.
 """
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
+from numpy.typing import NDArray
 
-from skewbridge.analysis.energy_model import (
-    Matrix,
-    elastic_stiffness,
-    held_by_contacts,
-    masses_by_node,
-)
-from skewbridge.analysis.monitor import Monitor
 from skewbridge.analysis.settings import Command
-from skewbridge.analysis.trace import DISP, END_FORCES, Trace
+from skewbridge.analysis.trace import DISP, END_FORCES, Monitor, Trace
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.units import KJ
 
+type Matrix = NDArray[np.float64]
 type GroundAccel = Callable[[Matrix], Matrix]
-
 _TRAPEZOIDAL: Final = ("Newmark", 0.5, 0.25)
 _SINKS: Final = (
     "kinetic", "numerical", "damping", "columns", "deck", "bearings", "backfill", "contact",
@@ -45,9 +39,9 @@ _SINKS: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _EndState:
-    """Energies that only the first and the last state need: kinetic, of position, of elastic parts.
+    """Energies of the first or the last state: kinetic, gravity, and of linear elements.
 
-    ``elastic`` has end forces and displacements by element.
+    ``elastic`` holds end forces and displacements by element.
     """
 
     kinetic_j: float
@@ -56,10 +50,10 @@ class _EndState:
 
 
 class EnergyBalance:
-    """Reads what the monitor does not, and adds up all works at the end.
+    """Reads forces that the monitor does not read, and sums all works at the end.
 
     Args:
-        model: Under gravity.
+        model: Model under gravity.
         monitor: Reads displacements and forces; one row before each call of `collect`.
         ground_accel_mps2: Function of times, shape (n,), giving accelerations, shape (n, 2).
         rayleigh: Mass and (committed) stiffness factors of the damped region.
@@ -102,7 +96,7 @@ class EnergyBalance:
         self.collect()
 
     def collect(self) -> None:
-        """Read what belongs to the monitor's last row."""
+        """Read the forces that belong to the monitor's last row."""
         values, dynamic, static = self._values, ops.eleDynamicalForce, ops.eleForce
         for element in self._columns:
             values.extend(dynamic(element))
@@ -146,9 +140,9 @@ class EnergyBalance:
         return -_steps(ground, np.asarray(force))
 
     def _damping(self, trace: Trace, dynamic: Matrix) -> float:
-        """Return the work of Rayleigh damping, on masses, in the columns and in the deck.
+        """Return the work of Rayleigh damping: on masses, in the columns and in the deck.
 
-        The mean velocity of a step is its displacement over its time, exactly so under the
+        The mean velocity of a step is its displacement over its time, which is exact under the
         trapezoidal rule.
         """
         per_s = 1.0 / np.diff(trace.time_s)
@@ -168,9 +162,9 @@ class EnergyBalance:
     def _column_damping(self, element: int, force: Matrix, trace: Trace) -> float:
         """Return the work of the damping of a column, from its damping forces after the steps.
 
-        A step has the damping of the stiffness committed before it, C_n v_n+1; read after it is
-        C_n+1 v_n+1. As C is symmetric, v_n C_n+1 v_n+1 - v_n+1 C_n v_n is exactly the part of the
-        change of C, zero where the column stays elastic.
+        The damping in a step follows the stiffness committed before it, C_n v_n+1; the force read
+        after it is C_n+1 v_n+1. As C is symmetric, v_n C_n+1 v_n+1 - v_n+1 C_n v_n is exactly the
+        effect of the change of C. It is zero where the column stays elastic.
         """
         moved = self._moved(element, trace)
         if len(moved) < 2:
@@ -183,7 +177,7 @@ class EnergyBalance:
     def _joint_works(self, trace: Trace, forces: Matrix) -> dict[str, float]:
         """Return the works on pads and on the springs that are read.
 
-        The force on the first node is that on the second, reversed, or the node is fixed.
+        The force on the first node is opposite to that on the second, or the node is fixed.
         """
         works, at = dict.fromkeys(self._joints, 0.0), 0
         for name, elements in self._joints.items():
@@ -195,7 +189,7 @@ class EnergyBalance:
         return works
 
     def _wall_work(self, trace: Trace) -> float:
-        """Return the work on the springs that hold massless nodes: that of the contacts there."""
+        """Return the work on the springs of massless nodes, which is that of the contacts there."""
         contacts = self._model.contacts
         work = 0.0
         if contacts is None or not self._at_walls:
@@ -209,10 +203,11 @@ class EnergyBalance:
         return work
 
     def _unbalanced_work(self, trace: Trace, accelerations: Matrix) -> float:
-        """Return the work of what accelerates the masses: input less damping and restoring forces.
+        """Return the work of the unbalanced forces: input less damping and restoring forces.
 
-        HHT takes equilibrium between the ends of a step, M a_n+1 = alpha G_n+1 + (1 - alpha) G_n,
-        so its accelerations lag behind the forces; the others take it at the end, M a = G.
+        HHT satisfies equilibrium between the ends of a step, M a_n+1 = alpha G_n+1 + (1 - alpha)
+        G_n, so its accelerations lag behind the forces. Other methods satisfy it at the end, M a =
+        G.
 
         References:
             Hilber, Hughes and Taylor (1977), Earthquake Engineering and Structural Dynamics 5.
@@ -249,7 +244,7 @@ class EnergyBalance:
         return _EndState(kinetic_j=kinetic, gravity_j=gravity, elastic=elastic)
 
     def _elastic_work(self, group: str, end: _EndState) -> float:
-        """Return the work on a group of linear elements: two states are enough."""
+        """Return the work on a group of linear elements from its first and last state."""
         work = 0.0
         for element in self._elastic[group]:
             states = zip(self._start.elastic[element], end.elastic[element], strict=True)
@@ -272,6 +267,26 @@ class EnergyBalance:
         return normal + slip + stored, slip, normal - potential
 
 
+def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
+    """Return the energy columns of the demands table, over the largest input.
+
+    They are the residual, the energy that the integrator dissipates, and the energy that the
+    normal springs of the contacts took and do not store (negative if they made energy; slip is
+    excluded because it always takes energy and would hide this). All are nan without a balance or
+    without input.
+    """
+    columns = {
+        "energy_residual_ratio": "residual",
+        "numerical_dissipation_ratio": "numerical",
+        "contact_energy_ratio": "contact_quadrature",
+    }
+    largest = terms["largest_input"] if terms else 0.0
+    return {
+        column: terms[name] / largest if largest > 0.0 else float("nan")
+        for column, name in columns.items()
+    }
+
+
 def _steps(force: Matrix, moved: Matrix) -> Matrix:
     """Return the work of each step, shape (n - 1,), summed over the components."""
     return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(moved, axis=0))
@@ -279,3 +294,54 @@ def _steps(force: Matrix, moved: Matrix) -> Matrix:
 
 def _work(force: Matrix, moved: Matrix) -> float:
     return float(_steps(force, moved).sum())
+
+
+def masses_by_node(nodes: Iterable[int]) -> dict[int, Matrix]:
+    """Return the six masses (kg, kg m2) of each node that has any."""
+    masses = {node: np.array(ops.nodeMass(node), dtype=np.float64) for node in nodes}
+    return {node: mass for node, mass in masses.items() if mass.any()}
+
+
+def elastic_stiffness(element: int) -> Matrix:
+    """Return the global stiffness of an elastic beam-column in N, m and rad, shape (12, 12).
+
+    Its basic deformations: axial, two rotations about z, two about y, twist.
+    """
+    first, last = (np.array(ops.nodeCoord(node)) for node in ops.eleNodes(element))
+    length = float(np.linalg.norm(last - first))
+    x, y, z = (np.array(ops.eleResponse(element, f"{axis}axis")) for axis in "xyz")
+    none, up, across = np.zeros(3), y / length, z / length
+    basic = np.array(
+        [
+            np.concatenate((-x, none, x, none)),
+            np.concatenate((up, z, -up, none)),
+            np.concatenate((up, none, -up, z)),
+            np.concatenate((-across, y, across, none)),
+            np.concatenate((-across, none, across, y)),
+            np.concatenate((none, -x, none, x)),
+        ]
+    )
+    return basic.T @ np.reshape(ops.eleResponse(element, "basicStiffness"), (6, 6)) @ basic
+
+
+def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
+    """Return the springs to the ground at each massless node of a contact, by node.
+
+    They carry exactly the contact force, because nothing else acts on such a node.
+    """
+    nodes = {unit.node_i for unit in model.contacts.units} if model.contacts else set[int]()
+    groups, at_node = model.energy_elements, dict[int, list[int]]()
+    for element in ops.getEleTags():
+        for node in nodes.intersection(ops.eleNodes(element)):
+            at_node.setdefault(node, []).append(element)
+    springs, contacts = set(groups["backfill"]), set(groups["contact"])
+    grounded = {
+        element
+        for element in springs
+        if any(len(ops.getFixedDOFs(node)) == DISP for node in ops.eleNodes(element))
+    }
+    return {
+        node: tuple(element for element in elements if element in grounded)
+        for node, elements in at_node.items()
+        if not any(ops.nodeMass(node)) and contacts.union(grounded).issuperset(elements)
+    }

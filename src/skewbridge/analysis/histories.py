@@ -1,25 +1,24 @@
-"""The histories of an analysis as a table: one column per quantity, units in the names."""
+"""Table of the histories of an analysis: one column per quantity, with its unit in the name."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skewbridge.analysis.column_peaks import (
+from skewbridge.analysis.peaks import (
+    backfill_force_n,
     column_base_shear_n,
     column_drift,
     column_shear_dcr,
     column_shear_n,
+    unseating_m,
+    wall_force_n,
 )
-from skewbridge.analysis.peaks import backfill_force_n, unseating_m, wall_force_n
-from skewbridge.analysis.trace import Trace
+from skewbridge.analysis.trace import Series, Trace
 from skewbridge.bridge.geometry import contact_column
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.units import KN
 
-type Series = NDArray[np.float64]
-
 
 def histories_of(model: BridgeModel, trace: Trace, ground_accel_mps2: Series) -> dict[str, Series]:
-    """Return the history columns, each of shape (n,), the first row being rest under gravity.
+    """Return the history columns, each of shape (n,); the first row is the state under gravity.
 
     Forces of an abutment are those of all its parts on the deck (contacts, springs and pads),
     positive when they oppose a positive displacement, so that they plot as hysteresis loops.

@@ -1,17 +1,33 @@
-"""Periods and participating masses of a model under dead load, its gaps open."""
+"""Modes of a model with open gaps, the conditioning period T1, and Rayleigh damping."""
 
+import logging
+from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass
 from math import inf, pi, sqrt
+from typing import Final
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.gravity import column_axial_forces_n, support_reactions_n
+from skewbridge.analysis.step_loop import solver_log
+from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.gravity import GravityError, column_axial_forces_n, support_reactions_n
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
+from skewbridge.errors import SolutionError
 from skewbridge.units import KN
+from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+
+logger = logging.getLogger(__name__)
+
+#: Largest relative difference between the periods of the file and of the model.
+#: ASSUME 5 %: record-to-record dispersion of Sa between periods this close is below 0.1.
+TOLERANCE: Final = 0.05
+#: Mass of the second mode over that of the first from which the two share the motion.
+#: ASSUME two thirds.
+SHARED: Final = 2.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +53,8 @@ class ModalResult:
     def period_s(self, direction: str) -> float:
         """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``.
 
-        By participation and never by number: modes couple and change places with skew.
+        Modes are identified by participation, not by number: they couple and change order with
+        skew.
         """
         return max(self.modes, key=lambda mode: getattr(mode, f"mass_{direction}")).period_s
 
@@ -63,10 +80,10 @@ def modal_properties(
 
 
 def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
-    """Return the modes of a model under dead load, its gaps open.
+    """Return the modes of a model under dead load with open gaps.
 
-    Open friction springs count as soft. Walls and keys are held from here on: behind open gaps
-    they are not coupled to the bridge, and their local modes would fill the list.
+    Open friction springs count as soft. This function fixes walls and keys for good: behind open
+    gaps they are not coupled to the bridge, and their local modes would fill the list.
     """
     for end in model.abutments:
         for node in {*end.key_nodes, *(spring.nodes[1] for spring in end.wing_springs)}:
@@ -79,7 +96,101 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     return tuple(
         Mode(
             period_s=2 * pi / sqrt(square) if square > 0.0 else inf,
-            **{name: ratios[f"partiMassRatios{told}"][i] / 100 for name, told in names.items()},
+            **{name: ratios[f"partiMassRatios{key}"][i] / 100 for name, key in names.items()},
         )
         for i, square in enumerate(squares)
     )
+
+
+def standing_bridge(bridge: str) -> ModalResult:
+    """Return the dead-load state and the modes of a bridge with pads and open gaps, at zero skew.
+
+    Raises:
+        InputError: Unknown name, or a bad file.
+        SolutionError: The model does not carry its weight.
+    """
+    usual = {axis.name: axis.usual for axis in AXES}
+    variant = Variant.at(bridge, "contact_friction", {**usual, "skew_deg": 0})
+    try:
+        with solver_log(None):
+            return modal_properties(variant)
+    except GravityError as error:
+        raise SolutionError(f"{load_bridge(bridge).name}: {error}") from error
+
+
+def mean_period_s(modes: ModalResult) -> float:
+    """Return T1, the geometric mean of the longitudinal and the transverse period.
+
+    It is taken from the model with pads, open gaps and zero skew and is the same for all variants:
+    an intensity measure that changed with the variant would destroy the pairing.
+    """
+    return sqrt(modes.period_s("x") * modes.period_s("y"))
+
+
+def warn_of_periods(bridges: Iterable[str]) -> None:
+    """Log a warning for each finding of `periods_of_file` about these bridges.
+
+    Raises:
+        InputError: Unknown name, or a bad file.
+        SolutionError: A model does not carry its weight.
+    """
+    for name in dict.fromkeys(bridges):
+        for finding in periods_of_file(name, standing_bridge(name)):
+            logger.warning("%s", finding)
+
+
+def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
+    """Return doubts about the conditioning period in the file of a bridge, one sentence each.
+
+    Args:
+        bridge: Name of the bridge, or path of its file.
+        modes: Modes of its model, see `standing_bridge`.
+    """
+    data, model_s = load_bridge(bridge), mean_period_s(modes)
+    findings: list[str] = []
+    change = data.t1_s / model_s - 1.0
+    if abs(change) > TOLERANCE:
+        findings.append(
+            f"{data.name}: t1_s = {data.t1_s:.4g} s is {change:+.1%} off the T1 of its model, "
+            f"{model_s:.4g} s; Sa(T1) and Sa_avg of every motion use t1_s: correct it in the file "
+            "of the bridge"
+        )
+    for direction, adjective in (("x", "longitudinal"), ("y", "transverse")):
+        shares = [
+            (float(getattr(mode, f"mass_{direction}")), mode.period_s) for mode in modes.modes
+        ]
+        (first, first_s), (second, second_s), *_ = sorted(shares, reverse=True)
+        if second > SHARED * first:
+            findings.append(
+                f"{data.name}: the {adjective} motion is shared by modes of {first_s:.3g} s "
+                f"({first:.0%} of the mass) and {second_s:.3g} s ({second:.0%}): T1 jumps from one "
+                "to the other with small changes of the bridge; use Sa(1 s), Sa_avg or PGV"
+            )
+    return findings
+
+
+def damping_ratio(bridge: BridgeData, options: ModelOptions) -> float:
+    """Return the damping ratio of the options, or else that of the bridge file."""
+    return bridge.damping.ratio if options.damping_ratio is None else options.damping_ratio
+
+
+def rayleigh_factors(bridge: BridgeData, ratio: float) -> tuple[float, float]:
+    """Return a0 (1/s) and a1 (s) that give a damping ratio at the two periods of a bridge."""
+    data = bridge.damping
+    low, high = 2 * pi / data.long_period_s, 2 * pi / data.short_period_s
+    return 2 * ratio * low * high / (low + high), 2 * ratio / (low + high)
+
+
+def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
+    """Apply Rayleigh damping on the committed stiffness to deck and columns only.
+
+    Penalty springs and gaps stay undamped. The mass part acts on the nodes of the elements of the
+    region, so wall and key nodes have none.
+
+    Returns:
+        The factors, for the energy balance.
+    """
+    a0, a1 = rayleigh_factors(model.bridge, damping_ratio(model.bridge, model.options))
+    factors = (a0, 0.0, 0.0, a1)
+    ops.region(model.tags.region(), "-ele", *model.damping_elements, "-rayleigh", *factors)
+    return a0, a1

@@ -1,4 +1,4 @@
-"""A variant as a plain OpenSeesPy script that needs nothing of this package."""
+"""Export of a variant as a plain OpenSeesPy script that does not need this package."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.damping import apply_rayleigh
+from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
@@ -21,7 +21,6 @@ RECORDED: Final = (
     "numberer", "system", "test", "algorithm", "integrator", "analysis", "analyze", "loadConst",
     "wipeAnalysis",
 )  # fmt: skip
-
 HEADER: Final = '''"""{title}
 
 Written by skewbridge: the commands of one model, without the package. Units N, m, s, kg; x along
@@ -35,6 +34,35 @@ import openseespy.opensees as ops
 '''
 
 
+def model_script(variant: Variant, options: ModelOptions) -> str:
+    """Return a script that builds a variant, applies gravity and sets the damping.
+
+    At its end a table lists the contact pairs with the data for their run-time updates.
+
+    Raises:
+        InputError: Bad bridge or variant.
+        GravityError: The model does not carry its weight.
+    """
+    with recording() as record, domain():
+        model = build(variant, options)
+        apply_rayleigh(model)
+        return record.script(variant.normalised().slug) + _contact_table(model)
+
+
+def _contact_table(model: BridgeModel) -> str:
+    """Return the contacts as a Python list; parameters are those of the friction bounds."""
+    if model.contacts is None:
+        return ""
+    rows = [
+        f"    dict(name={unit.name!r}, element={unit.element}, node_i={unit.node_i}, "
+        f"node_j={unit.node_j}, bounds={unit.springs.bounds}, gap_m={unit.gap_m!r}, "
+        f"kn={unit.kn!r}, kt={unit.kt!r}, friction={unit.friction!r}, "
+        f"cohesion_n={unit.cohesion!r}),"
+        for unit in model.contacts.units
+    ]
+    return "\n".join(["", "CONTACTS = [", *rows, "]", ""])
+
+
 class Recording(list[str]):
     """The commands of a `recording()` block, in order."""
 
@@ -45,7 +73,7 @@ class Recording(list[str]):
 
 @contextmanager
 def recording() -> Generator[Recording]:
-    """Record every command that is given inside the block, whoever gives it."""
+    """Record every OpenSees command that is called inside the block."""
     record = Recording()
     originals = {name: getattr(ops, name) for name in RECORDED}
 
@@ -70,32 +98,3 @@ def _literal(value: Any) -> str:
     if isinstance(value, bool | int | str):
         return repr(value)
     return repr(float(value))  # repr of a float reads back to the same bits
-
-
-def model_script(variant: Variant, options: ModelOptions) -> str:
-    """Return a script that builds a variant, applies gravity and sets the damping.
-
-    At its end a table lists the contact pairs with what their run-time updates need.
-
-    Raises:
-        InputError: Bad bridge or variant.
-        GravityError: The model does not carry its weight.
-    """
-    with recording() as record, domain():
-        model = build(variant, options)
-        apply_rayleigh(model)
-        return record.script(variant.normalised().slug) + _contact_table(model)
-
-
-def _contact_table(model: BridgeModel) -> str:
-    """Return the contacts as a Python list; parameters are those of the friction bounds."""
-    if model.contacts is None:
-        return ""
-    rows = [
-        f"    dict(name={unit.name!r}, element={unit.element}, node_i={unit.node_i}, "
-        f"node_j={unit.node_j}, bounds={unit.springs.bounds}, gap_m={unit.gap_m!r}, "
-        f"kn={unit.kn!r}, kt={unit.kt!r}, friction={unit.friction!r}, "
-        f"cohesion_n={unit.cohesion!r}),"
-        for unit in model.contacts.units
-    ]
-    return "\n".join(["", "CONTACTS = [", *rows, "]", ""])

@@ -1,26 +1,25 @@
-"""The demands of an analysis from what was read while it ran; pure functions of the trace.
+"""Demands of an analysis on columns, deck, abutments and contacts: pure functions of the trace.
 
 Displacements are relative to the ground and counted from the state under gravity.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.column_peaks import column_demands
-from skewbridge.analysis.contact_sums import contact_demands
-from skewbridge.analysis.series import highest, peak
-from skewbridge.analysis.trace import Trace, moved_with
+from skewbridge.analysis.trace import Series, Trace, moved_with
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BridgeModel,
+    ColumnHandle,
     PlanVector,
     SpringHandle,
 )
-from skewbridge.units import KN
-
-type Series = NDArray[np.float64]
+from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
+from skewbridge.contact.state import UnitLedger
+from skewbridge.units import KJ, KN
 
 
 def demands(
@@ -31,10 +30,13 @@ def demands(
 ) -> dict[str, float]:
     """Return the demand columns of the table, peaks over the trace.
 
-    Totals of the contacts are those of the whole analysis, whatever part of it the trace is.
+    Totals of the contacts are those of the whole analysis, even if the trace is a part of it.
 
-    The ground acceleration is that along x and y at the times of the trace, shape (n, 2); the
-    energy columns are nan when no balance was kept.
+    Args:
+        model: The model in the open domain.
+        trace: Readings.
+        ground_accel_mps2: Ground acceleration along x and y at the times of the trace, (n, 2).
+        energy_ratios: Energy columns, nan without an energy balance.
     """
     return {
         **column_demands(model.columns, trace),
@@ -46,84 +48,119 @@ def demands(
     }
 
 
-def along(direction: PlanVector, disp: NDArray[np.float64]) -> Series:
-    """Return the plan displacement along a direction, shape (n,)."""
-    return disp[:, 0] * direction[0] + disp[:, 1] * direction[1]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelEnd:
+    """First failure of a column, after which the model of the bridge no longer holds.
 
-
-def unseating_m(abutment: AbutmentHandle, trace: Trace, kind: str | None = None) -> Series:
-    """Return the largest move of a deck corner away from the backwall, normal to the seat.
-
-    Of the ``acute`` or ``obtuse`` corner if its kind is given, else of both, shape (n,).
+    Attributes:
+        mode: ``shear`` or ``flexure``; empty if no column fails.
+        time_s: Time of the first row with a failed column, nan if no column fails.
+        rows: Number of rows up to and including that row; all rows if no column fails.
     """
-    moves = [
-        -along(abutment.normal, trace.disp(corner.node))
-        for corner in abutment.corners
-        if kind is None or corner.kind == kind
-    ]
-    return np.maximum.reduce(moves)
+
+    mode: str
+    time_s: float
+    rows: int
 
 
-def wall_push_m(abutment: AbutmentHandle, trace: Trace) -> NDArray[np.float64]:
-    """Return how far the points of a backwall are pushed into the fill, shape (n, points).
+def model_end(columns: Sequence[ColumnHandle], trace: Trace) -> ModelEnd:
+    """Return the first failure of a column.
 
-    Without wall nodes: what is left of the closing of the springs after the gap, never negative.
+    A column fails in shear at a demand over capacity of 1, unless the model includes the loss of
+    shear strength, and in flexure when its drift reaches the displacement capacity of the bent.
+    Elastic columns, which have no strength, do not fail.
     """
-    if abutment.wall_nodes:
-        return np.column_stack(
-            [along(abutment.normal, trace.disp(node)) for node in abutment.wall_nodes]
-        )
-    pushes = [
-        along(abutment.normal, _deformation(spring, trace)) - abutment.gap_m
-        for spring in abutment.wall_springs
-    ]
-    return np.maximum(np.column_stack(pushes), 0.0) if pushes else np.zeros((len(trace.rows), 1))
+    reached: list[tuple[int, str]] = []
+    for column in columns:
+        if column.is_elastic:
+            continue
+        ratios = {"flexure": drift_over_capacity(column, trace)}
+        if not column.loses_shear_strength:
+            ratios["shear"] = column_shear_dcr(column, trace)
+        for mode, ratio in ratios.items():
+            failed = ratio >= 1.0
+            if failed.any():
+                reached.append((int(failed.argmax()), mode))
+    if not reached:
+        return ModelEnd(mode="", time_s=float("nan"), rows=len(trace.rows))
+    # of two failures in the same step, the brittle one
+    row, mode = min(reached, key=lambda end: (end[0], end[1] != "shear"))
+    return ModelEnd(mode=mode, time_s=float(trace.time_s[row]), rows=row + 1)
 
 
-def wall_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
-    """Return the normal force between deck and one backwall, compression positive, shape (n,)."""
-    if abutment.wall_units:
-        return trace.normals_n[:, list(abutment.wall_units)].sum(axis=1)
-    return backfill_force_n(abutment, trace)
+def column_demands(columns: Sequence[ColumnHandle], trace: Trace) -> dict[str, float]:
+    """Return the column demands of the table, peaks over columns and time."""
+    shears = [column_shear_n(column, trace) for column in columns]
+    drifts = [column_drift(column, trace) for column in columns]
+    bases = [column_base_shear_n(column, trace) for column in columns]
+    return {
+        "column_shear_x_kn": peak(shear[:, 0] for shear in shears) / KN,
+        "column_shear_y_kn": peak(shear[:, 1] for shear in shears) / KN,
+        "column_shear_kn": peak(np.hypot(*shear.T) for shear in shears) / KN,
+        "column_base_shear_kn": peak(np.hypot(*base.T) for base in bases) / KN,
+        "column_shear_dcr": peak(column_shear_dcr(column, trace) for column in columns),
+        "column_drift_ratio": peak(drifts),
+        "drift_over_capacity": peak(drift_over_capacity(column, trace) for column in columns),
+        "column_curvature_ductility": peak(
+            curvature_ductility(column, trace) for column in columns
+        ),
+        "column_residual_drift_ratio": peak(drift[-1:] for drift in drifts),
+    }
 
 
-def backfill_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
-    """Return what the deck passes through one backwall into the backfill, shape (n,).
+def column_base_shear_n(column: ColumnHandle, trace: Trace) -> NDArray[np.float64]:
+    """Return the horizontal force at the base of a column, x and y, shape (n, 2)."""
+    return trace.column_forces(column.element)[:, :2]
 
-    Unlike the contact force it leaves out the dashpot of the wall and, where the wall has a mass,
-    the spikes of impacts on it. Zero while the deck does not touch the wall.
+
+def column_shear_n(column: ColumnHandle, trace: Trace) -> NDArray[np.float64]:
+    """Return the shear of a column's sections, x and y, with the sign of the base force, (n, 2).
+
+    A section is normal to the inclined chord, so the axial force has a component along it: the
+    shear is V + P theta, equal to the sum of the end moments over the height.
     """
-    total = np.zeros(len(trace.rows))
-    for spring in abutment.wall_springs:
-        sign = np.sign(np.dot(spring.direction, abutment.normal))
-        total += sign * trace.spring_force(spring)
-    if abutment.wall_units:
-        total[~_closed(trace, abutment.wall_units)] = 0.0
-    return total
+    top, base = trace.position(column.top_node), trace.position(column.base_node)
+    chord = (top - base)[:, :2] / column.clear_height_m
+    axial = trace.column_forces(column.element)[:, 2:3]
+    # the base resists the inclination: where P-Delta adds, force and chord differ in sign
+    return column_base_shear_n(column, trace) - axial * chord
 
 
-def key_forces_n(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
-    """Return the force of each shear key while the deck touches it, each of shape (n,)."""
-    forces = [np.abs(trace.spring_force(spring)) for spring in abutment.key_springs]
-    for force, unit in zip(forces, abutment.key_units, strict=False):
-        force[~_closed(trace, (unit,))] = 0.0
-    return forces
+def column_drift(column: ColumnHandle, trace: Trace) -> Series:
+    """Return top minus base displacement, resultant, over the clear height, shape (n,)."""
+    relative = trace.disp(column.top_node)[:, :2] - trace.disp(column.base_node)[:, :2]
+    return np.hypot(*relative.T) / column.clear_height_m
 
 
-def key_deformations_m(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
-    """Return how far each shear key is pushed along its normal, never negative, each shape (n,).
+def drift_over_capacity(column: ColumnHandle, trace: Trace) -> Series:
+    """Return the drift over the displacement capacity of the bent per clear height, shape (n,)."""
+    return column_drift(column, trace) / column.drift_capacity_ratio
 
-    Without key nodes: what is left of the closing of the transverse springs after the gap.
+
+def column_shear_dcr(column: ColumnHandle, trace: Trace) -> Series:
+    """Return the shear of the section over its capacity at the same time, shape (n,).
+
+    The capacity follows the current axial force and the largest ductility so far (of displacement
+    or of curvature, depending on the shear model), because dilated concrete does not recover.
     """
-    gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
-    moves = [
-        along(spring.direction, _deformation(spring, trace)) for spring in abutment.key_springs
-    ]
-    return [np.maximum(np.abs(move) - gap_m, 0.0) for move in moves]
+    axial = trace.column_forces(column.element)[:, 2]
+    # ASSUME the hinge region governs over the whole height: these columns are short.
+    if column.shear_model == "kowalsky_priestley":
+        ductility = np.maximum.accumulate(curvature_ductility(column, trace))
+        capacity = kowalsky_priestley_strength(column.shear, axial, ductility)
+    else:
+        ductility = np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio
+        capacity = sdc_shear_strength(column.shear, axial, ductility)
+    return np.hypot(*column_shear_n(column, trace).T) / capacity
 
 
-def _closed(trace: Trace, units: Sequence[int]) -> NDArray[np.bool_]:
-    return (trace.normals_n[:, list(units)] > 0.0).any(axis=1)
+def curvature_ductility(column: ColumnHandle, trace: Trace) -> Series:
+    """Return the largest resultant curvature of the hinges over the yield curvature, (n,)."""
+    largest = np.zeros(len(trace.rows))
+    for point in column.hinge_sections:
+        deformation = trace.section(column.element, point)
+        largest = np.maximum(largest, np.hypot(deformation[:, 1], deformation[:, 2]))
+    return largest / column.yield_curvature_per_m
 
 
 def _deck_demands(model: BridgeModel, trace: Trace, ground: Series) -> dict[str, float]:
@@ -159,7 +196,7 @@ def _abutment_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
 
 def _transverse_m(abutment: AbutmentHandle, trace: Trace) -> Series:
     """Return the largest movement of walls and keys along the abutment line, shape (n,)."""
-    # ASSUME a key is part of the abutment: one that broke and is dragged along counts
+    # ASSUME a key is part of the abutment, even after it broke
     nodes = (*abutment.wall_nodes, *abutment.key_nodes)
     if nodes:
         moves = [np.abs(along(abutment.tangent, trace.disp(node))) for node in nodes]
@@ -174,6 +211,40 @@ def _transverse_m(abutment: AbutmentHandle, trace: Trace) -> Series:
 def _deformation(spring: SpringHandle, trace: Trace) -> Series:
     """Return the displacement of the deck side less that of the ground side, shape (n, 6)."""
     return trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])
+
+
+def along(direction: PlanVector, disp: NDArray[np.float64]) -> Series:
+    """Return the plan displacement along a direction, shape (n,)."""
+    return disp[:, 0] * direction[0] + disp[:, 1] * direction[1]
+
+
+def unseating_m(abutment: AbutmentHandle, trace: Trace, kind: str | None = None) -> Series:
+    """Return the displacement of a deck corner away from the backwall, normal to the seat, (n,).
+
+    The larger one of both corners, or that of the ``acute`` or ``obtuse`` corner if given.
+    """
+    moves = [
+        -along(abutment.normal, trace.disp(corner.node))
+        for corner in abutment.corners
+        if kind is None or corner.kind == kind
+    ]
+    return np.maximum.reduce(moves)
+
+
+def wall_push_m(abutment: AbutmentHandle, trace: Trace) -> NDArray[np.float64]:
+    """Return the displacement of the points of a backwall into the fill, shape (n, points).
+
+    Without wall nodes it is the closing of the springs less the gap, never negative.
+    """
+    if abutment.wall_nodes:
+        return np.column_stack(
+            [along(abutment.normal, trace.disp(node)) for node in abutment.wall_nodes]
+        )
+    pushes = [
+        along(abutment.normal, _deformation(spring, trace)) - abutment.gap_m
+        for spring in abutment.wall_springs
+    ]
+    return np.maximum(np.column_stack(pushes), 0.0) if pushes else np.zeros((len(trace.rows), 1))
 
 
 def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
@@ -195,3 +266,102 @@ def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
         "friction_force_kn": peak(friction) / KN,
         "contact_force_ratio": highest([trace.normals_n.max(axis=1, initial=0.0)]) / model.weight_n,
     }
+
+
+def wall_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
+    """Return the normal force between deck and one backwall, compression positive, shape (n,)."""
+    if abutment.wall_units:
+        return trace.normals_n[:, list(abutment.wall_units)].sum(axis=1)
+    return backfill_force_n(abutment, trace)
+
+
+def backfill_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
+    """Return the force of the deck on the backfill through one backwall, shape (n,).
+
+    Unlike the contact force, it excludes the dashpot of the wall and, if the wall has a mass, the
+    spikes of impacts on it. It is zero while the deck does not touch the wall.
+    """
+    total = np.zeros(len(trace.rows))
+    for spring in abutment.wall_springs:
+        sign = np.sign(np.dot(spring.direction, abutment.normal))
+        total += sign * trace.spring_force(spring)
+    if abutment.wall_units:
+        total[~_closed(trace, abutment.wall_units)] = 0.0
+    return total
+
+
+def key_forces_n(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
+    """Return the force of each shear key while the deck touches it, each of shape (n,)."""
+    forces = [np.abs(trace.spring_force(spring)) for spring in abutment.key_springs]
+    for force, unit in zip(forces, abutment.key_units, strict=False):
+        force[~_closed(trace, (unit,))] = 0.0
+    return forces
+
+
+def key_deformations_m(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
+    """Return the deformation of each shear key along its normal, never negative, each shape (n,).
+
+    Without key nodes it is the closing of the transverse springs less the gap.
+    """
+    gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
+    moves = [
+        along(spring.direction, _deformation(spring, trace)) for spring in abutment.key_springs
+    ]
+    return [np.maximum(np.abs(move) - gap_m, 0.0) for move in moves]
+
+
+def _closed(trace: Trace, units: Sequence[int]) -> NDArray[np.bool_]:
+    return (trace.normals_n[:, list(units)] > 0.0).any(axis=1)
+
+
+def contact_demands(model: BridgeModel) -> dict[str, float]:
+    """Return the contact columns of the demands table; all zero for a model without contacts.
+
+    Closures and peaks of single contacts depend on the time step; times, impulses and works
+    converge (docs/theory/analysis.md). Shares of the friction work refer to all contacts, or to
+    those at backwalls or keys.
+    """
+    units = [] if model.contacts is None else model.contacts.ledger()
+    walls = [units[index] for side in model.abutments for index in side.wall_units]
+    keys = [units[index] for side in model.abutments for index in side.key_units]
+    return {
+        "contact_closures": _sum(units, "closures"),
+        "contact_time_s": _sum(units, "contact_time_s"),
+        "contact_max_penetration_m": max((unit.max_penetration_m for unit in units), default=0.0),
+        "friction_impulse_kns": _sum(units, "friction_impulse_ns") / KN,
+        "slip_work_kj": _sum(units, "slip_work_j") / KJ,
+        "friction_after_opening_ratio": _share(units, "opening_work_j"),
+        "cone_violation_ratio": max((unit.cone_violation_ratio for unit in units), default=0.0),
+        "cone_excess_wall_ratio": _share(walls, "excess_work_j"),
+        "cone_excess_key_ratio": _share(keys, "excess_work_j"),
+        **{
+            f"cone_work_over_{percent}pct_ratio": _share(units, f"work_over_{percent}_j")
+            for percent in (1, 10, 50)
+        },
+        **{
+            f"cone_time_over_{percent}pct_ratio": _share(
+                units, f"time_over_{percent}_s", "contact_time_s"
+            )
+            for percent in (1, 10, 50)
+        },
+    }
+
+
+def _sum(units: Sequence[UnitLedger], field: str) -> float:
+    return float(sum(getattr(unit, field) for unit in units))
+
+
+def _share(units: Sequence[UnitLedger], field: str, whole: str = "friction_work_j") -> float:
+    """Return the ratio of the sums of two fields, zero if the second sum is zero."""
+    total = _sum(units, whole)
+    return _sum(units, field) / total if total > 0.0 else 0.0
+
+
+def peak(series: Iterable[Series]) -> float:
+    """Return the largest magnitude of all series, 0 without any."""
+    return max((float(np.abs(values).max()) for values in series), default=0.0)
+
+
+def highest(series: Iterable[Series]) -> float:
+    """Return the largest value of all series, at least 0."""
+    return max(0.0, *(float(values.max()) for values in series))

@@ -20,7 +20,7 @@ from skewbridge.variant.variant import Variant
 
 type FloatArray = NDArray[np.float64]
 
-# Each algorithm gets the failed step in turn, then the step is halved.
+# A failed step is tried with each algorithm in turn, then halved.
 ALGORITHMS = (("KrylovNewton",), ("NewtonLineSearch",), ("Newton", "-initial"))
 MAX_HALVINGS = 10
 MAX_ITERATIONS = 50
@@ -28,7 +28,8 @@ TOLERANCE_M = 1.0e-9
 LAST_PART = 1.0e-12
 MAX_DISPLACEMENT_M = 5.0
 MAX_STEPS = 100_000
-GUIDE_N_PER_M = 1.0e12  # the curve is read on the pushed side of this spring: it costs nothing
+# Displacements are read on the pushed side of this spring, so it does not soften the curve.
+GUIDE_N_PER_M = 1.0e12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,12 +47,12 @@ class PushCurve:
 
     @property
     def disp_at_peak_m(self) -> float:
-        """Displacement there."""
+        """Displacement at the largest force."""
         return float(self.disp_m[int(self.force_n.argmax())])
 
     @property
     def initial_stiffness_n_per_m(self) -> float:
-        """Secant of the first step."""
+        """Secant stiffness of the first step."""
         return float(self.force_n[1] / self.disp_m[1])
 
 
@@ -66,7 +67,7 @@ def push_bridge(
     """Push the deck horizontally with forces in proportion to its masses.
 
     Args:
-        variant: What to push.
+        variant: The variant.
         options: Modelling choices.
         angle_deg: Direction, counter-clockwise from x.
         max_disp_m: Displacement of the mass centre along the push.
@@ -108,7 +109,7 @@ def push_abutment(
     does not rotate in plan.
 
     Args:
-        variant: What to push.
+        variant: The variant.
         options: Modelling choices.
         angle_deg: Counter-clockwise from x: 0 pushes into the backfill, 180 away from it; the
             skew pushes normal to the wall.
@@ -170,7 +171,7 @@ def _march(
     integrator: tuple[str | int, ...],
 ) -> PushCurve:
     """Advance to a target in steps, halving those that fail; read displacement and force."""
-    ops.logFile(devnull, "-noEcho")  # steps that fail are tried again: their messages mislead
+    ops.logFile(devnull, "-noEcho")  # messages of failed steps mislead: the steps are repeated
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("BandGeneral")
@@ -202,7 +203,7 @@ def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
         ops.integrator(*integrator, increment)
         if ops.analyze(1) == 0:
             return True
-        ops.domainChange()  # the equations keep what a failed attempt left behind
+        ops.domainChange()  # discard the state that a failed attempt left in the equations
     return False
 
 

@@ -1,9 +1,9 @@
-"""Steps that do not converge: what is tried, in order, as data."""
+"""Recovery of steps that do not converge: the attempts in order, as data."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import openseespy.opensees as ops
 
@@ -12,27 +12,37 @@ from skewbridge.analysis.settings import Command
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attempt:
-    """One way to get over a step.
+    """One way to solve a step, a rung of the ladder.
 
     Attributes:
         algorithm: Arguments of the algorithm command.
-        substeps: Equal parts that the step is cut into; each rung's number is a multiple of the
-            one before, so that a rung can go on from where the last one stopped.
-        tolerance_j: Tolerance of the convergence test where it is looser than the usual one.
+        substeps: Equal parts of the step; the number of each rung is a multiple of that of the rung
+            before, so that a rung can continue where the last one stopped.
+        tolerance_j: Tolerance of the convergence test if it is looser than the usual one, else 0.
     """
 
     algorithm: Command
     substeps: int = 1
     tolerance_j: float = 0.0
 
+    @property
+    def description(self) -> str:
+        """Algorithm, sub-steps and looser tolerance, for tables."""
+        parts = [str(self.algorithm[0])]
+        if self.substeps > 1:
+            parts.append(f"{self.substeps} sub-steps")
+        if self.tolerance_j:
+            parts.append(f"test {self.tolerance_j:g} J")
+        return ", ".join(parts)
 
-# A broken shear key unloads with a jump of force: no displacement of its node is in
-# equilibrium there, however small the step, and the iteration goes to and fro across the jump.
-# This much lets it pass and changes no demand; a hundred joules would (4 % of a drift).
+
+# A broken shear key unloads with a jump of force: no displacement of its node is in equilibrium
+# there, however small the step, and the iteration alternates across the jump. This tolerance lets
+# it pass and changes no demand; 100 J would (a drift by 4 %).
 LOOSE_J: Final = 0.1
 
-# The line search takes the fewest iterations; KrylovNewton gets over most cycles of stick and slip
-# that it does not.
+# The line search needs the fewest iterations; KrylovNewton solves most cycles of stick and slip
+# that the line search does not.
 LADDER: Final = (
     Attempt(algorithm=("NewtonLineSearch",)),
     Attempt(algorithm=("KrylovNewton",)),
@@ -50,7 +60,7 @@ _FINEST: Final = 2**MAX_HALVINGS
 
 @dataclass(slots=True, kw_only=True)
 class Effort:
-    """What the steps have cost so far; iterations include those of failed attempts."""
+    """Cost of the steps so far; iterations include those of failed attempts."""
 
     iterations: int = 0
     failed_attempts: int = 0
@@ -66,23 +76,23 @@ class Effort:
 
 @dataclass(slots=True, kw_only=True)
 class Stepper:
-    """Advances the domain by regular steps, climbing the ladder where one does not converge.
+    """Advances the domain by regular steps, and by the ladder where one does not converge.
 
-    A step in which something happens is made in parts: halves, quarters, and so on.
+    A step in which contacts change is made in parts: halves, quarters, and so on.
 
     Attributes:
         integrator: Arguments of the integrator command.
         dt_s: Regular step.
-        halvings: Called before each (sub-)step with the fewest halvings of the regular step that
-            lead no further than to its end or to the next multiple of the sub-step; returns how
-            often to halve, that number or more.
+        halvings: Called before each (sub-)step with the least number of halvings that ends no later
+            than the regular step and keeps sub-steps at multiples of their size; returns the number
+            of halvings, not less than that.
         loosen: Called with the tolerance of an attempt where one starts or ends.
         max_iterations: Cost of an attempt that failed.
         before: Called with the size of the coming (sub-)step where it differs from the last one,
             and before each retry.
-        after: Called with the size of each converged (sub-)step; whether the history goes on.
-        ladder: What to try.
-        effort: What the steps have cost so far.
+        after: Called with the size of each converged (sub-)step; returns whether to continue.
+        ladder: The attempts, in order.
+        effort: Cost of the steps so far.
     """
 
     integrator: Command
@@ -94,7 +104,7 @@ class Stepper:
     after: Callable[[float], bool]
     ladder: Sequence[Attempt] = LADDER
     effort: Effort = field(default_factory=Effort, init=False)
-    # Steps still to be taken as the last difficult one was.
+    # Number of coming steps that use the attempt of the last difficult one.
     _held: int = field(default=0, init=False)
     _rung: int = field(default=0, init=False)  # in use
     _size_s: float = field(default=0.0, init=False)  # of the last (sub-)step
@@ -105,7 +115,7 @@ class Stepper:
 
     def step(self) -> bool:
         """Advance one regular step; False when the whole ladder failed at a part of it."""
-        done = 0  # in parts of the regular step that is halved as often as ever
+        done = 0  # in the smallest parts of a regular step
         while done < _FINEST:
             fits = MAX_HALVINGS - ((done & -done).bit_length() - 1 if done else MAX_HALVINGS)
             halvings = self.halvings(fits)
@@ -115,7 +125,7 @@ class Stepper:
         return True
 
     def _advance(self, size_s: float) -> bool:
-        """Take one step of a size, by the ladder if it does not converge."""
+        """Make one (sub-)step, by the ladder if it does not converge."""
         if size_s != self._size_s:
             self._size_s = size_s
             self.before(size_s)
@@ -127,36 +137,37 @@ class Stepper:
                     self._use(0)
             return self.after(size_s)
         self._count_failure()
-        rung, goes_on = self._climb(size_s)
+        rung, continues = self._climb(size_s)
         if rung is not None and self.ladder[rung].substeps == 1:
-            # What stopped this step often stops the next ones.
+            # The difficulty of this step often affects the next ones.
             self._held = HELD_STEPS
-            return goes_on
+            return continues
         self._held = 0
         self._use(0)
-        self._start_anew()
+        self._reset()
         self.before(size_s)
-        return goes_on and rung is not None
+        return continues and rung is not None
 
     def _climb(self, size_s: float) -> tuple[int | None, bool]:
-        """Take the step by the ladder; return the rung that ended it and whether to go on."""
+        """Make the step by the ladder; return the rung that solved it and whether to continue."""
         finest = self.ladder[-1].substeps
-        left, goes_on = finest, True  # of the step, in parts of the finest rung
+        left, continues = finest, True  # rest of the step, in parts of the finest rung
         for rung, attempt in enumerate(self.ladder[1:], start=1):
             part = finest // attempt.substeps
             self._use(rung)
-            self._start_anew()
-            taken, goes_on = self._take(left // part, size_s / attempt.substeps)
+            self._reset()
+            taken, continues = self._take(left // part, size_s / attempt.substeps)
             left -= part * taken
-            if left == 0 or not goes_on:
-                return rung, goes_on
-        return None, goes_on
+            if left == 0 or not continues:
+                return rung, continues
+        return None, continues
 
-    def _start_anew(self) -> None:
-        """Make integrator and equations forget a failed step.
+    def _reset(self) -> None:
+        """Reset integrator and equations after a failed step.
 
-        Houbolt keeps what it left behind, and with rigid links the equations of any integrator do:
-        a retry without this is silently wrong (accelerations of hundreds of m/s2 at OSB1).
+        Houbolt keeps values of the failed step, and with rigid links the equations of any
+        integrator do. A retry without a reset is silently wrong (accelerations of hundreds of m/s2
+        at OSB1).
         """
         ops.integrator(*self.integrator)
         ops.domainChange()
@@ -167,7 +178,7 @@ class Stepper:
         ops.algorithm(*attempt.algorithm)
 
     def _take(self, count: int, size_s: float) -> tuple[int, bool]:
-        """Take equal steps until one fails; return how many, and whether the history goes on."""
+        """Make equal steps until one fails; return their number and whether to continue."""
         self.before(size_s)
         for taken in range(count):
             if ops.analyze(1, size_s) != 0:
@@ -186,3 +197,42 @@ class Stepper:
     def _count_failure(self) -> None:
         self.effort.failed_attempts += 1
         self.effort.iterations += self.max_iterations
+
+
+def steps_as_text(steps_by_rung: Iterable[int]) -> str:
+    """Return the column ``steps_by_rung`` of an analysis: numbers from rung 0 on."""
+    return " ".join(map(str, steps_by_rung))
+
+
+def steps_from_text(text: str) -> list[int]:
+    """Return the numbers in the column ``steps_by_rung``; none for an analysis without a step."""
+    return [int(steps) for steps in text.split()]
+
+
+def rung_shares(steps_by_rung: Iterable[Sequence[int]]) -> list[dict[str, Any]]:
+    """Return how many steps and analyses each rung of the ladder carried.
+
+    Args:
+        steps_by_rung: (Sub-)steps of each analysis by rung; empty for an analysis without a step.
+
+    Returns:
+        By rung: ``rung``, ``attempt`` (its description), ``steps`` and ``steps_share`` (the
+        (sub-)steps that converged on it), ``analyses`` and ``analyses_share`` (those whose highest
+        rung it is).
+    """
+    counts = list(steps_by_rung)
+    highest = [max((rung for rung, n in enumerate(steps) if n), default=0) for steps in counts]
+    totals = [
+        sum(steps[rung] for steps in counts if rung < len(steps)) for rung in range(len(LADDER))
+    ]
+    return [
+        {
+            "rung": rung,
+            "attempt": attempt.description,
+            "steps": totals[rung],
+            "steps_share": totals[rung] / max(sum(totals), 1),
+            "analyses": highest.count(rung),
+            "analyses_share": highest.count(rung) / max(len(counts), 1),
+        }
+        for rung, attempt in enumerate(LADDER)
+    ]

@@ -1,4 +1,4 @@
-"""Checks of a variant in the form of the seismic design criteria: displacement, P-Delta, seat."""
+"""Checks of the seismic design criteria: displacement capacity, P-Delta and seat width."""
 
 from collections.abc import Mapping
 from math import cos, degrees, radians, sin
@@ -55,10 +55,10 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
 
 
 def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
-    """Return what the bents of a bridge can bear by the criteria, whatever the motion.
+    """Return the capacities of the bents of a bridge by the criteria, a row per bent.
 
-    The P-Delta ratio is that at the displacement capacity; where it is above its limit, the limit
-    is passed before the capacity, at the displacement given beside it.
+    The P-Delta ratio is that at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
+    displacement at which the ratio reaches its limit.
     """
     source = hinge_length_source(bridge)
     rows: list[dict[str, object]] = []

@@ -1,4 +1,4 @@
-"""The step loop of all response histories: solver, steps, contact updates, and how they end."""
+"""Step loop of all response histories: solver, steps, contact updates and the end."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -17,21 +17,21 @@ from skewbridge.statuses import Status
 
 type Progress = Callable[[float, float], None]
 _STEPS_PER_REPORT: Final = 50
-# A pair that accelerates closes earlier than its speed says: half a step of margin.
+# An accelerating pair closes earlier than its speed predicts: half a step of margin.
 LOOK_AHEAD: Final = 1.5
-# What is missed falls by four with half of the step: steps grow again where a fifth of what may be
-# missed is.
+# The friction error falls by a factor of 4 when the step is halved: steps grow again where the
+# error is below this share of the allowed one.
 _GROW: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """How a history ended.
+    """The end of a history.
 
     Attributes:
         status: As in the demands table.
-        collapse_criterion: Demand whose limit was passed, or empty.
-        message: Why it ended early, in words, or empty.
+        collapse_criterion: Demand whose limit was exceeded, or empty.
+        message: Why it ended early, or empty.
     """
 
     status: Status = "ok"
@@ -42,7 +42,7 @@ class Ending:
 class StepLoop:
     """Advances the model in the open domain by regular steps, in parts at contact events.
 
-    A history starts here: the contacts take over the state under gravity as a state of rest.
+    A history starts here: the contacts take the state under gravity as a state at rest.
 
     Args:
         contacts: Contacts of the model, updated after each converged (sub-)step; None without.
@@ -61,13 +61,13 @@ class StepLoop:
     def run(
         self, steps: int, read: Callable[[], Ending | None], progress: Progress | None = None
     ) -> Ending:
-        """Take the steps until they are done or something ends them.
+        """Make the steps until the last one, an ending or a failure.
 
         Args:
             steps: Number of regular steps.
-            read: Called after each converged (sub-)step, once the contacts are up to date; reads
-                the model and says whether the history ends there.
-            progress: Called now and then with the time reached and the duration.
+            read: Called after each converged (sub-)step and its contact update; reads the model and
+                returns an ending if the history ends there.
+            progress: Called from time to time with the time reached and the duration.
         """
         settings = self._settings
         configure_solver(settings)
@@ -99,7 +99,7 @@ class StepLoop:
         return Ending()
 
     def _halvings(self, least: int) -> int:
-        """Return how often to halve the regular step so that the contacts are resolved."""
+        """Return the number of halvings of the regular step that resolves the contacts."""
         contacts, finest = self._contacts, self._finest
         if contacts is None or finest == 0:
             return least
@@ -108,15 +108,15 @@ class StepLoop:
             self._adapt(contacts)
             halvings = max(least, self._in_contact)
         if halvings < finest:
-            reach_s = contacts.time_to_change_s() / LOOK_AHEAD
-            while halvings < finest and self._settings.dt_s / 2**halvings > reach_s:
+            longest_s = contacts.time_to_change_s() / LOOK_AHEAD
+            while halvings < finest and self._settings.dt_s / 2**halvings > longest_s:
                 halvings += 1
         return halvings
 
     def _adapt(self, contacts: ContactSet) -> None:
-        """Halve the steps in contact, or double them again, by what friction missed.
+        """Halve the steps in contact, or double them again, by the friction error.
 
-        A contact that has just changed starts with the finest step.
+        After a contact has opened or closed, the steps start at the finest size.
         """
         friction_error, allowed = contacts.friction_error, self._settings.max_friction_error
         if contacts.changes:
@@ -149,7 +149,7 @@ def _failure(message: str) -> Ending:
 
 @contextmanager
 def solver_log(path: Path | None) -> Generator[None]:
-    """Send what OpenSees prints to a file, and to nowhere afterwards."""
+    """Write the messages of OpenSees to a file inside the block, and drop them afterwards."""
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
     ops.logFile(devnull if path is None else str(path), "-noEcho")
@@ -160,7 +160,7 @@ def solver_log(path: Path | None) -> Generator[None]:
 
 
 def configure_solver(settings: AnalysisSettings) -> None:
-    """Set what all attempts share, and the test of a regular step.
+    """Set the solver of all attempts and the convergence test of a regular step.
 
     Friction by parameter updates keeps the tangent symmetric.
     """
@@ -172,7 +172,7 @@ def configure_solver(settings: AnalysisSettings) -> None:
 
 
 def set_test(settings: AnalysisSettings, step_s: float, loose_j: float = 0.0) -> None:
-    """Set the convergence test for steps of a length, looser than usual if asked."""
-    # what is solved for may be a speed: OpenSees tests its product with the unbalance
+    """Set the convergence test for steps of a length, with a looser tolerance if given."""
+    # the unknown may be a velocity: OpenSees tests its product with the unbalance
     tolerance = max(loose_j, settings.tolerance_j) / settings.increment_s(step_s)
     ops.test("EnergyIncr", tolerance, settings.max_iterations)

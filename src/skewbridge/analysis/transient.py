@@ -1,36 +1,98 @@
-"""The nonlinear response history of one variant under one motion."""
+"""Nonlinear response history of one variant under one motion, its limits and its residual drift."""
 
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import hypot, nan, pi
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 import openseespy.opensees as ops
+from numpy.typing import NDArray
 
-from skewbridge.analysis.column_peaks import model_end
-from skewbridge.analysis.damping import apply_rayleigh
-from skewbridge.analysis.energy import EnergyBalance
-from skewbridge.analysis.energy_checks import energy_ratios
+from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
-from skewbridge.analysis.monitor import Monitor
-from skewbridge.analysis.peaks import demands
+from skewbridge.analysis.modal import apply_rayleigh
+from skewbridge.analysis.peaks import ModelEnd, demands, model_end
 from skewbridge.analysis.recovery import LADDER, Effort
-from skewbridge.analysis.rest import drifts_at_rest
-from skewbridge.analysis.result import AnalysisResult
-from skewbridge.analysis.series import Series, at_regular_steps
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.status import Watch
-from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, solver_log
-from skewbridge.analysis.trace import Trace
-from skewbridge.bridge.geometry import contact_layout
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
+from skewbridge.analysis.trace import Layout, Monitor, Series, Trace, at_regular_steps
+from skewbridge.bridge.geometry import ContactLayout, contact_layout
+from skewbridge.bridge.handles import BridgeModel, PlanVector
 from skewbridge.bridge.model import build, domain
-from skewbridge.statuses import OK
+from skewbridge.contact import ContactError, ContactSet
+from skewbridge.errors import InputError
+from skewbridge.statuses import OK, Status
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
-# That of the last state whatever became of the columns: it is no peak.
+# ASSUME no bridge moves this fast. A diverging solution may keep converging, with forces of any
+# size, so these limits end it. They are far above any real response and do not define collapse.
+MAX_STEP_DRIFT: Final = 0.05
+MAX_STEP_DISP_M: Final = 0.5
+MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact over the weight of the bridge
+STEPS_PER_PERIOD: Final = 20
+MAX_PERIODS: Final = 10
+#: The tolerance must fade with the motion: 1e-3 J would change the drift by 15 %.
+TOLERANCE_J: Final = 1.0e-6
+#: A column is at rest if its drift changes by less than this in a quarter of a period.
+STILL_DRIFT: Final = 1.0e-5
+_STEPS_STILL: Final = STEPS_PER_PERIOD // 4
+# gamma and beta of Newmark that damp the high modes of penalties: only the state at rest matters,
+# not the path to it.
+_INTEGRATOR: Final = ("Newmark", 1.0, 0.5625)
+_PARTS: Final = (1, 4, 16)
+# The residual drift is that of the last state, also after the failure of a column.
 _RESIDUAL: Final = "column_residual_drift_ratio"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnalysisResult:
+    """Result of one analysis, with the peaks up to its last step.
+
+    Attributes:
+        status: As in the demands table.
+        collapse_criterion: Demand whose limit was exceeded, or empty.
+        time_reached_s: Time of the last converged step.
+        duration_s: Duration of the whole analysis.
+        recovery_rung: Highest rung of the recovery ladder on which a step converged, 0 none.
+        steps_by_rung: (Sub-)steps that converged on each rung of the ladder.
+        loosened_ratio: Share of these steps that met only a looser convergence test.
+        substeps: Steps shorter than the regular one.
+        failed_attempts: Attempts at a step that did not converge.
+        houbolt_failures: The same if the integrator is Houbolt, which each one restarts; else 0.
+        iterations: Equilibrium iterations, including those of failed attempts.
+        demands: The demand columns of the table, in their units.
+        whole_history: The same as peaks up to the end, even after the failure of a column.
+        model_end: First failure of a column; the demands are peaks up to then.
+        energy_kj: Energy balance by term; empty if it was not kept.
+        histories: Columns of the history table at the regular steps, each of shape (steps + 1,),
+            or None.
+        contact_layout: Positions of the contacts, if there are histories and contacts.
+        messages: Why the analysis ended early, and notes on its demands.
+    """
+
+    status: Status
+    collapse_criterion: str
+    time_reached_s: float
+    duration_s: float
+    recovery_rung: int
+    steps_by_rung: tuple[int, ...]
+    loosened_ratio: float
+    substeps: int
+    failed_attempts: int
+    houbolt_failures: int
+    iterations: int
+    demands: dict[str, float]
+    whole_history: dict[str, float]
+    model_end: ModelEnd
+    energy_kj: Mapping[str, float]
+    histories: dict[str, NDArray[np.float64]] | None
+    contact_layout: ContactLayout | None
+    messages: tuple[str, ...]
 
 
 def analyse(
@@ -48,13 +110,13 @@ def analyse(
     The same call gives the same result, bit by bit: nothing depends on the clock.
 
     Args:
-        variant: What to analyse.
+        variant: The variant.
         excitation: Ground motion, factor and angle.
-        settings: How to integrate and when to stop.
-        options: How to model.
+        settings: Time integration and limits of collapse.
+        options: Modelling options.
         histories: Whether to return the histories.
-        log_path: Where OpenSees writes its messages; None drops them.
-        progress: Called now and then with the time reached and the duration.
+        log_path: File for the messages of OpenSees; None drops them.
+        progress: Called from time to time with the time reached and the duration.
 
     Raises:
         InputError: An argument is outside its limits; nothing was analysed.
@@ -92,7 +154,7 @@ class _History:
             )
 
     def run(self, progress: Progress | None) -> AnalysisResult:
-        """Take all steps and return what came of them."""
+        """Make all steps and return the result."""
         ending = self._loop.run(self._ground.steps, self._read, progress)
         trace = self._monitor.trace()
         energy = {} if self._energy is None else self._energy.terms_kj()
@@ -101,7 +163,7 @@ class _History:
         ratios = energy_ratios(energy)
         whole = demands(self._model, trace, ground, ratios)
         end, found = model_end(self._model.columns, trace), dict(whole)
-        if end.mode:  # what the model says afterwards is no demand
+        if end.mode:  # the model no longer holds after the failure of a column
             rows = end.rows
             found |= demands(self._model, trace.first(rows), ground[:rows], ratios)
             found[_RESIDUAL] = whole[_RESIDUAL]
@@ -143,7 +205,7 @@ class _History:
         reason = self._watch.diverged(row)
         if reason:
             self._monitor.drop_last()
-            self._energy = None  # the live model is no longer in the state of the last row kept
+            self._energy = None  # the model is no longer in the state of the last row
             message = f"the solution diverged: {reason}"
             return Ending(status="numerical_failure", message=message)
         if self._energy is not None:
@@ -156,7 +218,7 @@ class _History:
         return self._settings.integrator_command[0] == "Houbolt"
 
     def _loosened_ratio(self, effort: Effort) -> float:
-        """Return the share of the steps that met only a looser test than the configured one."""
+        """Return the share of the steps that met only a looser convergence test."""
         usual_j, total = self._settings.tolerance_j, effort.steps_by_rung.total()
         loose = sum(
             count
@@ -164,3 +226,214 @@ class _History:
             if LADDER[rung].tolerance_j > usual_j
         )
         return loose / total if total else 0.0
+
+
+class Watch:
+    """Compares each step with the limits; `start` is the row under gravity.
+
+    Raises:
+        InputError: The joint gap leaves the deck no support on its seat.
+    """
+
+    def __init__(
+        self, model: BridgeModel, layout: Layout, start: Sequence[float], settings: AnalysisSettings
+    ) -> None:
+        self._settings = settings
+        self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
+        self._normals = layout.contacts("normals")
+        self._deck = _Point(layout, start, model.deck_centre_node)
+        self._columns = tuple(
+            (
+                _Point(layout, start, column.top_node),
+                _Point(layout, start, column.base_node),
+                column.clear_height_m,
+            )
+            for column in model.columns
+        )
+        self._corners = tuple(
+            (_Point(layout, start, corner.node), abutment.normal, abutment.support_length_m)
+            for abutment in model.abutments
+            for corner in abutment.corners
+        )
+        self._last_drift = self._last_disp_m = 0.0
+        for abutment in model.abutments:
+            if abutment.support_length_m <= 0.0:
+                raise InputError(
+                    f"gap_mm must be below the seat width of {abutment.seat_width_m * 1e3:g} mm, "
+                    f"got {abutment.gap_m * 1e3:g}"
+                )
+
+    def diverged(self, row: Sequence[float]) -> str:
+        """Return why the state cannot be a solution, or an empty text.
+
+        Call it before `collapsed`: a diverged solution does not prove collapse.
+        """
+        drift, disp_m = self._drift(row), self._disp_m(row)
+        step_drift, step_disp_m = drift - self._last_drift, disp_m - self._last_disp_m
+        self._last_drift, self._last_disp_m = drift, disp_m
+        # Negated comparisons, so that NaN is caught.
+        if not abs(step_drift) <= MAX_STEP_DRIFT:
+            return f"drift changed by {step_drift:.3g} in one step"
+        if not abs(step_disp_m) <= MAX_STEP_DISP_M:
+            return f"the deck moved by {step_disp_m:.3g} m in one step"
+        largest = max(row[self._normals], default=0.0)
+        if not largest <= self._max_normal_n:
+            return f"a contact carries {largest:.3g} N"
+        return ""
+
+    def collapsed(self, row: Sequence[float]) -> str:
+        """Return the name of the demand whose limit is exceeded, or an empty text."""
+        if self._drift(row) >= self._settings.collapse_drift_ratio:
+            return "column_drift_ratio"
+        for point, normal, support_m in self._corners:
+            x, y = point.disp(row)
+            if -(x * normal[0] + y * normal[1]) > support_m:
+                return "unseating_m"
+        if self._disp_m(row) > self._settings.collapse_deck_disp_m:
+            return "deck_disp_m"
+        return ""
+
+    def _disp_m(self, row: Sequence[float]) -> float:
+        return hypot(*self._deck.disp(row))
+
+    def _drift(self, row: Sequence[float]) -> float:
+        largest = 0.0
+        for top, base, height_m in self._columns:
+            (top_x, top_y), (base_x, base_y) = top.disp(row), base.disp(row)
+            drift = hypot(top_x - base_x, top_y - base_y) / height_m
+            if not drift <= largest:
+                largest = drift
+        return largest
+
+
+class _Point:
+    """Position of a node in a row, with its displacement under gravity."""
+
+    __slots__ = ("_arm_x", "_arm_y", "_at", "_x", "_y")
+
+    def __init__(self, layout: Layout, start: Sequence[float], node: int) -> None:
+        follower = layout.followers.get(node)
+        read, (self._arm_x, self._arm_y) = (
+            (follower.leader, follower.arm_m) if follower else (node, (0.0, 0.0))
+        )
+        self._at = layout.node(read) if read in layout.nodes else -1
+        self._x = self._y = 0.0
+        self._x, self._y = self.disp(start)
+
+    def disp(self, row: Sequence[float]) -> PlanVector:
+        """Return the plan displacement since gravity."""
+        at = self._at
+        if at < 0:
+            return 0.0, 0.0
+        turned = row[at + 5]
+        x, y = row[at] - self._arm_y * turned, row[at + 1] + self._arm_x * turned
+        return x - self._x, y - self._y
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """The columns at rest.
+
+    Attributes:
+        drifts: Resultant drift of each column since gravity over its clear height; NaN if the
+            model does not come to rest.
+        steps: Number of steps.
+        reason: Why the model does not come to rest, or empty.
+    """
+
+    drifts: tuple[float, ...]
+    steps: int
+    reason: str = ""
+
+
+def drifts_at_rest(
+    model: BridgeModel,
+    settings: AnalysisSettings,
+    under_gravity_m: Callable[[int], tuple[float, float]],
+) -> Rest:
+    """Let the model in the open domain come to rest from its last state; return its drifts.
+
+    From its last state and velocities it vibrates freely, with critical damping on the masses of
+    deck and columns at the long period of the bridge and with the contacts updated as before, until
+    no column moves. A static release would fail: open gaps and slipping contacts leave nodes
+    without stiffness. The state of the history is lost.
+
+    Args:
+        model: Model after the last step of a history, whose motion has ended.
+        settings: Settings of the history.
+        under_gravity_m: Plan displacement of a node under gravity, from which drifts count.
+    """
+    period_s = model.bridge.damping.long_period_s
+    # ASSUME the path to rest adds no plastic drift: critical damping leaves no cycles
+    factors = (4 * pi / period_s, 0.0, 0.0, 0.0)
+    ops.region(model.tags.region(), "-ele", *model.damping_elements, "-rayleigh", *factors)
+    configure_solver(settings)
+    ops.test("EnergyIncr", min(settings.tolerance_j, TOLERANCE_J), settings.max_iterations)
+    ops.algorithm("Newton")
+    _forget_accelerations()
+    ops.integrator(*_INTEGRATOR)
+    ops.analysis("Transient", "-noWarnings")
+    start = {
+        node: under_gravity_m(node)
+        for column in model.columns
+        for node in (column.top_node, column.base_node)
+    }
+    read = partial(_drifts, model, start)
+    trail = [read()]
+    nothing = (nan,) * len(model.columns)
+    for step in range(1, MAX_PERIODS * STEPS_PER_PERIOD + 1):
+        try:
+            moved = _advance(model.contacts, period_s / STEPS_PER_PERIOD)
+        except ContactError as error:
+            return Rest(drifts=nothing, steps=step, reason=str(error))
+        if not moved:
+            return Rest(drifts=nothing, steps=step, reason="a step of the release did not converge")
+        trail.append(read())
+        if step > _STEPS_STILL and _is_still(trail[-_STEPS_STILL - 1 :]):
+            return Rest(drifts=trail[-1], steps=step)
+    return Rest(drifts=nothing, steps=len(trail) - 1, reason=f"moving after {MAX_PERIODS} periods")
+
+
+def _forget_accelerations() -> None:
+    """Set the accelerations of massless degrees of freedom to zero.
+
+    Under the trapezoidal rule they are unused and oscillate from step to step; the integrator of
+    the release would take them for motion.
+    """
+    for node in ops.getNodeTags():
+        for dof in range(1, 7):
+            if ops.nodeMass(node, dof) == 0.0:
+                ops.setNodeAccel(node, dof, 0.0, "-commit")
+
+
+def _advance(contacts: ContactSet | None, dt_s: float) -> bool:
+    """Make one step, in parts if it does not converge as a whole."""
+    for parts in _PARTS:
+        part_s = dt_s / parts
+        if contacts is not None:
+            contacts.prepare(part_s)
+        done = 0
+        while done < parts and ops.analyze(1, part_s) == 0:
+            done += 1
+            if contacts is not None:
+                contacts.after_step(part_s)
+        if done == parts:
+            return True
+        dt_s -= done * part_s
+        ops.domainChange()  # discard the state that a failed attempt left in the equations
+    return False
+
+
+def _drifts(model: BridgeModel, start: dict[int, tuple[float, float]]) -> tuple[float, ...]:
+    found: list[float] = []
+    for column in model.columns:
+        top, base = (
+            [a - b for a, b in zip(ops.nodeDisp(node)[:2], start[node], strict=True)]
+            for node in (column.top_node, column.base_node)
+        )
+        found.append(hypot(top[0] - base[0], top[1] - base[1]) / column.clear_height_m)
+    return tuple(found)
+
+
+def _is_still(trail: list[tuple[float, ...]]) -> bool:
+    return all(max(drift) - min(drift) < STILL_DRIFT for drift in zip(*trail, strict=True))

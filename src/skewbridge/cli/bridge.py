@@ -157,12 +157,12 @@ def modal(
     """
     import pandas as pd
 
-    from skewbridge.analysis.conditioning_period import (
+    from skewbridge.analysis.modal import (
         mean_period_s,
+        modal_properties,
         periods_of_file,
         standing_bridge,
     )
-    from skewbridge.analysis.modal import modal_properties
     from skewbridge.analysis.step_loop import solver_log
 
     variant = choice.variant()

@@ -32,8 +32,8 @@ from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
 
 if TYPE_CHECKING:
-    from skewbridge.analysis.result import AnalysisResult
     from skewbridge.analysis.settings import AnalysisSettings
+    from skewbridge.analysis.transient import AnalysisResult
     from skewbridge.study.task import Task
     from skewbridge.variant.options import ModelOptions
     from skewbridge.variant.variant import Variant
@@ -180,8 +180,8 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
     """Run the task with a progress bar; return the result and its row of the demands table."""
     from rich.progress import Progress
 
-    from skewbridge.analysis.suspect import LIMITS, SUSPECT, reasons
     from skewbridge.analysis.transient import analyse
+    from skewbridge.demands.suspect import LIMITS, SUSPECT, reasons
     from skewbridge.study.keys import run_key
     from skewbridge.study.task import outcome_of
     from skewbridge.study.worker import identity_of

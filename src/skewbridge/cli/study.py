@@ -79,7 +79,7 @@ def plan(
 
     Example: skewbridge plan --config config/smoke.yaml
     """
-    from skewbridge.analysis.conditioning_period import periods_of_file, standing_bridge
+    from skewbridge.analysis.modal import periods_of_file, standing_bridge
     from skewbridge.provenance.tables import read_frame
     from skewbridge.reading import records_of
     from skewbridge.study.config import load_config

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from typing import Any, Final
 
-from skewbridge.analysis.suspect import SEPARATOR, SUSPECT
 from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, Role
+from skewbridge.demands.suspect import SEPARATOR, SUSPECT
 from skewbridge.statuses import STATUSES
 from skewbridge.variant.axes import AXES, Axis, axes_of
 from skewbridge.variant.variant import Variant

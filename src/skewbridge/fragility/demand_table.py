@@ -10,7 +10,6 @@ import pandas as pd
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from skewbridge.analysis.suspect import SUSPECT
 from skewbridge.demands.completeness import (
     BEYOND_MODEL,
     COMPLETE,
@@ -18,6 +17,7 @@ from skewbridge.demands.completeness import (
     with_derived_columns,
 )
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.suspect import SUSPECT
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import ANY_FAILURE_DEMAND
 from skewbridge.fragility.settings import FitSettings

@@ -10,10 +10,10 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.analysis.rungs import rung_shares
-from skewbridge.analysis.suspect import SUSPECT, reasons_in
+from skewbridge.analysis.recovery import rung_shares, steps_from_text
 from skewbridge.demands.columns import KEY, demands_for
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.suspect import LIMITS, SUSPECT, SuspectLimits, count_reasons
 from skewbridge.errors import SolutionError
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
@@ -173,7 +173,7 @@ def _names(found: pd.DataFrame, named_by: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def suspect_rows(demands: pd.DataFrame) -> list[dict[str, Any]]:
+def suspect_rows(demands: pd.DataFrame, limits: SuspectLimits) -> list[dict[str, Any]]:
     """Return how many rows are suspect for each reason, and which of them is the worst."""
     return [
         {
@@ -182,11 +182,13 @@ def suspect_rows(demands: pd.DataFrame) -> list[dict[str, Any]]:
             "worst": found["worst"],
             **demands.iloc[found["at"]][list(KEY)].to_dict(),
         }
-        for found in reasons_in(demands[SUSPECT])
+        for found in count_reasons(demands, limits)
     ]
 
 
-def write_checks(tables: StudyTables, output: Path, *, strict: bool) -> None:
+def write_checks(
+    tables: StudyTables, output: Path, *, strict: bool, suspect: SuspectLimits = LIMITS
+) -> None:
     """Check the products of a study and write the findings as JSON.
 
     With them go the suspect rows by reason, and what each rung of the recovery ladder carried.
@@ -196,6 +198,7 @@ def write_checks(tables: StudyTables, output: Path, *, strict: bool) -> None:
         tables: The products.
         output: The JSON file.
         strict: Whether a check that fails stops the workflow.
+        suspect: Limits that the suspect rows exceed.
 
     Raises:
         SolutionError: A check failed, and that stops the workflow.
@@ -211,8 +214,8 @@ def write_checks(tables: StudyTables, output: Path, *, strict: bool) -> None:
         "passed": not failed,
         "checks": [asdict(check) for check in checks],
         "suspect_rows": int((demands[SUSPECT] != "").sum()),
-        "suspect": suspect_rows(demands),
-        "rungs": rung_shares(demands["steps_by_rung"]),
+        "suspect": suspect_rows(demands, suspect),
+        "rungs": rung_shares(map(steps_from_text, demands["steps_by_rung"])),
     }
     write_text(output, json.dumps(payload, indent=1))
     if failed and strict:

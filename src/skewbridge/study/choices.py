@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from skewbridge.analysis.damping import damping_ratio
+from skewbridge.analysis.modal import damping_ratio
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.study.task import Task
 from skewbridge.units import MN, split_unit

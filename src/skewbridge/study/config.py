@@ -9,7 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.suspect import SuspectLimits
+from skewbridge.demands.suspect import SuspectLimits
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.reading import FileName, Number, Whole, checked, merged, read_mapping

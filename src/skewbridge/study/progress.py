@@ -10,7 +10,7 @@ from typing import Any, Final, Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from skewbridge.analysis.suspect import LIMITS, SuspectLimits, reasons
+from skewbridge.demands.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.statuses import FAILED
 from skewbridge.study.journal import JournalContent
 from skewbridge.study.session import PROGRESS_LOG

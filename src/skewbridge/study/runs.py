@@ -7,7 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
-from skewbridge.analysis.suspect import SuspectLimits
+from skewbridge.demands.suspect import SuspectLimits
 from skewbridge.demands.tables import write_study
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import write_text

@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.result import AnalysisResult
-from skewbridge.analysis.rungs import as_text
+from skewbridge.analysis.recovery import steps_as_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Progress
-from skewbridge.analysis.transient import analyse
+from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.demands.completeness import (
     BEYOND_MODEL,
     COLUMN_FAILURE_RATIO,
@@ -101,7 +100,7 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
         "recovery_rung": result.recovery_rung,
-        "steps_by_rung": as_text(result.steps_by_rung),
+        "steps_by_rung": steps_as_text(result.steps_by_rung),
         "loosened_ratio": result.loosened_ratio,
         "houbolt_failures": result.houbolt_failures,
         "substeps": result.substeps,

@@ -17,9 +17,9 @@ from joblib import Parallel, delayed
 from matplotlib.image import imread, imsave
 from numpy.typing import NDArray
 
-from skewbridge.analysis.suspect import SUSPECT
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.demands.suspect import SUSPECT
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.paper_table import (
     JOINT,

@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import Scheme
+from skewbridge.analysis.transient import AnalysisResult
 from skewbridge.statuses import RAN
 from skewbridge.units import KN, MM
 from skewbridge.variant.abutments import ABUTMENTS

@@ -17,10 +17,10 @@ from joblib import Parallel, delayed
 
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.rungs import as_text, rung_shares
+from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.suspect import LIMITS
 from skewbridge.analysis.transient import analyse
+from skewbridge.demands.suspect import LIMITS
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.statuses import COLLAPSE, OK
@@ -92,7 +92,7 @@ def run_hard_set(study: Study, chosen: HardSet) -> None:
     study.tables["rows"] = table
     counts = table.groupby([*_GROUP, "status"], sort=False).size()
     study.tables["statuses"] = counts.rename("analyses").reset_index()
-    study.tables["rungs"] = pd.DataFrame(rung_shares(table["steps_by_rung"]))
+    study.tables["rungs"] = pd.DataFrame(rung_shares(map(steps_from_text, table["steps_by_rung"])))
 
 
 def _rows(
@@ -150,7 +150,7 @@ def _row(variant: Variant, motion: GroundMotion) -> dict[str, Any]:
         "time_reached_s": found.time_reached_s,
         "duration_s": found.duration_s,
         "recovery_rung": found.recovery_rung,
-        "steps_by_rung": as_text(found.steps_by_rung),
+        "steps_by_rung": steps_as_text(found.steps_by_rung),
         "substeps": found.substeps,
         "iterations": found.iterations,
     }

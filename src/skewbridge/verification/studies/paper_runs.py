@@ -17,9 +17,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.result import AnalysisResult
 from skewbridge.analysis.settings import AnalysisSettings, Scheme
-from skewbridge.analysis.transient import analyse
+from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.errors import InputError
 from skewbridge.motions.index import IndexEntry, read_index
 from skewbridge.motions.read import (
