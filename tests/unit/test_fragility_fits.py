@@ -16,7 +16,6 @@ from skewbridge.fragility.fits import (
     fit_capacities,
     fit_cloud,
     fit_stripes,
-    motion_weights,
 )
 from skewbridge.fragility.likelihood import (
     chi_square_drop,
@@ -27,6 +26,7 @@ from skewbridge.fragility.likelihood import (
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.measures import measure_table, rank_measures
 from skewbridge.fragility.median_effects import median_effects
+from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves, system_members
 

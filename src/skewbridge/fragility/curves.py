@@ -17,10 +17,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy import special
 
 from skewbridge.demands.columns import label_of
-from skewbridge.demands.completeness import is_beyond_model
 from skewbridge.errors import InputError
 from skewbridge.fragility import existence
 from skewbridge.fragility.columns import FloatArray
@@ -38,12 +36,10 @@ from skewbridge.fragility.fits import (
     brackets_of_runs,
     common_warnings,
     estimated,
-    exp_end,
     fit_brackets,
     fit_cloud_states,
     fit_stripes,
     jackknifed,
-    motion_weights,
 )
 from skewbridge.fragility.likelihood import (
     NormalKernel,
@@ -52,15 +48,21 @@ from skewbridge.fragility.likelihood import (
     profile_ends,
 )
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
-from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines, fit_lines
+from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines
+from skewbridge.fragility.motion_means import (
+    exp_end,
+    jackknife_covariance,
+    jackknife_factors,
+    motion_weights,
+)
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
     DemandOutcomes,
-    demand_outcomes,
+    RunEnds,
+    peak_outcomes,
     states_by_demand,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import AXES
 
 #: Methods in the order of preference.
@@ -146,6 +148,8 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
 }
 
 _KEY: Final = ("variant", "bridge", "abutment", *(axis.name for axis in AXES))
+_FIT_COLUMNS: Final = [name for name in CURVE_COLUMNS if name not in _KEY]
+_LINE_COLUMNS: Final = ("ln_a", "b", "sigma", "curvature_p", "scatter_p", "normal_p")
 
 
 def fit_study(
@@ -187,15 +191,34 @@ def _variant_rows(
 ) -> list[dict[str, Any]]:
     """Return the rows of one variant."""
     description = variant_values(part)
+    runs = _Runs.of(part, settings)
     return [
         description | row
-        for group in states_by_demand(states).values()
-        for row in DemandFits(part, group, settings).rows()
+        for (_, demand), group in states_by_demand(states).items()
+        for row in _DemandFits(
+            runs, part[demand].to_numpy(dtype=np.float64), group, settings
+        ).rows()
     ]
 
 
 @dataclass(frozen=True, slots=True)
-class CommonSlopeFits:
+class _Runs:
+    """Runs of one variant: intensities and motions (n,), ends, weights by motion (1 + M, n)."""
+
+    im: FloatArray
+    motion: NDArray[np.intp]
+    ends: RunEnds
+    weights: FloatArray
+
+    @classmethod
+    def of(cls, part: pd.DataFrame, settings: FitSettings) -> "_Runs":
+        motion = motion_codes(part)
+        im = part[settings.im].to_numpy(dtype=np.float64)
+        return cls(im, motion, RunEnds.of(part), motion_weights(motion))
+
+
+@dataclass(frozen=True, slots=True)
+class _CommonSlopeFits:
     """Fits of the states of one demand with a common dispersion.
 
     Attributes:
@@ -208,44 +231,45 @@ class CommonSlopeFits:
     ln_theta: FloatArray
     beta: FloatArray
 
+    def median(self, j: int) -> tuple[float, float]:
+        """Return theta and beta of state j."""
+        return exp_end(self.ln_theta[j, 0]), float(self.beta[0])
 
-class DemandFits:
+
+def _median(lines: Lines, state: LimitState) -> tuple[float, float]:
+    """Return theta and beta of a state from the line through all runs."""
+    return exp_end(lines.ln_theta(state.threshold)[0]), float(lines.beta()[0])
+
+
+class _DemandFits:
     """The fits of one variant for all states of one demand."""
 
     def __init__(
-        self, part: pd.DataFrame, states: Sequence[LimitState], settings: FitSettings
+        self, runs: _Runs, peak: FloatArray, states: Sequence[LimitState], settings: FitSettings
     ) -> None:
-        self._part, self._states, self._settings = part, states, settings
-        self._im = part[settings.im].to_numpy(dtype=np.float64)
-        self._motion = motion_codes(part)
-        self._weights = motion_weights(self._motion)
-        self._outcomes = demand_outcomes(part, states)
-        self._repeated = self._weights.shape[0] - 1 < self._im.size
+        self._runs, self._states, self._settings = runs, states, settings
+        self._im, self._ln_im, self._weights = runs.im, np.log(runs.im), runs.weights
+        self._motions = len(runs.weights) - 1
+        self._repeated = self._motions < self._im.size
+        self._outcomes = peak_outcomes(peak, runs.ends, states)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the rows of the table of curves, without the description of the variant."""
         outcomes, states = self._outcomes, self._states
         missing = outcomes.complete & np.isnan(outcomes.lower)
-        counts: dict[str, Any] = {
+        counts: dict[str, Any] = self._runs.ends.counts | {
             "n_runs": int(self._im.size),
-            "n_records": int(self._weights.shape[0] - 1),
+            "n_records": self._motions,
             "n_censored": int(np.sum(outcomes.used & (outcomes.lower != outcomes.upper))),
             "n_missing": int(np.sum(missing)),
-            "n_collapse": int(np.sum(self._part["status"] == COLLAPSE)),
-            "n_beyond_model": int(np.sum(is_beyond_model(self._part))),
         }
         if np.any(missing) and np.all(missing[outcomes.complete]):
             blank = FragilityFit(method="", status=existence.NOT_APPLICABLE)
             pairs = [(method, state) for state in states for method in METHODS[:2]]
             return [self._row(method, state, blank, counts) for method, state in pairs]
-        lines, exceedance = self._lines(outcomes, self._weights), self._exceedance(outcomes)
-        unknown = any(np.any(outcomes.unknown(state)) for state in states)
-        medians = [
-            [(_exp(lines.ln_theta(s.threshold)[0]), float(lines.beta()[0])) for s in states],
-            [(_exp(row[0]), float(exceedance.beta[0])) for row in exceedance.ln_theta],
-        ]
-        bounded = {name: self._bound(name) if unknown else medians for name in TREATMENTS}
-        clouds, brackets = self._clouds(), self._brackets()
+        lines, exceedance = outcomes.lines(self._ln_im, self._weights), self._exceedance(outcomes)
+        clouds, brackets = self._clouds(lines), self._brackets()
+        bounds = self._bounds(lines, exceedance)
         rows: list[dict[str, Any]] = []
         for j, state in enumerate(states):
             known = counts | {
@@ -253,76 +277,46 @@ class DemandFits:
                 "n_unknown": int(np.sum(outcomes.unknown(state))),
             }
             fits = {"cloud": clouds[j], "exceedance": exceedance.fits[j]}
-            bounds: list[dict[str, tuple[float, float]]] = []
-            for number, method in enumerate(fits):
-                # the exceedance fit leaves unknown outcomes out by itself
-                same = () if known["n_unknown"] else TREATMENTS
-                same = same or (TREATMENTS[:1] if number else ())
-                bounds.append(
-                    {
-                        name: medians[number][j] if name in same else bounded[name][number][j]
-                        for name in TREATMENTS
-                    }
-                )
-                fits[method] = self._judged(fits[method], bounds[number], known["n_unknown"])
+            for method, fit in fits.items():
+                fits[method] = self._judged(fit, bounds[method][j], known["n_unknown"])
             if fits["cloud"].status == FITTED and self._depends_on_collapses(lines, state):
                 fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
-            comparison = self._compared(
-                fits, exceedance.ln_theta[j] - lines.ln_theta(state.threshold), known
-            )
-            shares = {
-                "cloud": (lines.sigma / lines.b, lines.b),
-                "exceedance": (exceedance.beta, lines.b),
-            }
+            difference = exceedance.ln_theta[j] - lines.ln_theta(state.threshold)
+            extra = _compared(fits, difference, known)
+            for method in METHODS[:2]:
+                for name, (theta, beta) in bounds[method][j].items():
+                    extra[method] |= {f"theta_{name}": theta, f"beta_{name}": beta}
+            dispersions = {"cloud": lines.sigma / lines.b, "exceedance": exceedance.beta}
             if brackets is not None:
-                fits[METHODS[2]] = brackets.fits[j]
-                shares[METHODS[2]] = (brackets.beta, lines.b)
-            for number, (method, fit) in enumerate(fits.items()):
-                row = self._row(method, state, fit, known) | comparison.get(method, {})
-                if method in METHODS[:2]:
-                    for name in TREATMENTS:
-                        theta, beta = bounds[number][name]
-                        row |= {f"theta_{name}": theta, f"beta_{name}": beta}
-                rows.append(row | self._total_dispersion(fit, state, *shares[method]))
+                fits[METHODS[2]], dispersions[METHODS[2]] = brackets.fits[j], brackets.beta
+            for method, fit in fits.items():
+                row = self._row(method, state, fit, known) | extra.get(method, {})
+                rows.append(row | _total_dispersion(fit, state, dispersions[method], lines.b))
         return rows
 
-    # -- line of ln demand ---------------------------------------------------------------------
-
-    def _lines(self, outcomes: DemandOutcomes, weights: FloatArray) -> Lines:
-        """Return the lines of replicates with given weights of the runs, shape (R, n)."""
-        used = outcomes.used
-        if np.sum(used) < 3:
-            blank = np.full(weights.shape[0], nan)
-            return Lines(blank, blank, blank)
-        with np.errstate(divide="ignore"):
-            lower, upper = np.log(outcomes.lower[used]), np.log(outcomes.upper[used])
-        return fit_lines(np.log(self._im[used]), lower, upper, weights[:, used])
-
-    def _clouds(self) -> list[FragilityFit]:
+    def _clouds(self, lines: Lines) -> list[FragilityFit]:
         """Return the cloud fits of the states; refused where no run, or every run, exceeds."""
         outcomes, used = self._outcomes, self._outcomes.used
         if not np.any(used):
             return [FragilityFit(method="cloud", status=existence.NO_RUNS)] * len(self._states)
+        kept = 1 + np.unique(self._runs.motion[used])
+        without = Lines(lines.ln_a[kept], lines.b[kept], lines.sigma[kept])
         fits = fit_cloud_states(
-            self._im[used],
-            outcomes.lower[used],
-            outcomes.upper[used],
+            self._ln_im[used],
+            *outcomes.ln_ends,
             [(state.threshold, 0.0) for state in self._states],
             self._settings,
-            self._motion[used] if self._repeated else None,
+            without if kept.size < np.sum(used) else None,
         )
-        for j, state in enumerate(self._states):
-            exceed = outcomes.exceed(state)
-            # ASSUME a study states no median that no run reached, or that every run passed
-            if not np.any(exceed):
-                fits[j] = fits[j].without_estimate(existence.NO_EXCEEDANCE)
-            elif np.all(exceed | outcomes.unknown(state)):
-                fits[j] = fits[j].without_estimate(existence.ALL_EXCEED)
-        return fits
+        statuses = [outcomes.status(state) for state in self._states]
+        return [
+            fit if status == FITTED else fit.without_estimate(status)
+            for fit, status in zip(fits, statuses, strict=True)
+        ]
 
     # -- exceeded or not -----------------------------------------------------------------------
 
-    def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> CommonSlopeFits:
+    def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> _CommonSlopeFits:
         """Fit the probability of exceedance of all states with a common dispersion.
 
         A run whose demand lies above state j and not above state k has the probability
@@ -342,12 +336,12 @@ class DemandFits:
             first[j] = j if before is None or apart else first[before]
         usable = sorted(set(first.values()))
         if not usable:
-            return self._common_slope(fits, usable, None, intervals=intervals)
+            return self._common_slope(fits, usable, None)
         passed = exceed[:, usable].sum(axis=1)  # usable states that are exceeded
         not_passed = known[:, usable] & ~exceed[:, usable]
         ended = ~np.any(not_passed, axis=1)
         rows = (passed > 0) | ~ended
-        x = np.log(self._im[rows])
+        x = self._ln_im[rows]
         eye = -np.eye(len(usable))
         low = eye[np.argmax(not_passed, axis=1)[rows]]
         high = eye[np.maximum(passed - 1, 0)[rows]]
@@ -362,7 +356,8 @@ class DemandFits:
                 observed=np.zeros(x.size, dtype=np.bool_),
             )
 
-        common = self._common_slope(fits, usable, kernel, intervals=intervals)
+        profile = not self._repeated
+        common = self._common_slope(fits, usable, kernel, intervals=intervals, profile=profile)
         for j, same in first.items():
             common.ln_theta[j] = common.ln_theta[same]
             common.fits[j] = replace(common.fits[same], details=fits[j].details)
@@ -373,25 +368,23 @@ class DemandFits:
     ) -> FragilityFit:
         """Return the fit of one state by itself, or only its status and a start value."""
         im, hits = self._im[known], exceed[known].astype(np.float64)
+        each = np.ones(im.size)
         if im.size == 0:
             return FragilityFit(method="stripes", status=existence.NO_RUNS)
         if intervals:
+            records = int(np.unique(self._runs.motion[known]).size)
             return fit_stripes(
-                im,
-                np.ones(im.size),
-                hits,
-                settings=self._settings,
-                n_records=int(np.unique(self._motion[known]).size),
-                interval=False,
+                im, each, hits, settings=self._settings, n_records=records, interval=False
             )
-        status = existence.binomial_status(np.log(im), np.ones(im.size), hits)
+        status = existence.binomial_status(np.log(im), each, hits)
         middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
         return FragilityFit(method="stripes", status=status, theta=middle, beta=0.5)
 
-    def _brackets(self) -> CommonSlopeFits | None:
+    def _brackets(self) -> _CommonSlopeFits | None:
         """Fit the brackets of the first exceedance per motion; None if all ran at one level."""
-        order = np.lexsort((self._im, self._motion))
-        same = np.diff(self._motion[order]) == 0
+        motions = self._runs.motion
+        order = np.lexsort((self._im, motions))
+        same = np.diff(motions[order]) == 0
         if not np.any(same & (np.diff(self._im[order]) > 0.0)):
             return None
         fits: list[FragilityFit] = []
@@ -399,14 +392,14 @@ class DemandFits:
         for state in self._states:
             known = ~self._outcomes.unknown(state)
             exceed = self._outcomes.exceed(state)[known].astype(np.float64)
-            low, high, odd = brackets_of_runs(self._im[known], exceed, self._motion[known])
+            low, high, odd = brackets_of_runs(self._im[known], exceed, motions[known])
             fit = fit_brackets(low, high, self._settings)
             if fit.status == ALL_CENSORED:
                 fit = replace(fit, status=existence.NO_EXCEEDANCE)
             if odd:
                 fit = replace(fit, warnings=(*fit.warnings, "non_monotone_records"))
             fits.append(fit)
-            ends.append((low, high, np.unique(self._motion[known])))
+            ends.append((low, high, np.unique(motions[known])))
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         if not usable:
             return self._common_slope(fits, usable, None)
@@ -417,13 +410,12 @@ class DemandFits:
 
         def kernel(weights: FloatArray | None) -> NormalKernel:
             # one row per motion: a replicate without a motion has no row of it
-            count = 0 if weights is None else weights.shape[0]
-            each = motion != np.arange(count)[:, None]
+            each = motion != np.arange(self._motions)[:, None]
             by_motion = None if weights is None else each.astype(np.float64)
             return NormalKernel(-np.eye(len(usable))[place], lower, upper, by_motion)
 
-        independent = len(usable) == 1  # one bracket per motion
-        return self._common_slope(fits, usable, kernel, profile=independent)
+        # one bracket per motion is independent of the others
+        return self._common_slope(fits, usable, kernel, profile=len(usable) == 1)
 
     def _common_slope(
         self,
@@ -432,41 +424,38 @@ class DemandFits:
         kernel: Callable[[FloatArray | None], NormalKernel] | None,
         *,
         intervals: bool = True,
-        profile: bool | None = None,
-    ) -> CommonSlopeFits:
+        profile: bool = True,
+    ) -> _CommonSlopeFits:
         """Fit the usable states together: parameters (a0 of each state, a1).
 
         ``kernel`` returns the likelihood for given weights of the runs. Intervals are those of the
-        profile where rows are independent, else of the jackknife by motion.
+        profile where rows are independent (``profile``), else of the jackknife by motion.
         """
-        count = self._weights.shape[0]
-        ln_theta, beta = np.full((len(fits), count), nan), np.full(count, nan)
-        result = list(fits)
+        count = self._motions + 1
+        common = _CommonSlopeFits(fits, np.full((len(fits), count), nan), np.full(count, nan))
         if kernel is None:
-            return CommonSlopeFits(result, ln_theta, beta)
+            return common
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
         start = np.array([[*(-slope * np.log(fits[j].theta) for j in usable), slope]])
         whole = kernel(None)
         best = maximise(whole, start)
         params, converged = best.params, best.converged
         if intervals and converged[0]:
-            again = maximise(
-                kernel(self._weights[1:]), np.tile(params, (count - 1, 1)), covariance=False
-            )
+            starts = np.tile(params, (count - 1, 1))
+            again = maximise(kernel(self._weights[1:]), starts, covariance=False)
             params = np.vstack([params, again.params])
             converged = np.append(converged, again.converged)
         good = converged & (params[:, -1] > FLATTEST_SLOPE)
         a1 = np.where(good, params[:, -1], nan)
-        beta[: a1.size] = 1.0 / a1
-        ln_theta[usable, : a1.size] = (-params[:, :-1] / a1[:, None]).T
+        common.beta[: a1.size] = 1.0 / a1
+        common.ln_theta[usable, : a1.size] = (-params[:, :-1] / a1[:, None]).T
         if not good[0]:
             status = existence.NON_INCREASING if converged[0] else existence.NOT_CONVERGED
             for j in usable:
-                result[j] = fits[j].without_estimate(status)
-            return CommonSlopeFits(result, ln_theta, beta)
-        independent = not self._repeated if profile is None else profile
+                fits[j] = fits[j].without_estimate(status)
+            return common
         ends = None
-        if intervals and independent:
+        if intervals and profile:
             terms = np.eye(len(usable) + 1)[:-1]
             drop = chi_square_drop(self._settings.confidence)
             ends = profile_ends(whole, best, drop, terms, len(usable))
@@ -474,30 +463,39 @@ class DemandFits:
             covariance = best.covariance[0][np.ix_([i, -1], [i, -1])]
             own_ends = None if ends is None else (ends.ln_theta[i], ends.beta)
             fit = estimated(fits[j], best.params[0, [i, -1]], covariance, own_ends)
-            if intervals and not independent:
-                fit = jackknifed(fit, ln_theta[j, 1:], beta[1:], count - 1)
+            if intervals and not profile:
+                fit = jackknifed(fit, common.ln_theta[j, 1:], common.beta[1:], count - 1)
             names = common_warnings(fit.theta, fit.ci_theta, self._im, count - 1)
-            result[j] = replace(
+            fits[j] = replace(
                 fit,
                 loglik=float(best.loglik[0]),
                 warnings=tuple(dict.fromkeys((*fit.warnings, *names))),
             )
-        return CommonSlopeFits(result, ln_theta, beta)
+        return common
 
-    # -- unknown outcomes and the choice between the methods -----------------------------------
+    # -- unknown outcomes ----------------------------------------------------------------------
 
-    def _bound(self, treatment: str) -> list[list[tuple[float, float]]]:
-        """Return (theta, beta) of each method and state for one treatment of unknown outcomes."""
+    def _bounds(
+        self, lines: Lines, exceedance: _CommonSlopeFits
+    ) -> dict[str, list[dict[str, tuple[float, float]]]]:
+        """Return (theta, beta) by method, state and treatment of unknown outcomes."""
         outcomes, states = self._outcomes, self._states
-        line: list[tuple[float, float]] = []
-        for state in states:
-            lines = self._lines(outcomes.treated(state, treatment), self._weights[:1])
-            line.append((_exp(lines.ln_theta(state.threshold)[0]), float(lines.beta()[0])))
-        treated = outcomes
-        for state in states:
-            treated = treated.treated(state, treatment)
-        counts = self._exceedance(treated, intervals=False)
-        return [line, [(_exp(row[0]), float(counts.beta[0])) for row in counts.ln_theta]]
+        clouds = [dict.fromkeys(TREATMENTS, _median(lines, state)) for state in states]
+        counts = [dict.fromkeys(TREATMENTS, exceedance.median(j)) for j in range(len(states))]
+        unknown = [j for j, state in enumerate(states) if np.any(outcomes.unknown(state))]
+        for j in unknown:
+            for name in TREATMENTS:
+                treated = outcomes.treated(states[j], name)
+                found = treated.lines(self._ln_im, self._weights[:1])
+                clouds[j][name] = _median(found, states[j])
+        for name in TREATMENTS[1:] if unknown else ():  # the fit itself excludes unknown outcomes
+            treated = outcomes
+            for state in states:
+                treated = treated.treated(state, name)
+            common = self._exceedance(treated, intervals=False)
+            for j in unknown:
+                counts[j][name] = common.median(j)
+        return {"cloud": clouds, "exceedance": counts}
 
     def _judged(
         self, fit: FragilityFit, bounds: Mapping[str, tuple[float, float]], unknown: int
@@ -521,87 +519,23 @@ class DemandFits:
         bound: the median counts only if it hardly moves when these peaks are taken as final.
         """
         outcomes = self._outcomes
-        ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
+        ended = self._runs.ends.collapsed & np.isposinf(outcomes.upper)
         by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in self._states)
         if by_definition or self._settings.accept_bounds or not np.any(ended):
             return False
         final = replace(outcomes, upper=np.where(ended, outcomes.lower, outcomes.upper))
-        other = self._lines(final, self._weights[:1]).ln_theta(state.threshold)[0]
+        other = final.lines(self._ln_im, self._weights[:1]).ln_theta(state.threshold)[0]
         return not abs(other - lines.ln_theta(state.threshold)[0]) <= np.log(MAX_BOUNDS_RATIO)
-
-    def _compared(
-        self, fits: Mapping[str, FragilityFit], difference: FloatArray, known: Mapping[str, Any]
-    ) -> dict[str, dict[str, Any]]:
-        """Return the comparison of both methods and the preferred one.
-
-        Args:
-            fits: Fits of a state by method.
-            difference: ln of the exceedance over the cloud median, all runs and without each
-                motion, shape (1 + M,).
-            known: Counts of the state.
-        """
-        cloud, exceedance = (fits[method].status == FITTED for method in METHODS[:2])
-        ratio, z = nan, nan
-        if cloud and exceedance:
-            ratio = _exp(difference[0])
-            left_out = difference[1:][np.isfinite(difference[1:])]
-            size = left_out.size
-            error = np.std(left_out) * np.sqrt(max(size - 1, 0)) if size > 2 else nan
-            z = float(difference[0] / error) if error > 0.0 else nan
-        far = abs(z) > MAX_METHODS_Z
-        sides = min(known["n_exceed"], known["n_runs"] - known["n_exceed"] - known["n_unknown"])
-        by_count = exceedance and (not cloud or (far and sides >= MIN_RUNS_A_SIDE))
-        shared = {
-            "methods_ratio": ratio,
-            "methods_z": z,
-            "methods_differ": bool(far or abs(ratio - 1.0) > MAX_METHODS_DIFFERENCE),
-        }
-        return {
-            METHODS[0]: shared | {"preferred": cloud and not by_count},
-            METHODS[1]: shared | {"preferred": by_count},
-        }
-
-    # -- rows ----------------------------------------------------------------------------------
-
-    def _total_dispersion(
-        self, fit: FragilityFit, state: LimitState, beta: FloatArray, b: FloatArray
-    ) -> dict[str, float]:
-        """Return the dispersion with that of the capacity and its interval by motion.
-
-        Args:
-            fit: Fit of the state.
-            state: The state, with the dispersion of its capacity.
-            beta: Record-to-record dispersion, all runs and without each motion, shape (1 + M,).
-            b: Slope of the line, which carries the dispersion of the capacity over, (1 + M,).
-        """
-        # ASSUME capacity independent of demand
-        with np.errstate(divide="ignore", invalid="ignore"):
-            total = (
-                np.log(np.hypot(beta, state.dispersion / b)) if state.dispersion else np.log(beta)
-            )
-        if fit.status != FITTED or not np.isfinite(total[0]):
-            return {"beta_total": nan, "beta_total_low": nan, "beta_total_high": nan}
-        left_out = total[1:][np.isfinite(total[1:])]
-        size, middle = left_out.size, _exp(total[0])
-        if size < 4:
-            return {"beta_total": middle, "beta_total_low": nan, "beta_total_high": nan}
-        t = float(special.stdtrit(size - 2, 0.5 + 0.5 * fit.level))
-        reach = exp_end(t * float(np.std(left_out)) * float(np.sqrt(size - 1)))
-        ends = {"beta_total_low": middle / reach, "beta_total_high": middle * reach}
-        return {"beta_total": middle} | ends
 
     def _row(
         self, method: str, state: LimitState, fit: FragilityFit, known: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Return the columns of one fit that do not depend on the other fits."""
         details = fit.details
-        row: dict[str, Any] = dict.fromkeys(CURVE_COLUMNS, nan)
-        row |= {name: details[name] for name in ("ln_a", "b", "sigma", "link_p") if name in details}
+        row: dict[str, Any] = dict.fromkeys(_FIT_COLUMNS, nan)
         if fit.line is not None:
-            row |= {
-                name: getattr(fit.line, name) for name in ("curvature_p", "scatter_p", "normal_p")
-            }
-            row |= {n: getattr(fit.line, n) for n in ("ln_a", "b", "sigma") if n not in details}
+            row |= {name: getattr(fit.line, name) for name in _LINE_COLUMNS}
+        row |= {name: details[name] for name in ("ln_a", "b", "sigma", "link_p") if name in details}
         names = ("theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "loglik")
         row |= {name: getattr(fit, name) for name in names}
         row |= _bounds_without_estimate(fit)
@@ -633,9 +567,62 @@ class DemandFits:
             largest = np.nanmax(self._outcomes.lower, initial=0.0)
             label = label_of(state.demand)
             row["reach"] = f"{label}: largest {largest:.2g}, state at {state.threshold:.2g}"
-        return {
-            name: value for name, value in row.items() if name in CURVE_COLUMNS and name not in _KEY
-        }
+        return row
+
+
+def _compared(
+    fits: Mapping[str, FragilityFit], difference: FloatArray, known: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Return the comparison of both methods and the preferred one.
+
+    Args:
+        fits: Fits of a state by method.
+        difference: ln of the exceedance over the cloud median, all runs and without each motion,
+            shape (1 + M,).
+        known: Counts of the state.
+    """
+    cloud, exceedance = (fits[method].status == FITTED for method in METHODS[:2])
+    ratio, z = nan, nan
+    if cloud and exceedance:
+        ratio = exp_end(difference[0])
+        left_out = difference[1:][np.isfinite(difference[1:])]
+        if left_out.size > 2:
+            error = float(np.sqrt(jackknife_covariance(left_out[:, None])[0, 0]))
+            z = float(difference[0] / error) if error > 0.0 else nan
+    far = abs(z) > MAX_METHODS_Z
+    sides = min(known["n_exceed"], known["n_runs"] - known["n_exceed"] - known["n_unknown"])
+    by_count = exceedance and (not cloud or (far and sides >= MIN_RUNS_A_SIDE))
+    shared = {
+        "methods_ratio": ratio,
+        "methods_z": z,
+        "methods_differ": bool(far or abs(ratio - 1.0) > MAX_METHODS_DIFFERENCE),
+    }
+    return {
+        METHODS[0]: shared | {"preferred": cloud and not by_count},
+        METHODS[1]: shared | {"preferred": by_count},
+    }
+
+
+def _total_dispersion(
+    fit: FragilityFit, state: LimitState, beta: FloatArray, b: FloatArray
+) -> dict[str, float]:
+    """Return the dispersion with that of the capacity and its interval by motion.
+
+    Args:
+        fit: Fit of the state.
+        state: The state, with the dispersion of its capacity.
+        beta: Record-to-record dispersion, all runs and without each motion, shape (1 + M,).
+        b: Slope of the line, which carries the dispersion of the capacity over, (1 + M,).
+    """
+    # ASSUME capacity independent of demand
+    with np.errstate(divide="ignore", invalid="ignore"):
+        total = np.log(np.hypot(beta, state.dispersion / b) if state.dispersion else beta)
+    if fit.status != FITTED or not np.isfinite(total[0]):
+        return {}
+    middle, left_out = exp_end(total[0]), total[1:][np.isfinite(total[1:])]
+    factor = jackknife_factors(left_out[:, None], fit.level)[0]
+    ends = {"beta_total_low": middle / factor, "beta_total_high": middle * factor}
+    return {"beta_total": middle} | ends
 
 
 def _bounds_without_estimate(fit: FragilityFit) -> dict[str, float]:
@@ -655,7 +642,3 @@ def _bounds_without_estimate(fit: FragilityFit) -> dict[str, float]:
     if "firth" in details:
         found |= {f"{name}_firth": value for name, value in details["firth"].items()}
     return found
-
-
-def _exp(value: float) -> float:
-    return exp_end(float(value)) if np.isfinite(value) else nan

@@ -11,7 +11,7 @@ References:
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf, nan
+from math import nan
 from typing import Any, Final
 
 import numpy as np
@@ -34,11 +34,18 @@ from skewbridge.fragility.likelihood import (
 )
 from skewbridge.fragility.lines import (
     FLATTEST_SLOPE,
+    Lines,
     TestedLine,
     fit_lines,
     lilliefors,
     tested_line,
     tobit_start,
+)
+from skewbridge.fragility.motion_means import (
+    MIN_VALUES,
+    exp_end,
+    jackknife_covariance,
+    motion_weights,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -47,7 +54,6 @@ FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
 ALL_CENSORED: Final = "all_censored"
 SLOPE_NOT_SIGNIFICANT: Final = "slope_not_significant"
-_MAX_LOG: Final = 700.0  # exp() of more overflows a double
 _ESTIMATE: Final = (
     "theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "ci_theta", "ci_beta",
     "ci_method", "loglik",
@@ -121,11 +127,6 @@ class FragilityFit:
         return {name: list(v) if isinstance(v, tuple) else v for name, v in values.items()}
 
 
-def exp_end(value: float) -> float:
-    """Return the exponential of the end of an interval, infinite where a double is too small."""
-    return float(np.exp(value)) if value < _MAX_LOG else inf
-
-
 def estimated(
     blank: FragilityFit,
     params: FloatArray,
@@ -141,30 +142,26 @@ def estimated(
     a0, a1 = (float(value) for value in params)
     jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
     variance = jacobian @ covariance @ jacobian.T
-    fit = replace(
+    unbounded = ((nan, nan), (nan, nan))
+    of_theta, of_beta = unbounded if ends is None else ends
+    return replace(
         blank,
         theta=exp_end(-a0 / a1),
         beta=widening / a1,
         var_ln_theta=float(variance[0, 0]),
         cov_ln_theta_beta=float(variance[0, 1]),
         var_beta=float(variance[1, 1]),
-    )
-    if ends is None:
-        return fit
-    return replace(
-        fit,
-        ci_theta=(exp_end(ends[0][0]), exp_end(ends[0][1])),
-        ci_beta=(widening * ends[1][0], widening * ends[1][1]),
-        ci_method="profile",
+        ci_theta=(exp_end(of_theta[0]), exp_end(of_theta[1])),
+        ci_beta=(widening * of_beta[0], widening * of_beta[1]),
+        ci_method="" if ends is None else "profile",
     )
 
 
-def _single_state(
-    kernel: NormalKernel, best: Maximum, drop: float
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the profile ends of ln theta and beta of a kernel with parameters (a0, a1)."""
+def _profiled(blank: FragilityFit, kernel: NormalKernel, best: Maximum) -> FragilityFit:
+    """Complete a fit with parameters (a0, a1) and profile intervals."""
+    drop = chi_square_drop(blank.level)
     ends = profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
-    return ends.ln_theta[0], ends.beta
+    return estimated(blank, best.params[0], best.covariance[0], (ends.ln_theta[0], ends.beta))
 
 
 def jackknifed(
@@ -184,12 +181,10 @@ def jackknifed(
         Bell and McCaffrey (2002), Survey Methodology 28(2):169-181.
     """
     good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
-    values = np.column_stack([ln_theta[good], np.log(beta[good])])
-    deviation = values - values.mean(axis=0)
-    covariance = deviation.T @ deviation * (good.sum() - 1) / max(good.sum(), 1)
-    extra = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
-    if motions < 4 or not np.all(np.isfinite(covariance)) or good.sum() < 4:
+    if min(motions, np.sum(good)) < MIN_VALUES:
         return replace(fit, warnings=(*fit.warnings, "too_few_motions_for_an_interval"))
+    covariance = jackknife_covariance(np.column_stack([ln_theta[good], np.log(beta[good])]))
+    extra = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
     t = float(special.stdtrit(motions - 2, 0.5 + 0.5 * fit.level))
     reach = [exp_end(t * float(np.sqrt(covariance[i, i]))) for i in range(2)]
     return replace(
@@ -202,13 +197,6 @@ def jackknifed(
         var_beta=float(covariance[1, 1]) * fit.beta**2,
         warnings=(*fit.warnings, *extra),
     )
-
-
-def motion_weights(motions: NDArray[np.intp]) -> FloatArray:
-    """Return weights of the runs: all of them, then without each motion, shape (1 + M, n)."""
-    codes = np.unique(motions, return_inverse=True)[1]
-    without = codes[None, :] != np.arange(codes.max(initial=-1) + 1)[:, None]
-    return np.vstack([np.ones(codes.size), without.astype(np.float64)])
 
 
 def common_warnings(
@@ -293,9 +281,10 @@ def fit_stripes(
         reason = existence.NON_INCREASING if bool(best.converged[0]) else existence.NOT_CONVERGED
         return replace(unfitted, status=reason, details={"a0": a0, "a1": a1})
     whole = bool(np.all(exceed == np.round(exceed)))
-    drop = chi_square_drop(settings.confidence)
-    ends = _single_state(kernel, best, drop) if interval and whole else None
-    fit = estimated(unfitted, best.params[0], best.covariance[0], ends)
+    if interval and whole:
+        fit = _profiled(unfitted, kernel, best)
+    else:
+        fit = estimated(unfitted, best.params[0], best.covariance[0], None)
     warnings += common_warnings(fit.theta, fit.ci_theta, x, n_records or total)
     warnings += _overlap_warnings(x, runs, exceed)
     if not whole:
@@ -553,8 +542,7 @@ def _fit_distribution(
         return replace(blank, status=existence.NON_INCREASING)
     if not bool(best.converged[0]):
         return replace(blank, status=existence.NOT_CONVERGED)
-    ends = _single_state(kernel, best, chi_square_drop(blank.level))
-    fit = estimated(blank, best.params[0], best.covariance[0], ends)
+    fit = _profiled(blank, kernel, best)
     return replace(
         fit,
         loglik=float(best.loglik[0]),
@@ -612,35 +600,35 @@ def fit_cloud(
     require(high >= low, "upper", "must not be below edp", high)
     limit = as_column([threshold], "threshold")
     require(np.isfinite(limit) & (limit > 0.0), "threshold", "must be > 0 and finite", limit)
-    return fit_cloud_states(
-        values, low, high, [(float(limit[0]), capacity_dispersion)], settings, motions
-    )[0]
+    informative = (low > 0.0) | np.isfinite(high)
+    with np.errstate(divide="ignore"):
+        x, y_low, y_high = (np.log(each[informative]) for each in (values, low, high))
+    weights = np.empty((x.size, 0)) if motions is None else motion_weights(motions[informative])[1:]
+    lines = fit_lines(x, y_low, y_high, weights) if len(weights) < x.size else None
+    capacity = float(limit[0]), capacity_dispersion
+    return fit_cloud_states(x, y_low, y_high, [capacity], settings, lines)[0]
 
 
 def fit_cloud_states(
-    im: FloatArray,
-    lower: FloatArray,
-    upper: FloatArray,
+    x: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
     capacities: Sequence[tuple[float, float]],
     settings: FitSettings,
-    motions: NDArray[np.intp] | None = None,
+    lines: Lines | None = None,
 ) -> list[FragilityFit]:
     """Fit one line to a cloud and return the curve of each state, as `fit_cloud` does.
 
     Args:
-        im: Intensities, shape (n,).
-        lower: Lower ends of the demands; 0 where left-censored.
-        upper: Upper ends, as in `fit_cloud`.
+        x: ln of the intensities, shape (n,).
+        low: ln of the lower ends of the demands; minus infinity where left-censored.
+        high: ln of the upper ends, as in `fit_cloud`.
         capacities: Median capacity and dispersion of each state.
         settings: Confidence level.
-        motions: Number of the motion of each run; None: one run per motion.
+        lines: Lines without each motion where motions repeat.
     """
-    informative = (lower == upper) | (lower > 0.0) | np.isfinite(upper)
-    with np.errstate(divide="ignore"):
-        x, low, high = (np.log(each[informative]) for each in (im, lower, upper))
     seen = low == high
-    codes = np.arange(x.size) if motions is None else motions[informative]
-    n_motions = int(np.unique(codes).size)
+    n_motions = x.size if lines is None else lines.b.size
     censored = not bool(np.all(seen))
     blank = FragilityFit(
         method="cloud_tobit" if censored else "cloud_ols",
@@ -649,27 +637,24 @@ def fit_cloud_states(
         level=settings.confidence,
     )
     if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
-        status = existence.too_little(x[seen] if censored else x)
+        status = existence.too_little(x[seen])
         return [replace(blank, status=status)] * len(capacities)
     line = tested_line(x[seen], low[seen])
     blank = replace(blank, line=line)
-    repeated = n_motions < x.size
     if censored:
-        fits = _fit_tobit(blank, (x, low, high), capacities, interval=not repeated)
+        fits = _fit_tobit(blank, (x, low, high), capacities, interval=lines is None)
     else:
         fits = [_fit_least_squares(blank, line, *capacity) for capacity in capacities]
-    if repeated:
-        lines = fit_lines(x, low, high, motion_weights(codes)[1:])
-        for j, (threshold, dispersion) in enumerate(capacities):
-            if fits[j].status == FITTED:
-                replicates = lines.ln_theta(threshold), lines.beta(dispersion)
-                fits[j] = jackknifed(fits[j], *replicates, n_motions)
-    for j, fit in enumerate(fits):
+    for j, (fit, (threshold, dispersion)) in enumerate(zip(fits, capacities, strict=True)):
         if fit.status == FITTED:
-            names = common_warnings(fit.theta, fit.ci_theta, np.exp(x), n_motions) + line.warnings
-            if not np.any(low >= np.log(capacities[j][0])):
+            done = fit
+            if lines is not None:
+                replicates = lines.ln_theta(threshold), lines.beta(dispersion)
+                done = jackknifed(fit, *replicates, n_motions)
+            names = common_warnings(done.theta, done.ci_theta, np.exp(x), n_motions) + line.warnings
+            if not np.any(low >= np.log(threshold)):
                 names.append("no_exceedance_observed")
-            fits[j] = replace(fit, warnings=(*fit.warnings, *names))
+            fits[j] = replace(done, warnings=(*done.warnings, *names))
     return fits
 
 

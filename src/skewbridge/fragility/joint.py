@@ -19,7 +19,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.columns import FloatArray
@@ -31,9 +31,7 @@ from skewbridge.fragility.demand_table import (
     spread,
 )
 from skewbridge.fragility.existence import (
-    ALL_EXCEED,
     FITTED,
-    NO_EXCEEDANCE,
     NON_INCREASING,
     NOT_APPLICABLE,
 )
@@ -42,10 +40,10 @@ from skewbridge.fragility.mixed import (
     MixedData,
     MixedFit,
     fit_mixed,
-    jackknife_covariance,
     outer_by,
     without_each_motion,
 )
+from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.variant.abutments import ABUTMENTS
@@ -272,7 +270,8 @@ class JointModel:
         return self._interval(float(np.log(self.beta_total)), self.covariance[-1, -1], self.level)
 
     def _interval(self, estimate: float, variance: float, level: float) -> tuple[float, float]:
-        half = float(stats.t.ppf(0.5 + 0.5 * level, self.freedom)) * float(np.sqrt(variance))
+        t = float(special.stdtrit(self.freedom, 0.5 + 0.5 * level))
+        half = t * float(np.sqrt(variance))
         return float(np.exp(estimate - half)), float(np.exp(estimate + half))
 
     def vector(self, values: Mapping[str, float]) -> FloatArray:
@@ -347,26 +346,21 @@ def _rows(
     fit = _fit_demand(outcomes, ln_im, motion_codes(runs), codes, axis_range, variants)
     rows: list[dict[str, Any]] = []
     for state in states:
-        exceed, unknown = outcomes.exceed(state), outcomes.unknown(state)
+        status = outcomes.status(state)
         row = model | {
             "component": state.component,
             "limit_state": state.name,
-            "status": fit if isinstance(fit, str) else FITTED,
+            "status": fit if status == FITTED and isinstance(fit, str) else status,
             "axis_ranges": json.dumps(dict(axis_range.limits)),
             "signed_skew": axis_range.signed_skew,
             "n_variants": len(variants),
-            "n_exceed": int(np.sum(exceed)),
-            "n_unknown": int(np.sum(unknown)),
+            "n_exceed": int(np.sum(outcomes.exceed(state))),
+            "n_unknown": int(np.sum(outcomes.unknown(state))),
             "demand": state.demand,
             "threshold": state.threshold,
             "capacity_dispersion": state.dispersion,
         }
-        # a state that no run of the bridge reached, or that all passed, has no median
-        if not np.any(exceed):
-            row["status"] = NO_EXCEEDANCE
-        elif np.all(exceed[~unknown]):
-            row["status"] = ALL_EXCEED
-        elif not isinstance(fit, str):
+        if row["status"] == FITTED and not isinstance(fit, str):
             own = clouds[clouds["limit_state"] == state.name].set_index("variant")
             row |= _estimate(fit, state, row, own.reindex(variants["variant"]))
         rows.append(row)
@@ -398,8 +392,7 @@ def _fit_demand(
     used = outcomes.used
     if not axis_range.varying:
         return NO_AXIS
-    with np.errstate(divide="ignore"):
-        lower, upper = np.log(outcomes.lower[used]), np.log(outcomes.upper[used])
+    lower, upper = outcomes.ln_ends
     known, variant = lower == upper, variant[used]
     motion = np.unique(motion[used], return_inverse=True)[1]
     if not np.any(used) or np.unique(motion[known]).size < MIN_MOTIONS:

@@ -32,6 +32,14 @@ def mills_ratio(eta: FloatArray) -> FloatArray:
     return np.asarray(_SQRT_2_OVER_PI / special.erfcx(-eta / np.sqrt(2.0)))
 
 
+def log_normal_tail(eta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return ln Phi(eta) and phi/Phi(eta), from one scaled error function."""
+    ratio = mills_ratio(eta)
+    with np.errstate(divide="ignore"):
+        log_p = np.where(ratio > 0.0, -0.5 * eta * eta - HALF_LOG_2PI - np.log(ratio), 0.0)
+    return log_p, ratio
+
+
 def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
     """Return ln[Phi(upper) - Phi(lower)], as a difference of logarithms in the lower tail.
 
@@ -150,9 +158,7 @@ class NormalKernel:
         for sign, index, design, products in self._tails:
             w = weights[..., index]
             u = sign * (params @ design.T)
-            ratio = mills_ratio(u)
-            with np.errstate(divide="ignore"):
-                log_p = np.where(ratio > 0.0, -0.5 * u * u - HALF_LOG_2PI - np.log(ratio), 0.0)
+            log_p, ratio = log_normal_tail(u)
             loglik += np.sum(w * log_p, axis=1)
             w = w * ratio
             score += (sign * w) @ design

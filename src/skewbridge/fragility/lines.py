@@ -8,7 +8,7 @@ References:
 """
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,11 @@ class Lines:
     ln_a: FloatArray
     b: FloatArray
     sigma: FloatArray
+
+    @classmethod
+    def blank(cls, count: int) -> Self:
+        """Return replicates without a line."""
+        return cls(*np.full((3, count), np.nan))
 
     def ln_theta(self, threshold: float) -> FloatArray:
         """Return ln of the intensity at which the line reaches a demand, shape (R,)."""
@@ -76,13 +81,11 @@ def fit_lines(x: FloatArray, lower: FloatArray, upper: FloatArray, weights: Floa
             sigma = np.sqrt(np.maximum(syy - b * sxy, 0.0) / np.maximum(total - 2.0, 1.0))
         return Lines(mean_v + centre_y - b * (mean_u + centre_x), b, sigma)
     if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
-        blank = np.full(weights.shape[0], np.nan)
-        return Lines(blank, blank, blank)
-    kernel = NormalKernel(np.column_stack([np.ones(x.size), x]), lower, upper, weights)
-    start = tobit_start(x, lower, seen)
+        return Lines.blank(weights.shape[0])
+    design, start = np.column_stack([np.ones(x.size), x]), tobit_start(x, lower, seen)
     if weights.shape[0] > 1:  # the line through all runs is close to that of each replicate
-        whole = NormalKernel(np.column_stack([np.ones(x.size), x]), lower, upper)
-        start = maximise(whole, start, covariance=False).params
+        start = maximise(NormalKernel(design, lower, upper), start, covariance=False).params
+    kernel = NormalKernel(design, lower, upper, weights)
     best = maximise(kernel, np.tile(start, (weights.shape[0], 1)), covariance=False)
     a0, a1, h = best.params.T
     good = best.converged & (a1 > FLATTEST_SLOPE)

@@ -14,9 +14,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from skewbridge.demands.completeness import is_beyond_model
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import (
     axis_names,
@@ -27,13 +25,12 @@ from skewbridge.fragility.demand_table import (
     varying_axes,
 )
 from skewbridge.fragility.effects import effect_row, effect_table
+from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.lines import fit_lines
 from skewbridge.fragility.motion_means import Jackknifed, average
-from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
+from skewbridge.fragility.outcomes import RunEnds, peak_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY
-from skewbridge.statuses import COLLAPSE
 
 _MIN_MOTIONS: Final = 5
 
@@ -91,15 +88,14 @@ def _group_rows(
                 if not found:
                     continue
                 pooled = average([effect.ratio for _, effect in found])
-                counts = pd.DataFrame([dict(effect.counts) for _, effect in found])
-                names = [str(name) for name in counts if str(name).startswith("n_")]
-                sums = {name: int(counts[name].sum()) for name in names}
+                counts = {n: [e.counts[n] for _, e in found] for n in found[0][1].counts}
+                sums = {n: sum(each) for n, each in counts.items() if n.startswith("n_")}
                 rows.append(
                     {**place, **shared, "scope": "pooled", **effect_row(pooled, settings), **sums}
                     | {
                         "from_mean": float(np.exp(np.log(counts["from_mean"]).mean())),
-                        "im_low": float(counts["im_low"].min()),
-                        "im_high": float(counts["im_high"].max()),
+                        "im_low": min(counts["im_low"]),
+                        "im_high": max(counts["im_high"]),
                         "n_cells": len(found),
                         "n_motions": int(np.count_nonzero(pooled.exact)),
                     }
@@ -118,6 +114,19 @@ class _Ratio(NamedTuple):
     counts: Mapping[str, float]
 
 
+class _Medians(NamedTuple):
+    """Medians of one variant under some motions, and how many of these runs have no known demand.
+
+    ``ln_theta`` has a row per state and a column for all runs, then without each motion of the
+    model, shape (J, 1 + M); NaN where no run, or every run, is known to exceed the state.
+    """
+
+    ln_theta: FloatArray
+    runs: int
+    censored: int
+    unused: int
+
+
 class _Model:
     """The variants of one bridge and abutment model, with their medians for one demand."""
 
@@ -128,18 +137,19 @@ class _Model:
         settings: FitSettings,
         names: Sequence[str],
     ) -> None:
-        self._states, self._settings, self._names = states, settings, names
+        self._states, self._names = states, names
         self._motion = motion_codes(part)
-        self._motions = int(self._motion.max()) + 1
+        self._ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
+        self._peak = part[states[0].demand].to_numpy(dtype=np.float64)
+        self._ends = RunEnds.of(part)
         keys = part[list(names)].to_numpy(dtype=np.float64)
         places, variant = np.unique(keys, axis=0, return_inverse=True)
         self.places = [dict(zip(names, place, strict=True)) for place in places.tolist()]
         self._rows = [np.flatnonzero(variant.ravel() == v) for v in range(len(places))]
-        self._part = part
-        self._has = np.array(
-            [np.isin(np.arange(self._motions), self._motion[r]) for r in self._rows]
-        )
-        self._known: dict[tuple[int, bytes], tuple[FloatArray, DemandOutcomes]] = {}
+        self._has = np.zeros((len(places), int(self._motion.max()) + 1), dtype=np.bool_)
+        self._has[variant.ravel(), self._motion] = True
+        self._counts = [self._ends.at(rows).counts for rows in self._rows]
+        self._known: dict[tuple[int, int], _Medians] = {}
 
     def cells(self, axis: str) -> dict[tuple[float, float], list[tuple[int, int]]]:
         """Return the pairs of variants (from, to) that differ in one axis only, by their values."""
@@ -160,54 +170,48 @@ class _Model:
         shared = self._has[pair[0]] & self._has[pair[1]]
         if np.count_nonzero(shared) < _MIN_MOTIONS:
             return None
-        (ln_from, outcomes), (ln_to, others) = (self._medians(v, shared) for v in pair)
-        values = ln_to[j] - ln_from[j]
+        first, other = self._medians(*pair), self._medians(*pair[::-1])
+        values = other.ln_theta[j] - first.ln_theta[j]
         if not np.isfinite(values[0]):
             return None
         lost = ~np.isfinite(values)
         values = np.where(lost, values[0], values)  # ASSUME no influence where no line remains
-        ends = np.exp([ln_from[j, 0], ln_to[j, 0]])
-        both = [self._part.iloc[self._rows[v]] for v in pair]
-        censored = [np.sum(o.used & (o.lower != o.upper)) for o in (outcomes, others)]
+        ends = np.exp([first.ln_theta[j, 0], other.ln_theta[j, 0]])
+        of_first, of_other = (self._counts[v] for v in pair)
         counts = {
             "from_mean": float(ends[0]),
             "im_low": float(ends.min()),
             "im_high": float(ends.max()),
             "n_motions": int(np.count_nonzero(shared)),
-            "n_pairs": int(outcomes.used.size),
-            "n_bounds": int(max(censored)),
-            "n_left_out": int(max(np.sum(~o.used) for o in (outcomes, others))),
+            "n_pairs": first.runs,
+            "n_bounds": max(first.censored, other.censored),
+            "n_left_out": max(first.unused, other.unused),
             "n_discordant": 0,
-            "n_beyond_model": int(max(np.sum(is_beyond_model(table)) for table in both)),
-            "n_collapse_from": int(np.sum(both[0]["status"] == COLLAPSE)),
-            "n_collapse_to": int(np.sum(both[1]["status"] == COLLAPSE)),
+            "n_beyond_model": max(of_first["n_beyond_model"], of_other["n_beyond_model"]),
+            "n_collapse_from": of_first["n_collapse"],
+            "n_collapse_to": of_other["n_collapse"],
         }
         return _Ratio(Jackknifed.of(values, shared, parameters=2), counts)
 
-    def _medians(
-        self, variant: int, motions: NDArray[np.bool_]
-    ) -> tuple[FloatArray, DemandOutcomes]:
-        """Return ln theta of each state (J, 1 + M) and the outcomes of the runs of some motions.
-
-        The columns are those of all runs and without each motion of the model; NaN where no run, or
-        every run, is known to exceed the state.
-        """
-        key = variant, motions.tobytes()
+    def _medians(self, variant: int, partner: int) -> _Medians:
+        """Return the medians of a variant under the motions that its partner has too."""
+        has, motions = self._has[partner], self._has.shape[1]
+        key = variant, -1 if np.all(has >= self._has[variant]) else partner
         if key not in self._known:
-            rows = self._rows[variant][motions[self._motion[self._rows[variant]]]]
-            part, codes = self._part.iloc[rows], self._motion[rows]
-            outcomes = demand_outcomes(part, self._states)
-            used = outcomes.used
-            x = np.log(part[self._settings.im].to_numpy(dtype=np.float64))
-            ln_theta = np.full((len(self._states), 1 + self._motions), np.nan)
-            if np.unique(codes[used]).size >= _MIN_MOTIONS:
-                without = codes[used] != np.arange(-1, self._motions)[:, None]
-                with np.errstate(divide="ignore"):
-                    low, high = np.log(outcomes.lower[used]), np.log(outcomes.upper[used])
-                line = fit_lines(x[used], low, high, without.astype(np.float64))
+            rows = self._rows[variant]
+            rows = rows[has[self._motion[rows]]]
+            codes, outcomes = (
+                self._motion[rows],
+                peak_outcomes(self._peak[rows], self._ends.at(rows), self._states),
+            )
+            ln_theta = np.full((len(self._states), 1 + motions), np.nan)
+            if np.unique(codes[outcomes.used]).size >= _MIN_MOTIONS:
+                without = codes != np.arange(-1, motions)[:, None]
+                line = outcomes.lines(self._ln_im[rows], without.astype(np.float64))
                 for j, state in enumerate(self._states):
-                    exceed = outcomes.exceed(state)
-                    if np.any(exceed) and not np.all(exceed | outcomes.unknown(state)):
+                    if outcomes.status(state) == FITTED:
                         ln_theta[j] = line.ln_theta(state.threshold)
-            self._known[key] = ln_theta, outcomes
+            censored = outcomes.used & (outcomes.lower != outcomes.upper)
+            unused = int(np.sum(~outcomes.used))
+            self._known[key] = _Medians(ln_theta, rows.size, int(np.sum(censored)), unused)
         return self._known[key]

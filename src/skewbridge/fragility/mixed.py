@@ -16,10 +16,9 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.likelihood import mills_ratio
+from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio
 
 # Panels of the integral: nodes of each, and their ends in widths about the mode and in sigma about
 # the bounds of censored values, where the integrand changes fastest.
@@ -61,17 +60,6 @@ class MixedData:
         """Value of y, or its only finite bound, shape (n,)."""
         return np.where(np.isfinite(self.lower), self.lower, self.upper)
 
-    def without(self, motion: int) -> "MixedData":
-        """Return the runs of all other motions."""
-        kept = self.motion != motion
-        codes = self.motion[kept]
-        return MixedData(
-            design=self.design[kept],
-            lower=self.lower[kept],
-            upper=self.upper[kept],
-            motion=codes - (codes > motion),
-        )
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MixedFit:
@@ -81,14 +69,14 @@ class MixedFit:
         parameters: Shape (m,).
         score: First derivatives of the log-likelihood by motion, shape (G, m).
         information: Its negative second derivatives by motion, shape (G, m, m).
-        loglik: Log-likelihood.
+        logliks: Log-likelihood by motion, shape (G,).
         expected: y; its conditional expectation where it is censored, shape (n,).
     """
 
     parameters: FloatArray
     score: FloatArray
     information: FloatArray
-    loglik: float
+    logliks: FloatArray
     expected: FloatArray
 
     @property
@@ -107,22 +95,55 @@ class MixedFit:
         return float(np.exp(self.parameters[-1]))
 
 
-def fit_mixed(
-    data: MixedData, start: FloatArray | None = None, *, decrement: float = _DECREMENT
-) -> MixedFit:
-    """Fit the mixed model by maximum likelihood.
+def fit_mixed(data: MixedData) -> MixedFit:
+    """Fit the mixed model by maximum likelihood; some values must be known."""
+    start, floor = _first_parameters(data)
+    every = np.ones(int(np.max(data.motion)) + 1, dtype=np.bool_)
+    return _maximised(_Likelihood(data), start, floor, every, _DECREMENT)
 
-    Args:
-        data: Runs; some values must be known.
-        start: Parameters to begin with, shape (m,); least squares without.
-        decrement: Expected gain in log-likelihood below which a Newton step is the last one.
+
+def without_each_motion(data: MixedData, fit: MixedFit) -> FloatArray:
+    """Return the parameters of the fits without each motion, shape (G, m).
+
+    Each fit starts from one step: exact for delta at fixed tau and sigma where all values are
+    known, and for tau and sigma where few motions have any leverage.
     """
-    likelihood = _Likelihood(data)
-    first, floor = _first_parameters(data)
-    at = first if start is None else start
-    fit = likelihood.at(np.concatenate([at[:-2], np.maximum(at[-2:], floor)]))
+    likelihood, (_, floor) = _Likelihood(data), _first_parameters(data)
+    total, count = np.sum(fit.information, axis=0), fit.score.shape[0]
+    held = np.diag(total)[-2:] * (1.0 - 1.0 / count)
+    rows: list[FloatArray] = []
+    for motion, (score, information) in enumerate(zip(fit.score, fit.information, strict=True)):
+        rest = (total - information)[:-2, :-2]
+        delta = fit.delta - _uphill(score[:-2], rest)
+        share = 1.0 - 2.0 * score[-2:] / np.maximum(held, count)
+        deviations = fit.parameters[-2:] + 0.5 * np.log(np.clip(share, 0.2, 2.0))
+        start, others = np.concatenate([delta, deviations]), np.arange(count) != motion
+        again = _maximised(likelihood, start, floor, others, _REFIT_DECREMENT)
+        rows.append(again.parameters)
+    return np.stack(rows)
+
+
+def _maximised(
+    likelihood: "_Likelihood",
+    start: FloatArray,
+    floor: float,
+    motions: NDArray[np.bool_],
+    decrement: float,
+) -> MixedFit:
+    """Return the fit to some motions by Newton's method.
+
+    ``floor`` bounds ln tau and ln sigma; a step with a smaller expected gain in log-likelihood than
+    ``decrement`` is the last one.
+    """
+
+    def at(parameters: FloatArray) -> MixedFit:
+        return likelihood.at(np.append(parameters[:-2], np.maximum(parameters[-2:], floor)))
+
+    fit = at(start)
     for _ in range(_ROUNDS):
-        score, information = np.sum(fit.score, axis=0), np.sum(fit.information, axis=0)
+        score = np.sum(fit.score[motions], axis=0)
+        information = np.sum(fit.information[motions], axis=0)
+        loglik = float(np.sum(fit.logliks[motions]))
         # a standard deviation that the data push to zero stays at its floor
         for place in (-2, -1):
             if fit.parameters[place] <= floor and score[place] <= 0.0:
@@ -132,42 +153,14 @@ def fit_mixed(
         step /= max(1.0, float(np.max(np.abs(step[-2:]))))
         gain, trial = float(score @ step), fit
         for _ in range(_HALVINGS):
-            moved = fit.parameters + step
-            trial = likelihood.at(np.concatenate([moved[:-2], np.maximum(moved[-2:], floor)]))
-            if trial.loglik >= fit.loglik - _DECREMENT * max(1.0, abs(fit.loglik)):
+            trial = at(fit.parameters + step)
+            if np.sum(trial.logliks[motions]) >= loglik - _DECREMENT * max(1.0, abs(loglik)):
                 break
             step = 0.5 * step
         fit = trial
         if gain < decrement:
             break
     return fit
-
-
-def without_each_motion(data: MixedData, fit: MixedFit) -> FloatArray:
-    """Return the parameters of the fits without each motion, shape (G, m).
-
-    Each fit starts from one step: exact for delta at fixed tau and sigma where all values are
-    known, and for tau and sigma where few motions have any leverage.
-    """
-    total, count = np.sum(fit.information, axis=0), fit.score.shape[0]
-    held = np.diag(total)[-2:] * (1.0 - 1.0 / count)
-    rows: list[FloatArray] = []
-    for motion, (score, information) in enumerate(zip(fit.score, fit.information, strict=True)):
-        rest = (total - information)[:-2, :-2]
-        delta = fit.delta - _uphill(score[:-2], rest)
-        share = 1.0 - 2.0 * score[-2:] / np.maximum(held, count)
-        deviations = fit.parameters[-2:] + 0.5 * np.log(np.clip(share, 0.2, 2.0))
-        start = np.concatenate([delta, deviations])
-        again = fit_mixed(data.without(motion), start, decrement=_REFIT_DECREMENT)
-        rows.append(again.parameters)
-    return np.stack(rows)
-
-
-def jackknife_covariance(values: FloatArray) -> FloatArray:
-    """Return the covariance of an estimate, shape (q, q), from its values without each motion."""
-    count = values.shape[0]
-    deviation = values - np.mean(values, axis=0)
-    return deviation.T @ deviation * (count - 1) / count
 
 
 def outer_by(codes: NDArray[np.intp], values: FloatArray, count: int) -> FloatArray:
@@ -227,8 +220,8 @@ class _Likelihood:
         above = self._design @ delta - self._bound
         u, weights = self._panels(mean, variance, above, sigma)
         t = self._sign[:, None] * (above[:, None] + u[self._motion]) / sigma
-        ratio = mills_ratio(t)
-        log_p = self._sum @ special.log_ndtr(t) - 0.5 * (u - mean[:, None]) ** 2 / variance[:, None]
+        tails, ratio = log_normal_tail(t)
+        log_p = self._sum @ tails - 0.5 * (u - mean[:, None]) ** 2 / variance[:, None]
         highest = np.max(log_p, axis=1, keepdims=True)
         weights = weights * np.exp(log_p - highest)
         whole = np.sum(weights, axis=1, keepdims=True)
@@ -270,7 +263,7 @@ class _Likelihood:
             parameters=parameters,
             score=score,
             information=held - np.swapaxes(apart, 1, 2) @ apart,
-            loglik=float(np.sum(loglik)),
+            logliks=loglik,
             expected=expected,
         )
 

@@ -12,6 +12,7 @@ References:
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf, nan
 from typing import Final, Self
 
 import numpy as np
@@ -21,11 +22,42 @@ from scipy import special
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.likelihood import mills_ratio
 
+_MAX_LOG: Final = 700.0  # exp() of more overflows a double
+#: Estimates without one motion below which there is no interval.
+MIN_VALUES: Final = 4
 #: Motions with an exact value below which a mean has no estimate; a line needs one more.
 MIN_EXACT: Final = 3
 _MAX_ITERATIONS: Final = 2000
 _TOLERANCE: Final = 1e-8  # of the scatter
 _SINGULAR: Final = 1e-10  # determinant of the normal equations over the product of their diagonal
+
+
+def exp_end(value: float) -> float:
+    """Return the exponential of the end of an interval, infinite where a double is too small."""
+    return inf if value >= _MAX_LOG else float(np.exp(value))
+
+
+def motion_weights(motions: NDArray[np.intp]) -> FloatArray:
+    """Return weights of the runs: all of them, then without each motion, shape (1 + M, n)."""
+    codes = np.unique(motions, return_inverse=True)[1]
+    return (codes != np.arange(-1, codes.max(initial=-1) + 1)[:, None]).astype(np.float64)
+
+
+def jackknife_covariance(values: FloatArray) -> FloatArray:
+    """Return the covariance of an estimate (q,) from its values without each motion, (M, q)."""
+    deviation = values - np.mean(values, axis=0)
+    return deviation.T @ deviation * (len(values) - 1) / len(values)
+
+
+def jackknife_factors(logs: FloatArray, level: float) -> list[float]:
+    """Return the factor between an estimate and either end of its interval for q estimates.
+
+    NaN with fewer than four values; ``logs`` (M, q) are logarithms without each motion.
+    """
+    if len(logs) < MIN_VALUES:
+        return [nan] * logs.shape[1]
+    t = float(special.stdtrit(len(logs) - 2, 0.5 + 0.5 * level))
+    return [exp_end(t * sd) for sd in np.sqrt(np.diag(jackknife_covariance(logs)))]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ of zero (a wall that was not touched) lies below a small limit (left-censored).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final, Self
 
 import numpy as np
 import pandas as pd
@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from skewbridge.demands.completeness import failure_kinds, is_complete
 from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.existence import ALL_EXCEED, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import (
     ANY_FAILURE_DEMAND,
     COLLAPSE_EXCEEDS,
     FAILURE_DEMANDS,
     LimitState,
 )
+from skewbridge.fragility.lines import Lines, fit_lines
 from skewbridge.statuses import COLLAPSE
 
 #: Treatments of runs whose outcome is unknown.
@@ -28,6 +30,7 @@ TREATMENTS: Final[tuple[str, ...]] = ("exclude", "all_exceed", "none_exceed")
 # ASSUME where a demand is zero in some run (the deck did not reach a wall or key), demands below a
 # tenth of the mildest state say only that they are small
 _SMALL_SHARE: Final = 0.1
+_MIN_RUNS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +62,27 @@ class DemandOutcomes:
         below = np.isfinite(self.upper) & (self.upper <= state.threshold)
         return ~self.exceed(state) & ~below
 
+    def status(self, state: LimitState) -> str:
+        """Return whether a state can have a median: not if no run, or every run, exceeds it."""
+        # ASSUME a study states no median that no run reached, or that every run passed
+        exceed = self.exceed(state)
+        if not np.any(exceed):
+            return NO_EXCEEDANCE
+        return ALL_EXCEED if np.all(exceed | self.unknown(state)) else FITTED
+
+    @property
+    def ln_ends(self) -> tuple[FloatArray, FloatArray]:
+        """Logarithms of lower and upper ends of the runs in use."""
+        with np.errstate(divide="ignore"):
+            return np.log(self.lower[self.used]), np.log(self.upper[self.used])
+
+    def lines(self, ln_im: FloatArray, weights: FloatArray) -> Lines:
+        """Return the lines of ln demand on ln intensity (n,) for weights of the runs (R, n)."""
+        used = self.used
+        if np.sum(used) < _MIN_RUNS:
+            return Lines.blank(weights.shape[0])
+        return fit_lines(ln_im[used], *self.ln_ends, weights[:, used])
+
     def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
         """Return the outcomes with the unknown ones excluded, or all, or none exceeding."""
         unknown, c = self.unknown(state), state.threshold
@@ -78,27 +102,59 @@ class DemandOutcomes:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class RunEnds:
+    """How runs ended, arrays of shape (n,).
+
+    Attributes:
+        complete: Whether demands are peaks over the whole motion.
+        collapsed: Whether the bridge collapsed.
+        failure: Failure mode of a column; empty if none failed.
+    """
+
+    complete: NDArray[np.bool_]
+    collapsed: NDArray[np.bool_]
+    failure: NDArray[np.str_]
+
+    @classmethod
+    def of(cls, table: pd.DataFrame) -> Self:
+        """Return the ends of the runs of a demands table."""
+        collapsed = (table["status"] == COLLAPSE).to_numpy(dtype=np.bool_)
+        return cls(is_complete(table), collapsed, failure_kinds(table))
+
+    def at(self, rows: NDArray[Any]) -> "RunEnds":
+        """Return the ends of some rows."""
+        return RunEnds(self.complete[rows], self.collapsed[rows], self.failure[rows])
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of collapsed runs and of those in which a column failed."""
+        return {
+            "n_collapse": int(np.sum(self.collapsed)),
+            "n_beyond_model": int(np.sum(self.failure != "")),
+        }
+
+
 def demand_outcomes(table: pd.DataFrame, states: Sequence[LimitState]) -> DemandOutcomes:
     """Return the outcomes of the runs of one variant for the demand that some states share."""
-    demand = states[0].demand
-    peak = table[demand].to_numpy(dtype=np.float64)
-    complete = is_complete(table)
+    peak = table[states[0].demand].to_numpy(dtype=np.float64)
+    return peak_outcomes(peak, RunEnds.of(table), states)
+
+
+def peak_outcomes(peak: FloatArray, ends: RunEnds, states: Sequence[LimitState]) -> DemandOutcomes:
+    """Return the outcomes of runs with some peaks (n,) of the demand that some states share."""
+    complete, demand = ends.complete, states[0].demand
     decided = np.zeros(peak.size)
     exceeding = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
     if exceeding:
         # ASSUME a collapsed bridge exceeds every limit state that does not say `collapse: peak`
-        collapsed = (table["status"] == COLLAPSE).to_numpy() & ~complete
-        decided = np.where(collapsed, np.nextafter(max(exceeding), np.inf), decided)
+        decided[ends.collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
     # ASSUME a column that failed has passed the states of its own mode at 1 and above
     failed = [s.threshold for s in states if s.threshold >= 1.0]
-    kinds = failure_kinds(table)
-    modes = [kind for kind, name in FAILURE_DEMANDS.items() if name == demand]
-    if demand == ANY_FAILURE_DEMAND:
-        modes = list(FAILURE_DEMANDS)
+    modes = [kind for kind, name in FAILURE_DEMANDS.items() if demand in (name, ANY_FAILURE_DEMAND)]
     if failed and modes:
-        of_mode = np.isin(kinds, modes)
-        decided = np.where(of_mode, np.nextafter(max(failed), np.inf), decided)
-    lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak, nan=0.0), decided))
+        decided[np.isin(ends.failure, modes)] = np.nextafter(max(failed), np.inf)
+    lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak), decided))
     upper = np.where(complete, peak, np.inf)
     if np.any(complete & (peak == 0.0)):
         positive, mildest = peak[complete & (peak > 0.0)], min(s.threshold for s in states)

@@ -10,7 +10,7 @@ References:
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from math import nan
 from typing import Any, Final
@@ -19,18 +19,16 @@ import numpy as np
 import pandas as pd
 from scipy import special
 
-from skewbridge.demands.completeness import is_beyond_model
 from skewbridge.errors import InputError
 from skewbridge.fragility import existence
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
 from skewbridge.fragility.existence import FITTED
-from skewbridge.fragility.fits import exp_end, motion_weights
 from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.lines import Lines, fit_lines
-from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes
+from skewbridge.fragility.lines import Lines
+from skewbridge.fragility.motion_means import exp_end, jackknife_factors, motion_weights
+from skewbridge.fragility.outcomes import DemandOutcomes, RunEnds, peak_outcomes
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.statuses import COLLAPSE
 
 #: Runs of a variant, and complete ones of a component, without which there is no system curve.
 MIN_RUNS: Final = 8
@@ -142,58 +140,55 @@ def _variant_rows(
     part: pd.DataFrame, *, members: Mapping[str, Sequence[LimitState]], settings: FitSettings
 ) -> list[dict[str, Any]]:
     """Return the rows of one variant, one per degree of damage."""
-    weights = motion_weights(motion_codes(part))
+    weights, ends = motion_weights(motion_codes(part)), RunEnds.of(part)
     ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
-    cache: dict[tuple[str, float], _Member | str] = {}
+    cache: dict[tuple[str, float, str], _Member | str] = {}
 
     def member(state: LimitState) -> _Member | str:
-        key = state.demand, state.threshold
+        key = state.demand, state.threshold, state.collapse
         if key not in cache:
-            cache[key] = _member(part, state, ln_im, weights)
-        return cache[key]
+            peak = part[state.demand].to_numpy(dtype=np.float64)
+            cache[key] = _member(state, peak_outcomes(peak, ends, [state]), ln_im, weights)
+        found = cache[key]
+        return found if isinstance(found, str) else replace(found, state=state)
 
     rows: list[dict[str, Any]] = []
     for degree, states in members.items():
-        taking: list[_Member] = []
-        left_out: list[str] = []
-        for state in states:
-            found = member(state)
-            if isinstance(found, str):
-                left_out.append(f"{state.component}: {found}")
-            else:
-                taking.append(_Member(state, found.outcomes, found.lines))
+        found = [member(state) for state in states]
+        taking = [each for each in found if isinstance(each, _Member)]
         row = dict.fromkeys(SYSTEM_COLUMNS, nan) | {
             "limit_state": degree,
             "components": ";".join(
                 s.component if degree == s.name else f"{s.component} ({s.name})"
                 for s in (m.state for m in taking)
             ),
-            "left_out": ";".join(left_out),
+            "left_out": ";".join(
+                f"{state.component}: {reason}"
+                for state, reason in zip(states, found, strict=True)
+                if isinstance(reason, str)
+            ),
             "weakest": "",
             "level": settings.confidence,
             "n_runs": len(part),
-            "n_collapse": int(np.sum(part["status"] == COLLAPSE)),
-            "n_beyond_model": int(np.sum(is_beyond_model(part))),
+            **ends.counts,
         }
         rows.append(variant_values(part) | row | _system(taking, ln_im, weights, settings))
     return rows
 
 
 def _member(
-    part: pd.DataFrame, state: LimitState, ln_im: FloatArray, weights: FloatArray
+    state: LimitState, outcomes: DemandOutcomes, ln_im: FloatArray, weights: FloatArray
 ) -> _Member | str:
     """Return a component with its lines, or why it takes no part."""
-    outcomes = demand_outcomes(part, [state])
-    exceed, used = outcomes.exceed(state), outcomes.used
-    if np.sum(outcomes.complete & used) < MIN_COMPLETE:
+    if np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
         return "too few complete runs"
-    if not np.any(exceed):
-        return "not reached"
-    if np.all(exceed | outcomes.unknown(state)):
-        return "exceeded in every run"
-    with np.errstate(divide="ignore"):
-        low, high = np.log(outcomes.lower[used]), np.log(outcomes.upper[used])
-    lines = fit_lines(ln_im[used], low, high, weights[:, used])
+    reasons = {
+        existence.NO_EXCEEDANCE: "not reached",
+        existence.ALL_EXCEED: "exceeded in every run",
+    }
+    if (status := outcomes.status(state)) != FITTED:
+        return reasons[status]
+    lines = outcomes.lines(ln_im, weights)
     return _Member(state, outcomes, lines) if np.isfinite(lines.b[0]) else "demand does not grow"
 
 
@@ -226,66 +221,41 @@ def _system(
     correlation = _correlation(members, ln_im, weights) * share[:, :, None] * share[:, None, :]
     size = len(members)
     correlation[:, np.arange(size), np.arange(size)] = 1.0
+
     first = _failures(ln_theta[0], beta[0], correlation[0], _POINTS, settings.seed)
-    ln_x = np.min(first, axis=1)
-    low, middle, high = np.quantile(ln_x, _LEVELS)
-    dispersion = 0.5 * (high - low)
+    ln_x, ln_median, dispersion = _smallest(first)
+    independent = _failures(ln_theta[0], beta[0], np.eye(size), _POINTS, settings.seed)
     ordered = np.sort(ln_x)
     empirical = (np.arange(ordered.size) + 0.5) / ordered.size
-    weak = first[ln_x <= middle]
+    weak = first[ln_x <= ln_median]
     leading = np.bincount(np.argmin(weak, axis=1), minlength=size) / len(weak)
     weakest = int(np.argmax(leading))
-    row |= {
+    # intervals by the jackknife by motion
+    good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
+    good[0] = False
+    values = ln_theta[good], beta[good], correlation[good]
+    replicates = _smallest(_failures(*values, _POINTS_OF_REPLICATES, settings.seed))
+    logs = np.column_stack([replicates[1], np.log(replicates[2])])
+    theta, (of_theta, of_beta) = (
+        exp_end(float(ln_median)),
+        jackknife_factors(logs, settings.confidence),
+    )
+    return row | {
         "status": FITTED,
-        "theta": exp_end(float(middle)),
+        "theta": theta,
         "beta": float(dispersion),
-        "max_dp": float(np.max(np.abs(special.ndtr((ordered - middle) / dispersion) - empirical))),
-        "theta_correlated": exp_end(float(np.min(ln_theta[0]))),
-        "theta_independent": exp_end(
-            float(
-                np.median(
-                    np.min(
-                        _failures(ln_theta[0], beta[0], np.eye(size), _POINTS, settings.seed),
-                        axis=1,
-                    )
-                )
-            )
+        "theta_low": theta / of_theta,
+        "theta_high": theta * of_theta,
+        "beta_low": float(dispersion) / of_beta,
+        "beta_high": float(dispersion) * of_beta,
+        "max_dp": float(
+            np.max(np.abs(special.ndtr((ordered - ln_median) / dispersion) - empirical))
         ),
+        "theta_correlated": exp_end(float(np.min(ln_theta[0]))),
+        "theta_independent": exp_end(float(np.median(np.min(independent, axis=1)))),
         "weakest": members[weakest].state.component,
         "theta_weakest": exp_end(float(ln_theta[0, weakest])),
         "share_weakest": float(leading[weakest]),
-    }
-    return row | _intervals(ln_theta, beta, correlation, (middle, dispersion), settings)
-
-
-def _intervals(
-    ln_theta: FloatArray,
-    beta: FloatArray,
-    correlation: FloatArray,
-    estimate: tuple[float, float],
-    settings: FitSettings,
-) -> dict[str, float]:
-    """Return the intervals of theta and beta by the jackknife by motion; arrays (1 + M, ...)."""
-    values: list[tuple[float, float]] = []
-    for r in range(1, len(ln_theta)):
-        if not (np.all(np.isfinite(ln_theta[r])) and np.all(np.isfinite(beta[r]))):
-            continue
-        draws = _failures(
-            ln_theta[r], beta[r], correlation[r], _POINTS_OF_REPLICATES, settings.seed
-        )
-        low, middle, high = np.quantile(np.min(draws, axis=1), _LEVELS)
-        values.append((float(middle), float(np.log(0.5 * (high - low)))))
-    count = len(values)
-    if count < 4:
-        return {}
-    t = float(special.stdtrit(count - 2, 0.5 + 0.5 * settings.confidence))
-    reach = [exp_end(t * sd * np.sqrt(count - 1)) for sd in np.std(values, axis=0)]
-    theta, dispersion = exp_end(float(estimate[0])), float(estimate[1])
-    return {
-        "theta_low": theta / reach[0],
-        "theta_high": theta * reach[0],
-        "beta_low": dispersion / reach[1],
-        "beta_high": dispersion * reach[1],
     }
 
 
@@ -295,27 +265,29 @@ def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatAr
     Pairwise over the runs in which both demands are known; the nearest correlation matrix where
     these differ.
     """
-    count, size = weights.shape[0], len(members)
-    known = np.column_stack([m.outcomes.lower == m.outcomes.upper for m in members])
-    y = np.column_stack([np.log(np.maximum(m.outcomes.lower, 1e-300)) for m in members])
-    matrix = np.broadcast_to(np.eye(size), (count, size, size)).copy()
+    size = len(members)
+    matrix = np.broadcast_to(np.eye(size), (len(weights), size, size)).copy()
+    known, residuals = [], []
+    for member in members:
+        outcomes, line = member.outcomes, member.lines
+        known.append(outcomes.lower == outcomes.upper)
+        y = np.log(np.where(known[-1], outcomes.lower, 1.0))
+        residuals.append(y - (line.ln_a[:, None] + line.b[:, None] * ln_im))
     for i in range(size):
         for j in range(i):
-            both = known[:, i] & known[:, j]
-            w, residuals = weights[:, both], []
-            for k in (i, j):
-                line = members[k].lines
-                fitted = line.ln_a[:, None] + line.b[:, None] * ln_im[both]
-                residual = y[both, k] - fitted
-                mean = np.sum(w * residual, axis=1) / np.maximum(w.sum(axis=1), 1.0)
-                residuals.append(residual - mean[:, None])
-            products = [
-                np.sum(w * residuals[a] * residuals[b], axis=1) for a, b in ((0, 1), (0, 0), (1, 1))
-            ]
+            if np.sum(both := known[i] & known[j]) < MIN_COMPLETE:
+                matrix[:, i, j] = matrix[:, j, i] = 0.0
+                continue
+            w = weights[:, both]
+            first, second = (residuals[k][:, both] for k in (i, j))
+            count = np.maximum(np.sum(w, axis=1), 1.0)[:, None]
+            first = first - np.sum(w * first, axis=1)[:, None] / count
+            second = second - np.sum(w * second, axis=1)[:, None] / count
+            pairs = (first, second), (first, first), (second, second)
+            products = [np.sum(w * a * b, axis=1) for a, b in pairs]
             with np.errstate(divide="ignore", invalid="ignore"):
                 rho = products[0] / np.sqrt(products[1] * products[2])
-            rho = np.where(both.sum() < MIN_COMPLETE, 0.0, np.clip(np.nan_to_num(rho), -1.0, 1.0))
-            matrix[:, i, j] = matrix[:, j, i] = rho
+            matrix[:, i, j] = matrix[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
     values, vectors = np.linalg.eigh(matrix)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     root /= np.linalg.norm(root, axis=2, keepdims=True)
@@ -325,10 +297,21 @@ def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatAr
 def _failures(
     ln_theta: FloatArray, beta: FloatArray, correlation: FloatArray, points: int, seed: int
 ) -> FloatArray:
-    """Return ln of the intensity at which each component fails, shape (points, m)."""
+    """Return ln of the intensity at which each component fails, shape (..., points, m).
+
+    ``ln_theta`` and ``beta`` have the shape (..., m), ``correlation`` (..., m, m).
+    """
     values, vectors = np.linalg.eigh(correlation)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    return ln_theta + beta * (_normals(ln_theta.size, points, seed) @ root.T)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
+    normals = _normals(ln_theta.shape[-1], points, seed) @ np.swapaxes(root, -1, -2)
+    return ln_theta[..., None, :] + beta[..., None, :] * normals
+
+
+def _smallest(failures: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return ln intensities of failure of the system (..., points), their median and dispersion."""
+    ln_x = np.min(failures, axis=-1)
+    low, middle, high = np.quantile(ln_x, _LEVELS, axis=-1)
+    return ln_x, middle, 0.5 * (high - low)
 
 
 @lru_cache(maxsize=32)
