@@ -36,9 +36,7 @@ from skewbridge.reading import read_csv, read_json, read_yaml
         (b"a: [1\n", "not valid YAML"),
     ],
 )
-def test_a_document_beyond_the_limits_is_refused(
-    tmp_path: Path, content: bytes, words: str
-) -> None:
+def test_document_over_the_limits_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
     path = tmp_path / "file.yaml"
     path.write_bytes(content)
     with pytest.raises(InputError) as caught:
@@ -47,7 +45,7 @@ def test_a_document_beyond_the_limits_is_refused(
     assert words in str(caught.value)
 
 
-def test_aliases_and_dates_within_the_limits_are_plain_values(tmp_path: Path) -> None:
+def test_aliases_are_expanded_and_dates_are_text(tmp_path: Path) -> None:
     path = tmp_path / "file.yaml"
     path.write_text("a: &a {x: 1}\nb: {<<: *a, y: 2}\nc: *a\nd: 2020-01-31\n", encoding="utf-8")
     assert read_yaml(path) == {
@@ -72,7 +70,7 @@ def test_aliases_and_dates_within_the_limits_are_plain_values(tmp_path: Path) ->
         (read_csv, 'a,b\n"1,2\n', "not a table"),
     ],
 )
-def test_json_beyond_the_limits_and_a_ragged_table_are_refused(
+def test_json_over_the_limits_and_ragged_tables_are_refused(
     tmp_path: Path, read: Callable[[Path], object], text: str, words: str
 ) -> None:
     path = tmp_path / "file"
@@ -82,7 +80,7 @@ def test_json_beyond_the_limits_and_a_ragged_table_are_refused(
 
 
 @pytest.mark.parametrize("name", ["x" * 100_000, "a/" * 3000, "nul\0", "no/such/file", ""])
-def test_an_absurd_name_of_a_file_is_refused(name: str) -> None:
+def test_absurd_file_name_is_refused(name: str) -> None:
     for read in (read_yaml, read_table, read_trace, load_bridge_file, read_data, list_motions):
         with pytest.raises(InputError) as caught:
             read(Path(f"{name}.yaml"))
@@ -90,7 +88,7 @@ def test_an_absurd_name_of_a_file_is_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize("marked", [False, True])
-def test_a_damaged_table_is_never_taken_for_another(tmp_path: Path, *, marked: bool) -> None:
+def test_damaged_table_is_never_read_as_another(tmp_path: Path, *, marked: bool) -> None:
     """Pages carry checksums: a flipped byte changes no number in silence."""
     path = tmp_path / "t.parquet"
     table = pd.DataFrame({"a": np.linspace(0.0, 1.0, 50), "b": [f"text {i}" for i in range(50)]})

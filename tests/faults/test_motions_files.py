@@ -20,20 +20,20 @@ def bad_folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize("together", ["folder", "files"])
-def test_every_bad_file_gets_its_expected_verdict(bad_folder, together):
+def test_each_file_gets_its_expected_verdict(bad_folder, together):
     paths = [bad_folder] if together == "folder" else [bad_folder / name for name in MOTION_FILES]
     found = {Path(item.file).name: item.verdict for item in check_paths(paths)}
     assert found == {name: verdict for name, (_, verdict) in MOTION_FILES.items()}
 
 
-def test_component_with_another_dt_is_found_in_either_order(bad_folder):
+def test_component_with_another_dt_is_found_in_any_order(bad_folder):
     pair = [bad_folder / "50_pair_len_h1.AT2", bad_folder / "52_pair_dt_h2.AT2"]
     for paths in (pair, pair[::-1]):
         verdicts = {Path(item.file).name[:2]: item.verdict for item in check_paths(paths)}
         assert verdicts == {"50": "ok", "52": "pair_error"}
 
 
-def test_strict_reading_refuses_what_is_only_doubtful(bad_folder):
+def test_strict_reading_refuses_warnings(bad_folder):
     path = bad_folder / "20_npts_too_big.AT2"
     assert check_paths([path], strict=True)[0].verdict == "error"
     with pytest.raises(InputError, match="500"):
@@ -45,7 +45,7 @@ def test_strict_reading_refuses_what_is_only_doubtful(bad_folder):
     ["1" * 3_000_000 + "x", " " * 3_000_000 + "NPTS", "NPTS= 1" + " " * 3_000_000, "-" * 10**6],
     ids=["digits", "blanks", "blanks after NPTS", "signs"],
 )  # fmt: skip
-def test_very_long_lines_do_not_hang(tmp_path, text):
+def test_very_long_lines_are_refused_quickly(tmp_path, text):
     for name in ("long.AT2", "long.txt", "long.V2"):
         (tmp_path / name).write_text(text)
         with pytest.raises(InputError):

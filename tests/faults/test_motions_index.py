@@ -60,7 +60,7 @@ def test_missing_file_is_named(indexed):
         prepare_suite(folder, t1_s=0.7)
 
 
-def test_changed_file_is_noticed_by_its_digest(tmp_path):
+def test_changed_file_is_detected_by_its_digest(tmp_path):
     pairs = make_pairs(tmp_path, 1)
     index_of(tmp_path, pairs, sha256=["0" * 64])
     with pytest.raises(InputError, match=r"q0_h1\.AT2.*sha256"):
@@ -103,7 +103,7 @@ def test_bad_number_in_the_index_is_refused_by_name(tmp_path, column, value):
         prepare_suite(tmp_path, t1_s=0.7)
 
 
-def test_folder_that_is_not_there_is_named(tmp_path):
+def test_missing_folder_is_named(tmp_path):
     with pytest.raises(InputError, match="nowhere"):
         prepare_suite(tmp_path / "nowhere", t1_s=0.7)
 
@@ -117,7 +117,7 @@ def test_waho_with_the_published_peak_is_accepted(tmp_path):
     assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
 
 
-def test_a_false_waho_gives_way_to_the_surrogate_and_it_is_named_so(tmp_path, monkeypatch):
+def test_false_waho_is_replaced_by_the_named_surrogate(tmp_path, monkeypatch):
     folder = tmp_path / "surrogate"
     folder.mkdir()
     stand_in_g = shaken_g(1), shaken_g(2)

@@ -48,9 +48,7 @@ def test_every_family_is_in_a_group() -> None:
 
 
 @pytest.mark.parametrize("names", GROUPS, ids=lambda names: names[0])
-def test_a_mutant_is_taken_or_refused_in_one_message(
-    names: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_mutant_is_read_or_refused_with_one_message(names: tuple[str, ...], tmp_path: Path) -> None:
     assert read_mutants(34, names, tmp_path) == 34 * len(names)
 
 

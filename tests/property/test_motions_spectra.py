@@ -20,7 +20,7 @@ def _motion(seed: int, npts: int = 600) -> GroundMotion:
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10**6), angle=st.integers(0, 359))
-def test_turning_a_motion_by_whole_degrees_keeps_its_rotd50(seed, angle):
+def test_rotation_by_whole_degrees_preserves_rotd50(seed, angle):
     motion = _motion(seed)
     turned = pair_psa(*motion.along_axes(angle), motion.dt_s, [0.05, 0.3, 1.0])
     as_is = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, [0.05, 0.3, 1.0])
@@ -30,7 +30,7 @@ def test_turning_a_motion_by_whole_degrees_keeps_its_rotd50(seed, angle):
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10**6), scale=st.floats(0.01, 20.0))
-def test_measures_of_a_scaled_motion_are_the_scaled_measures(seed, scale):
+def test_measures_scale_with_the_motion(seed, scale):
     motion = _motion(seed)
     expected = motion_measures(motion.scaled(scale), 0.7)
     assert scaled_measures(motion_measures(motion, 0.7), scale) == pytest.approx(expected, rel=1e-9)

@@ -23,7 +23,7 @@ SCENARIOS = st.builds(
 
 @settings(max_examples=25, deadline=None)
 @given(scenario=SCENARIOS, seed=st.integers(0, 10**6), index=st.integers(0, 500))
-def test_any_scenario_gives_a_finite_motion_that_repeats(scenario, seed, index):
+def test_any_scenario_gives_a_finite_and_repeatable_motion(scenario, seed, index):
     options = SynthesisOptions(dt_s=0.02)
     one = synthesize(scenario, index=index, seed=seed, options=options)
     two = synthesize(scenario, index=index, seed=seed, options=options)

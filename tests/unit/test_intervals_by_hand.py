@@ -11,7 +11,7 @@ from skewbridge.motions.trace import Trace
 
 
 @pytest.mark.parametrize(("offset", "is_told"), [(0.03, True), (-0.03, True), (0.01, False)])
-def test_an_offset_of_either_sign_is_told(offset, is_told):
+def test_offset_of_either_sign_gets_a_warning(offset, is_told):
     wave = np.tile([1.0, -1.0], 500)
     trace = Trace(
         path=Path("a.csv"), format="csv", accel_mps2=wave + offset, dt_s=0.01, unit="m/s2"

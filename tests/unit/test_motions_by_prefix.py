@@ -72,7 +72,7 @@ def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
     ]
 
 
-def test_more_motions_keep_the_keys_and_make_only_what_is_taken(
+def test_more_motions_preserve_keys_and_generate_only_new_ones(
     folder: Path, tmp_path: Path, made: list[int]
 ) -> None:
     few = keys_of(folder, 1, tmp_path / "few")
@@ -83,7 +83,7 @@ def test_more_motions_keep_the_keys_and_make_only_what_is_taken(
     assert all(len(set(keys)) == 3 for keys in many)
 
 
-def test_other_levels_keep_the_keys_of_full_blocks(made: list[int]) -> None:
+def test_other_levels_preserve_the_factors_of_full_blocks(made: list[int]) -> None:
     """Without a factor in the index for these levels, whole blocks are measured, and no more."""
     few, many = (
         prepare_suite(MOTIONS, count=count, t1_s=T1_S, level_range_g=(0.2, 1.0)) for count in (1, 9)
@@ -92,7 +92,7 @@ def test_other_levels_keep_the_keys_of_full_blocks(made: list[int]) -> None:
     assert made == []
 
 
-def test_what_is_to_be_done_is_known_without_making_a_motion(
+def test_digest_of_the_suite_needs_no_generated_motion(
     folder: Path, tmp_path: Path, made: list[int]
 ) -> None:
     def digest() -> str:
@@ -107,7 +107,7 @@ def test_what_is_to_be_done_is_known_without_making_a_motion(
     assert made == []
 
 
-def test_a_check_makes_the_motion_and_keeps_its_place_in_the_index(folder: Path) -> None:
+def test_check_generates_the_motion_and_preserves_its_index_row(folder: Path) -> None:
     index = folder / "index.csv"
     before = index.read_text()
     runner = CliRunner()
@@ -122,7 +122,7 @@ def test_a_check_makes_the_motion_and_keeps_its_place_in_the_index(folder: Path)
 
 
 @pytest.mark.parametrize(("old", "new"), [(",48\n", ",0\n"), ("syn048,,", "syn048,a.AT2,")])
-def test_a_number_stands_in_place_of_files(folder: Path, old: str, new: str) -> None:
+def test_number_and_files_together_are_refused(folder: Path, old: str, new: str) -> None:
     index = folder / "index.csv"
     index.write_text(index.read_text().replace(old, new))
     done = CliRunner().invoke(build_app(), ["motions", "check", str(folder), "--json"])
@@ -130,5 +130,5 @@ def test_a_number_stands_in_place_of_files(folder: Path, old: str, new: str) -> 
     assert "made_from_number is a number from 1 in place of files" in done.stdout
 
 
-def test_the_default_suite_has_enough_motions() -> None:
+def test_default_suite_has_enough_motions() -> None:
     assert MotionsConfig().count <= 96 <= generate.COUNT

@@ -25,7 +25,7 @@ def _run(*arguments: object) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
-def test_check_gives_the_promised_json(tmp_path):
+def test_check_json_has_the_documented_keys(tmp_path):
     (first, _), *_ = make_pairs(tmp_path, 1)
     code, out, _ = _run("check", first, "--json")
     (found,) = json.loads(out)["files"]
@@ -44,7 +44,7 @@ def test_check_gives_the_promised_json(tmp_path):
         ("\n".join(map(str, shaken_g(1))), "needs_dt", 2),
     ],
 )
-def test_check_exits_by_its_verdict(tmp_path, content, verdict, code):
+def test_exit_code_of_check_follows_the_verdict(tmp_path, content, verdict, code):
     path = tmp_path / "a.txt"
     path.write_text(content)
     found_code, out, _ = _run("check", path, "--json")
@@ -68,7 +68,7 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     assert list(index["sha256"]) == list(suite["sha256"])
 
 
-def test_time_step_and_unit_given_with_the_check_go_into_the_index(tmp_path):
+def test_check_writes_the_given_time_step_and_unit_to_the_index(tmp_path):
     for name in ("q_h1.acc", "q_h2.acc"):
         (tmp_path / name).write_text("\n".join(map(str, 5.0 * shaken_g(3))))
     assert _run("check", tmp_path, "--write")[0] == 2
@@ -78,7 +78,7 @@ def test_time_step_and_unit_given_with_the_check_go_into_the_index(tmp_path):
     assert np.abs(suite["accel_1_mps2"][0]).max() == pytest.approx(1.5)
 
 
-def test_unit_of_the_command_is_for_the_files_of_a_folder_that_have_none(tmp_path):
+def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
     make_pairs(tmp_path, 1)
     times_s = 0.01 * np.arange(shaken_g(3).size)
     for name in ("valley_000.csv", "valley_090.csv"):
@@ -96,7 +96,7 @@ def test_unit_of_the_command_is_for_the_files_of_a_folder_that_have_none(tmp_pat
 
 
 @pytest.mark.parametrize("command", ["plot", "synthesize"])
-def test_unwritable_folder_is_bad_input(tmp_path, command):
+def test_unwritable_folder_exits_with_2(tmp_path, command):
     blocked = tmp_path / "file"
     blocked.write_text("")
     files = make_pairs(tmp_path, 1)[0]
@@ -109,7 +109,7 @@ def test_unwritable_folder_is_bad_input(tmp_path, command):
     assert "cannot write to the folder" in err
 
 
-def test_check_holds_files_against_their_index(tmp_path):
+def test_check_compares_files_with_their_index(tmp_path):
     pairs = make_pairs(tmp_path, 1)
     index_of(tmp_path, pairs, sha256=["f" * 64], magnitude=[6.9], my_note=["mine"])
     code, out, _ = _run("check", tmp_path, "--json")
@@ -131,14 +131,14 @@ def test_components_of_different_dt_are_a_pair_error(tmp_path, has_index):
     assert (code, json.loads(out)["files"][1]["verdict"]) == (2, "pair_error")
 
 
-def test_check_of_a_missing_path_is_bad_input(tmp_path):
+def test_check_of_a_missing_path_exits_with_2(tmp_path):
     code, out, err = _run("check", tmp_path / "nowhere", "--json")
     assert code == 2
     assert json.loads(out)["status"] == "error"
     assert "nowhere" in err.replace("\n", "")
 
 
-def test_im_gives_the_promised_measures(tmp_path):
+def test_im_json_has_the_documented_measures(tmp_path):
     files = make_pairs(tmp_path, 1)[0]
     code, out, _ = _run("im", *files, "--t1-s", 0.7, "--json")
     found = json.loads(out)
@@ -164,7 +164,7 @@ def test_im_of_one_file_gives_its_own_spectrum(tmp_path):
     assert len(found["psa_h1_g"]) == len(found["periods_s"]) == 2
 
 
-def test_im_of_three_files_is_bad_input(tmp_path):
+def test_im_of_three_files_exits_with_2(tmp_path):
     (first, second), *_ = make_pairs(tmp_path, 1)
     assert _run("im", first, second, first)[0] == 2
 
@@ -196,7 +196,7 @@ def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):
     ("option", "value"),
     [("--magnitude", 5.0), ("--count", 0), ("--pulse", "maybe"), ("--seed", -1)],
 )
-def test_synthesize_refuses_bad_input_by_name(tmp_path, option, value):
+def test_synthesize_names_the_wrong_option(tmp_path, option, value):
     options = {"--magnitude": 6.5, "--distance-km": 10, "--vs30-mps": 400, "--out": tmp_path}
     pairs = [str(item) for pair in (options | {option: value}).items() for item in pair]
     code, _, err = _run("synthesize", *pairs)

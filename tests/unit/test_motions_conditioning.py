@@ -27,7 +27,7 @@ def motion() -> GroundMotion:
     return synthesize(scenario, index=0, seed=2023)
 
 
-def test_nothing_is_done_by_default(motion):
+def test_default_conditioning_changes_nothing(motion):
     assert Conditioning().apply(motion) is motion
 
 
@@ -46,7 +46,7 @@ def test_cut_keeps_the_strongest_window(motion):
     assert effect_on_measures(motion, cut_to_strongest(motion, 5.0, 0.0))["arias_ratio"] < 0.9
 
 
-def test_trimming_quiet_ends_leaves_the_spectrum(motion):
+def test_trimming_quiet_ends_preserves_the_spectrum(motion):
     effect = effect_on_measures(motion, trim_quiet_ends(motion))
     ratios = np.array([value for name, value in effect.items() if name.startswith("psa")])
     # the displacement left at the new end is taken off: felt at 2 and 3 s only
@@ -77,18 +77,18 @@ def test_coarser_time_step_does_not_alias():
     np.testing.assert_allclose(coarse.accel_2_mps2, low[::4], atol=1e-3)
 
 
-def test_there_and_back_is_the_same_motion(motion):
+def test_resampling_back_restores_the_motion(motion):
     back = resampled(resampled(motion, 0.005), 0.01)
     lost = back.accel_1_mps2[: motion.npts] - motion.accel_1_mps2
     assert np.sum(lost**2) < 1e-3 * np.sum(motion.accel_1_mps2**2)
 
 
-def test_mean_is_taken_off(motion):
+def test_mean_is_removed(motion):
     offset = motion.with_components(motion.accel_1_mps2 + 0.3, motion.accel_2_mps2)
     assert abs(remove_mean(offset).accel_1_mps2.mean()) < 1e-12
 
 
-def test_conditioned_motion_says_so_and_has_another_digest(motion):
+def test_conditioned_motion_has_a_message_and_another_digest(motion):
     done = Conditioning(shaking_s=10.0, free_vibration_s=2.0).apply(motion)
     assert done.sha256 != motion.sha256
     assert "of the Arias intensity left" in done.messages[-1]
@@ -113,7 +113,7 @@ def test_suite_can_be_conditioned(tmp_path):
         Conditioning(shaking_s=20.0, free_vibration_s=-1.0),
     ],
 )
-def test_impossible_treatment_is_refused(motion, what):
+def test_invalid_conditioning_is_refused(motion, what):
     with pytest.raises(InputError):
         what.apply(motion)
 

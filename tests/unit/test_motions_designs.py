@@ -29,7 +29,7 @@ def suite(tmp_path):
     return prepare_suite(tmp_path, t1_s=0.7)
 
 
-def test_striped_motions_reach_their_stripe(suite):
+def test_scaled_motions_reach_their_stripe(suite):
     low_g = suite[LEVEL_MEASURE].median()
     table = striped(suite, [low_g, 2 * low_g], factor_limits=(1e-3, 1e3))
     np.testing.assert_allclose(table["scale"] * table[LEVEL_MEASURE], table["stripe_g"])
@@ -41,7 +41,13 @@ def test_factors_outside_the_limits_are_left_out_and_counted(suite):
     level_g = suite[LEVEL_MEASURE].iloc[0]
     table = striped(suite, [level_g], factor_limits=(0.999, 1.001))
     assert list(table["motion_id"]) == ["q0"]
+    assert table["scale"].tolist() == [1.0]
     assert table.attrs["left_out"] == 2
+    known = suite.assign(**{LEVEL_MEASURE: [0.2, 0.4, 100.0]})
+    table = striped(known, [0.1, 1.0])
+    assert table[["motion_id", "scale"]].to_numpy().tolist() == [
+        ["q0", 0.5], ["q1", 0.25], ["q1", 2.5],
+    ]  # fmt: skip
 
 
 def test_unreachable_stripes_are_refused(suite):
@@ -49,11 +55,12 @@ def test_unreachable_stripes_are_refused(suite):
         striped(suite, [1e4])
     with pytest.raises(InputError, match="ascend"):
         striped(suite, [0.2, 0.1])
-    with pytest.raises(InputError, match="positive"):
-        striped(suite, [])
+    for levels_g in ([], [0.1, 0.0], [-0.1], [np.inf]):
+        with pytest.raises(InputError, match="must be positive levels"):
+            striped(suite, levels_g)
 
 
-def test_striped_suite_survives_parquet(suite, tmp_path):
+def test_parquet_preserves_a_striped_suite(suite, tmp_path):
     table = striped(suite, [0.1, 0.2], factor_limits=(1e-3, 1e3))
     write_suite(table, tmp_path / "stripes.parquet")
     back = read_suite(tmp_path / "stripes.parquet")
@@ -113,7 +120,7 @@ def test_ida_brackets_the_capacity_of_a_yielding_oscillator():
 
 @settings(max_examples=200, deadline=None)
 @given(st.floats(0.05, 20.0), st.floats(1.001, 1e3), st.floats(1e-4, 0.5))
-def test_no_search_takes_more_analyses_than_are_forecast(capacity, ratio, tolerance):
+def test_search_takes_at_most_the_forecast_analyses(capacity, ratio, tolerance):
     limits = (0.1, 0.1 * ratio)
     found = bracket_capacity(lambda scale: scale >= capacity, limits=limits, tolerance=tolerance)
     assert found.analyses <= most_trials(limits, tolerance)
@@ -121,7 +128,7 @@ def test_no_search_takes_more_analyses_than_are_forecast(capacity, ratio, tolera
 
 @settings(max_examples=200, deadline=None)
 @given(capacity=st.floats(1e-3, 1e3))
-def test_bracket_holds_any_capacity_within_ten_analyses(capacity):
+def test_bracket_contains_any_capacity_within_ten_analyses(capacity):
     bracket = bracket_capacity(lambda scale: scale >= capacity)
     assert bracket.analyses <= most_trials(IDA_LIMITS) == 10
     assert bracket.lower <= capacity <= bracket.upper

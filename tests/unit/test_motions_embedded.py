@@ -53,7 +53,7 @@ def test_generating_again_gives_the_shipped_files():
             assert np.abs(values[0] - values[1]).max() <= 1e-6 * np.abs(values[1]).max()
 
 
-def test_suite_has_40_stored_motions_and_numbers_of_88_more():
+def test_suite_has_40_stored_and_88_generated_motions():
     entries = list_motions(MOTIONS)
     assert [bool(entry.components) for entry in entries] == [True] * STORED + [False] * 88
     assert len(entries) == COUNT
@@ -62,7 +62,7 @@ def test_suite_has_40_stored_motions_and_numbers_of_88_more():
     assert numbers == sorted(set(numbers))
 
 
-def test_motions_are_readable_and_of_at_most_25_s(suite):
+def test_motions_last_at_most_25_s(suite):
     assert len(suite) == SOME
     assert ((suite["npts"] - 1) * suite["dt_s"] <= 25.0).all()
 
@@ -92,7 +92,7 @@ def test_factors_stay_moderate_and_spread_the_levels(suite):
         assert (np.abs(counts - count / 4) <= 1).all()
 
 
-def test_neither_bridge_axis_is_favoured(suite):
+def test_components_are_equally_strong_on_average(suite):
     peaks = np.array(
         [
             [np.abs(row["accel_1_mps2"]).max(), np.abs(row["accel_2_mps2"]).max()]
@@ -104,20 +104,20 @@ def test_neither_bridge_axis_is_favoured(suite):
     assert abs(log_ratio.mean()) < 0.15
 
 
-def test_scale_factors_are_for_the_period_of_osb1():
+def test_scale_factors_use_the_period_of_osb1():
     """If not: `skewbridge motions default-suite --out motions` (only the factors change)."""
     index = pd.read_csv(MOTIONS / "index.csv")
     assert index["scale_t1_s"].nunique() == 1
     assert load_bridge("osb1").t1_s == pytest.approx(index["scale_t1_s"][0], rel=1e-3)
 
 
-def test_every_factor_of_the_suite_is_moderate_and_for_its_levels():
+def test_stored_factors_are_moderate_and_match_the_levels():
     index = pd.read_csv(MOTIONS / "index.csv")
     assert index["scale"].between(*FACTOR_LIMITS).all()
     assert {*index["scale_low_g"], *index["scale_high_g"]} == set(LEVEL_RANGE_G)
 
 
-def test_a_made_motion_is_what_its_files_would_be(tmp_path):
+def test_generated_motion_equals_its_files(tmp_path):
     made = read_entry(MADE[0])
     read = read_motion(*write_at2(made, tmp_path))
     assert made.sha256 == read.sha256 == MADE[0].sha256
@@ -126,7 +126,7 @@ def test_a_made_motion_is_what_its_files_would_be(tmp_path):
         assert one.tobytes() == other.tobytes()
 
 
-def test_the_last_digits_of_a_processor_do_not_reach_a_made_motion(monkeypatch):
+def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(monkeypatch):
     """They differ by 1e-14 g between processors; here by ten times as much."""
     synthesize = generate.synthesize
     rng = np.random.default_rng(1)
@@ -144,7 +144,7 @@ def test_the_last_digits_of_a_processor_do_not_reach_a_made_motion(monkeypatch):
         assert one.tobytes() == other.tobytes()
 
 
-def test_numbers_whose_envelope_misses_its_times_are_not_made():
+def test_motions_with_an_inexact_envelope_are_not_generated():
     """Where a search stops that meets nothing differs between processors: 6 and 7 are stored."""
 
     def is_exact(number: int) -> bool:
@@ -156,12 +156,12 @@ def test_numbers_whose_envelope_misses_its_times_are_not_made():
     assert all(is_exact(entry.made_from_number) for entry in MADE[::10])
 
 
-def test_a_made_motion_that_differs_from_the_index_is_refused():
+def test_generated_motion_with_another_digest_is_refused():
     with pytest.raises(InputError, match="other libraries"):
         read_entry(replace(MADE[0], sha256="0" * 64))
 
 
 @pytest.mark.slow
-def test_every_made_motion_has_the_digest_of_the_index():
+def test_every_generated_motion_has_the_digest_of_the_index():
     for entry in MADE:
         read_entry(entry)

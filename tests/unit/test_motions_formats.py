@@ -96,7 +96,7 @@ def test_header_less_at2_asks_for_dt(tmp_path):
         read_trace(_file(tmp_path, "a.AT2", _rows(RECORD_G, 5, "{:15.7E}")))
 
 
-def test_given_unit_goes_before_the_header_and_is_said(tmp_path):
+def test_given_unit_overrides_the_header_with_a_note(tmp_path):
     head = "ACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 50, DT= .01 SEC\n"
     path = _file(tmp_path, "a.AT2", _at2(head, _rows(RECORD_G, 5, "{:15.7E}")))
     trace = read_trace(path, Given(unit="m/s2"))
@@ -104,7 +104,7 @@ def test_given_unit_goes_before_the_header_and_is_said(tmp_path):
     assert any("header says g" in text for text in trace.notes)
 
 
-def test_unit_and_step_for_files_without_one_leave_the_header_its_word(tmp_path):
+def test_unit_and_step_if_missing_do_not_override_the_header(tmp_path):
     known = Given(dt_s_if_missing=0.005, unit_if_missing="gal")
     head = "ACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 50, DT= .01 SEC\n"
     path = _file(tmp_path, "a.AT2", _at2(head, _rows(RECORD_G, 5, "{:15.7E}")))
@@ -142,7 +142,7 @@ def test_csmip_v2_is_read_by_column_width(tmp_path, line, per_line, form):
     assert (trace.format, trace.station, trace.azimuth_deg) == ("csmip_v2", "TEST STATION", 270.0)
 
 
-def test_csmip_file_of_two_channels_asks_which(tmp_path):
+def test_csmip_file_with_two_channels_needs_a_channel(tmp_path):
     line = "   50 POINTS OF ACCEL DATA EQUALLY SPACED AT  .010 SEC.  (UNITS: CM/SEC/SEC)"
     one, two = RECORD_G * 980.665, -RECORD_G * 980.665
     text = "\n".join(_v2(line, _rows(values, 8, "{:10.3f}")) for values in (one, two))
@@ -169,7 +169,7 @@ def test_index_names_the_channels_of_one_file(tmp_path):
 @pytest.mark.parametrize(
     ("given", "unit"), [("GAL", "cm/s2"), ("cm/s^2", "cm/s2"), ("G", "g"), ("m/s/s", "m/s2")]
 )
-def test_common_spellings_of_units_are_understood(given, unit):
+def test_common_spellings_of_units_are_accepted(given, unit):
     assert Given(unit=given).unit == unit
 
 
@@ -187,7 +187,7 @@ def test_two_columns_take_their_unit_from_the_header(tmp_path, header, unit):
     assert (trace.format, trace.unit, trace.dt_s) == ("two_column", unit, 0.01)
 
 
-def test_table_of_several_components_asks_which(tmp_path):
+def test_table_of_several_components_needs_a_channel(tmp_path):
     rows = [f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}" for i, v in enumerate(RECORD_G)]
     path = _file(tmp_path, "a.csv", "time_s,h1_g,h2_g\n" + "\n".join(rows))
     with pytest.raises(InputError, match="2 channels, say which"):
@@ -197,7 +197,7 @@ def test_table_of_several_components_asks_which(tmp_path):
         read_trace(path, Given(channel=3))
 
 
-def test_bare_values_in_several_columns_are_not_taken_for_a_table(tmp_path):
+def test_bare_values_in_several_columns_are_not_read_as_a_table(tmp_path):
     rising = np.arange(60) ** 1.5 * 1e-4  # a slow start: the first number of each line rises
     path = _file(tmp_path, "a.acc", _rows(rising, 5, "{:15.7e}"))
     np.testing.assert_allclose(
@@ -218,13 +218,13 @@ def test_broken_time_column_is_refused_with_its_line(tmp_path, change):
         read_trace(_file(tmp_path, "a.txt", "\n".join(rows)))
 
 
-def test_decimal_comma_is_named(tmp_path):
+def test_decimal_comma_is_reported(tmp_path):
     rows = "\n".join(f"{i * 0.01:.2f};{v:.8f}".replace(".", ",") for i, v in enumerate(RECORD_G))
     with pytest.raises(InputError, match="decimal comma"):
         read_trace(_file(tmp_path, "a.csv", rows))
 
 
-def test_given_dt_beats_a_wrong_time_column_and_is_a_warning(tmp_path):
+def test_given_dt_overrides_a_time_column_with_a_warning(tmp_path):
     rows = "\n".join(f"{i * 0.003:.3f} {v:.8e}" for i, v in enumerate(RECORD_G))
     trace = read_trace(_file(tmp_path, "a.txt", rows), Given(dt_s=0.0025))
     assert trace.dt_s == 0.0025
@@ -257,7 +257,7 @@ def test_knet_counts_become_gal_about_their_mean(tmp_path):
     assert (trace.format, trace.azimuth_deg, trace.warnings) == ("knet", 0.0, ())
 
 
-def test_components_of_other_names_are_paired_by_their_headers(tmp_path):
+def test_components_with_unrelated_names_are_paired_by_header(tmp_path):
     """One station by its channels, as CSMIP names them: 360 and 270 degrees, and up."""
     line = "   50 POINTS OF ACCEL DATA EQUALLY SPACED AT  .010 SEC.  (UNITS: CM/SEC/SEC)"
     for channel, direction in ((14, "UP"), (15, "360"), (24, "270")):

@@ -43,7 +43,7 @@ def test_at2_values_come_in_si_with_header_metadata(tmp_path):
     assert trace.azimuth_deg == 90.0
 
 
-def test_shorter_component_gets_zeros_at_its_end_and_it_is_said(tmp_path):
+def test_shorter_component_is_padded_with_zeros_and_a_message(tmp_path):
     first = _write(tmp_path / "A000.AT2", VALUES_G)
     second = _write(tmp_path / "A090.AT2", VALUES_G[:11], AT2.replace("12", "11"))
     motion = read_motion(first, second)
@@ -59,7 +59,7 @@ def test_components_of_different_dt_are_refused_by_name(tmp_path):
         read_motion(first, second)
 
 
-def test_incidence_90_turns_component_1_onto_y():
+def test_incidence_90_rotates_component_1_to_y():
     ax, ay = _motion().along_axes(90.0)
     np.testing.assert_array_equal(ax, [1.0, -3.0])
     np.testing.assert_array_equal(ay, [1.0, 2.0])
@@ -115,20 +115,20 @@ def test_components_are_paired_by_name_up_to_the_azimuth(first, second, name):
 @pytest.mark.parametrize(
     ("folders", "names"), [(("2010", "2011"), ["2010_A", "2011_A"]), (("2010/x", "2011/x"), ["A"])]
 )
-def test_no_pair_is_lost_where_several_folders_have_the_same_files(folders, names):
+def test_equal_file_names_in_several_folders_lose_no_pair(folders, names):
     files = [Path(folder, name) for folder in folders for name in ("A090.AT2", "A180.AT2")]
     groups = group_by_name(files)
     assert list(groups) == names
     assert sorted(path for group in groups.values() for path in group) == files
 
 
-def test_a_lone_component_is_named(tmp_path):
+def test_unpaired_component_is_named(tmp_path):
     (tmp_path / "A090.AT2").touch()
     with pytest.raises(InputError, match=r"A090\.AT2.*2 needed"):
         list_motions(tmp_path)
 
 
-def test_components_of_different_events_are_doubted(tmp_path):
+def test_components_of_different_events_get_a_warning(tmp_path):
     kobe = AT2.replace("Some Quake", "Kobe").replace("Some Station, 90", "Takatori, 0")
     files = [_write(tmp_path / "A.AT2", VALUES_G), _write(tmp_path / "B.AT2", VALUES_G, kobe)]
     found = check_paths(files)

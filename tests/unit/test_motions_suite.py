@@ -10,18 +10,18 @@ from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.intensity import IM_COLUMNS
-from skewbridge.motions.levels import LEVEL_RANGE_G, block_factors, block_targets, stripe_factors
+from skewbridge.motions.levels import LEVEL_RANGE_G, block_factors, block_targets
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 
 
-def test_folder_without_index_is_paired_and_measured(tmp_path):
+def test_folder_without_index_is_paired_by_name(tmp_path):
     make_pairs(tmp_path, 3)
     suite = prepare_suite(tmp_path, t1_s=0.7)
     assert list(suite["motion_id"]) == ["q0", "q1", "q2"]
     assert np.isfinite(suite[list(IM_COLUMNS)]).all(axis=None)
 
 
-def test_suite_survives_parquet_bit_for_bit(tmp_path):
+def test_parquet_preserves_the_suite_bit_for_bit(tmp_path):
     make_pairs(tmp_path, 2)
     suite = prepare_suite(tmp_path, t1_s=0.7)
     write_suite(suite, tmp_path / "suite.parquet")
@@ -34,20 +34,20 @@ def test_suite_survives_parquet_bit_for_bit(tmp_path):
         assert item.measures["im_arias_mps"] == pytest.approx(row["im_arias_mps"] * item.scale**2)
 
 
-def test_digest_is_that_of_both_files_in_a_row(tmp_path):
+def test_digest_covers_both_files_in_order(tmp_path):
     (first, second), *_ = make_pairs(tmp_path, 1)
     expected = hashlib.sha256(first.read_bytes() + second.read_bytes()).hexdigest()
     assert prepare_suite(tmp_path, t1_s=0.7)["sha256"][0] == expected
 
 
-def test_factor_does_not_depend_on_how_many_motions_are_taken(tmp_path):
+def test_factor_does_not_depend_on_the_count(tmp_path):
     make_pairs(tmp_path, 9)
     all_motions = prepare_suite(tmp_path, t1_s=0.7)
     three = prepare_suite(tmp_path, count=3, t1_s=0.7)
     assert list(three["scale"]) == list(all_motions["scale"][:3])
 
 
-def test_factor_of_the_index_goes_first(tmp_path):
+def test_factor_of_the_index_overrides_the_computed_one(tmp_path):
     pairs = make_pairs(tmp_path, 2)
     index_of(tmp_path, pairs, scale=[1.25, ""])
     scales = prepare_suite(tmp_path, t1_s=0.7)["scale"]
@@ -55,7 +55,7 @@ def test_factor_of_the_index_goes_first(tmp_path):
     assert scales[1] != 1.25
 
 
-def test_factor_of_the_index_holds_for_its_period_only(tmp_path):
+def test_factor_of_the_index_applies_only_to_its_period(tmp_path):
     pairs = make_pairs(tmp_path, 2)
     index_of(tmp_path, pairs, scale=[1.25, 1.5], scale_t1_s=[0.7, 0.7])
     assert list(prepare_suite(tmp_path, t1_s=0.7)["scale"]) == [1.25, 1.5]
@@ -76,7 +76,7 @@ def test_index_metadata_reaches_the_table(tmp_path):
     assert np.isnan(row["distance_km"])
 
 
-def test_more_motions_than_there_are_is_refused(tmp_path):
+def test_count_above_the_number_of_motions_is_refused(tmp_path):
     make_pairs(tmp_path, 2)
     with pytest.raises(InputError, match=r"count = 3, but .* has 2"):
         prepare_suite(tmp_path, count=3, t1_s=0.7)
@@ -103,16 +103,10 @@ def test_longer_suites_keep_the_factors_of_full_blocks():
     np.testing.assert_array_equal(block_factors(own_g)[:16], block_factors(own_g[:16]))
 
 
-def test_the_offsets_of_the_blocks_are_the_bit_reversed_counts():
+def test_offsets_of_blocks_are_the_van_der_corput_sequence():
     for block, offset in enumerate((0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875)):
         share = (np.arange(8) + offset) / 8
         np.testing.assert_array_equal(block_targets(block, 8, (0.1, 1.5)), 0.1 * 15.0**share)
-
-
-def test_stripes_flag_factors_outside_the_limits():
-    factors, allowed = stripe_factors([0.2, 0.4], [0.1, 1.0])
-    np.testing.assert_allclose(factors, [[0.5, 5.0], [0.25, 2.5]])
-    np.testing.assert_array_equal(allowed, [[True, False], [True, True]])
 
 
 def test_order_of_the_index_is_the_order_of_the_suite(tmp_path):
@@ -130,7 +124,7 @@ def test_suite_table_has_the_promised_columns(tmp_path):
     assert isinstance(suite, pd.DataFrame)
 
 
-def test_notes_beside_the_motions_do_not_matter(tmp_path):
+def test_other_files_in_the_folder_are_ignored(tmp_path):
     make_pairs(tmp_path, 2)
     (tmp_path / "notes.txt").write_text("Downloaded on Monday.\n")
     (tmp_path / "table.csv").write_text("RSN,PGA\nRSN6,0.2\n")
@@ -140,14 +134,8 @@ def test_notes_beside_the_motions_do_not_matter(tmp_path):
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q0", "q1"]
 
 
-def test_what_the_readers_noticed_is_logged(tmp_path, caplog):
+def test_messages_of_the_readers_are_logged(tmp_path, caplog):
     (first, _), *_ = make_pairs(tmp_path, 1)
     first.write_text(at2_text(shaken_g(0, 390)))
     prepare_suite(tmp_path, t1_s=0.7)
     assert "zeros added" in caplog.text
-
-
-@pytest.mark.parametrize("stripes_g", [[], [0.1, 0.0], [-0.1], [np.inf]])
-def test_stripes_are_positive_levels(stripes_g):
-    with pytest.raises(InputError, match="must be positive levels"):
-        stripe_factors([0.2, 0.4], stripes_g)

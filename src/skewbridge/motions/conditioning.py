@@ -1,6 +1,6 @@
-"""Cutting and resampling of motions, and what it does to them.
+"""Cutting and resampling of motions, with the effect on their measures.
 
-None of this is applied to recorded motions unless asked for.
+Recorded motions stay as they are unless this is requested.
 """
 
 import hashlib
@@ -18,17 +18,17 @@ from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import pair_psa
 
 TAPER_S: Final = 0.5
-QUIET_SHARE: Final = 1.0e-5  # of the Arias intensity of both components, given up at each end
+QUIET_SHARE: Final = 1.0e-5  # of the Arias intensity of both components, dropped at each end
 MAX_RATIO: Final = 100  # of two time steps
 EFFECT_PERIODS_S: Final = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditioning:
-    """What is done to each motion of a suite before it is used; nothing by default.
+    """Treatment of each motion of a suite; by default none.
 
     Attributes:
-        remove_mean: Take a constant offset off each component.
+        remove_mean: Subtract the mean of each component.
         dt_s: Resample to this time step, low-passed.
         shaking_s: Keep only the strongest part of this length.
         free_vibration_s: Zeros added at the end.
@@ -40,7 +40,7 @@ class Conditioning:
     free_vibration_s: float = 0.0
 
     def apply(self, motion: GroundMotion) -> GroundMotion:
-        """Return the conditioned motion; its digest and messages say what was done."""
+        """Return the conditioned motion; its digest and messages state the treatment."""
         if self == Conditioning():
             return motion
         result = remove_mean(motion) if self.remove_mean else motion
@@ -62,9 +62,9 @@ def cut_to_strongest(
     """Return the strongest part of a motion, ending at rest, with zeros after it.
 
     The window of the given length with the most Arias intensity (of both components) is kept, its
-    ends are tapered by half a cosine, and what velocity and displacement are left at its end are
-    removed by two smooth accelerations over the window, a symmetric and an antisymmetric one. A
-    shorter motion is kept whole.
+    ends are tapered by half a cosine, and the velocity and displacement at its end are removed by
+    two smooth accelerations over the window, a symmetric and an antisymmetric one. A shorter motion
+    is kept whole.
 
     Raises:
         InputError: A length that is not positive.
@@ -100,7 +100,7 @@ def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
 
 
 def remove_mean(motion: GroundMotion) -> GroundMotion:
-    """Return the motion with the mean of each component taken off (a constant baseline offset)."""
+    """Return the motion without the mean of each component (a constant baseline offset)."""
     return motion.mapped(lambda accel: accel - accel.mean())
 
 
@@ -110,7 +110,7 @@ def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
     The new values are those of the band-limited signal, by a symmetric (zero-phase) filter.
 
     Raises:
-        InputError: The ratio of the time steps is no ratio of integers up to 100.
+        InputError: The ratio of the time steps is not a ratio of integers up to 100.
     """
     if not (np.isfinite(dt_s) and dt_s > 0.0):
         raise InputError(f"dt_s must be positive, got {dt_s}")
@@ -129,7 +129,7 @@ def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
 
 
 def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, float]:
-    """Return what a treatment left of a motion, as ratios after/before.
+    """Return measures of a motion after a treatment, as ratios to those before.
 
     Returns:
         ``arias_ratio`` and ``psa_<period>_ratio`` of RotD50 at a few periods.

@@ -59,9 +59,9 @@ class IndexEntry:
             `synthesis.generate`; None of a motion in files.
         sha256: Expected digest of the files; empty: not checked.
         scale: Factor of the study; nan: computed.
-        scale_t1_s: Period the factor was made with; nan: any.
-        scale_low_g: Lowest level the factor was made for; nan: any.
-        scale_high_g: Highest level the factor was made for; nan: any.
+        scale_t1_s: Conditioning period of the factor; nan: any.
+        scale_low_g: Lowest level of the factor; nan: any.
+        scale_high_g: Highest level of the factor; nan: any.
     """
 
     motion_id: str
@@ -93,7 +93,7 @@ class IndexEntry:
 
 
 def list_motions(folder: Path) -> list[IndexEntry]:
-    """Return the motions of a folder, by its `index.csv` or, without one, by file name and header.
+    """Return the motions of a folder by its `index.csv`, else by file names and headers.
 
     Raises:
         InputError: No folder, no motions, an unpaired file, a broken index.
@@ -243,7 +243,7 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
 
 
 def inside_folder(folder: Path, name: str, where: str) -> Path:
-    """Return the path of a file named by an index, which must stay inside the index's folder.
+    """Return the path of a file named by an index, which must be inside the folder of the index.
 
     Raises:
         InputError: An absolute path, a path or link out of the folder, a missing file.
@@ -340,7 +340,7 @@ def _starts_with_numbers(path: Path) -> bool:
         with path.open("rb") as stream:
             lines = stream.read(4096).splitlines()[:10]
     except OSError:
-        return True  # the reader will say what is wrong
+        return True  # the reader will report the reason
     return any(_NUMBERS.fullmatch(line) for line in lines)
 
 

@@ -14,7 +14,7 @@ from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import component_psa, orbit_rotd50, pair_psa, sa_avg_periods
 from skewbridge.units import G_MPS2
 
-# Power of the scale factor by which a measure grows.
+# Exponent of the scale factor for each measure.
 SCALE_POWERS: Final = {
     "im_pga_rotd50_g": 1,
     "im_pgv_rotd50_mps": 1,
@@ -54,12 +54,12 @@ def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float
 
 
 def conditioned_periods(t1_s: float) -> Vector:
-    """Return the periods that `conditioned_levels` takes: those of Sa_avg, then T1, in s."""
+    """Return the periods for `conditioned_levels` in s: those of Sa_avg, then T1."""
     return np.append(sa_avg_periods(t1_s), t1_s)
 
 
 def conditioned_levels(psa_g: Vector) -> tuple[float, float]:
-    """Return Sa(T1) and Sa_avg in g of PSA at `conditioned_periods`."""
+    """Return Sa(T1) and Sa_avg in g from the PSA at `conditioned_periods`."""
     return float(psa_g[-1]), float(np.exp(np.log(psa_g[:-1]).mean()))
 
 
@@ -104,7 +104,7 @@ def arias_build_up(accel_mps2: Vector, dt_s: float) -> Vector:
 
 
 def pair_arias_build_up(motion: GroundMotion) -> Vector:
-    """Return the Arias build-ups of both components added, which no rotation changes."""
+    """Return the sum of the Arias build-ups of both components; no rotation changes it."""
     first, second = (arias_build_up(accel, motion.dt_s) for accel in motion.components)
     return first + second
 

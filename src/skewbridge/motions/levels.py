@@ -9,7 +9,6 @@ from math import ceil, log, log1p, log2
 from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
@@ -134,24 +133,6 @@ def block_factors(
     return factors / levels
 
 
-def stripe_factors(
-    level_at_1_g: Sequence[float],
-    stripes_g: Sequence[float],
-    limits: tuple[float, float] = FACTOR_LIMITS,
-) -> tuple[Vector, NDArray[np.bool_]]:
-    """Return the factors that bring each motion to each stripe, and which are within the limits.
-
-    Returns:
-        Factors and their admissibility, each of shape (motions, stripes).
-    """
-    levels = np.asarray(level_at_1_g, dtype=np.float64)
-    stripes = np.asarray(stripes_g, dtype=np.float64)
-    if stripes.size == 0 or not (np.isfinite(stripes).all() and (stripes > 0.0).all()):
-        raise InputError(f"stripes_g must be positive levels, got {list(stripes_g)}")
-    factors = stripes[None, :] / levels[:, None]
-    return factors, (factors >= limits[0]) & (factors <= limits[1])
-
-
 def unscaled_cloud(suite: "pd.DataFrame") -> "pd.DataFrame":
     """Return a suite with every motion as recorded (factor 1)."""
     return suite.assign(scale=1.0)
@@ -177,9 +158,13 @@ def striped(
     low, high = factor_limits
     if not 0.0 < low < high:
         raise InputError(f"factor_limits must be two ascending positive factors, got {low}, {high}")
+    levels_g = np.asarray(stripes_g, dtype=np.float64)
+    if levels_g.size == 0 or not (np.isfinite(levels_g).all() and (levels_g > 0.0).all()):
+        raise InputError(f"stripes_g must be positive levels, got {list(stripes_g)}")
     if list(stripes_g) != sorted(set(stripes_g)):
         raise InputError(f"stripes_g must ascend, got {list(stripes_g)}")
-    factors, allowed = stripe_factors(suite[LEVEL_MEASURE].to_list(), stripes_g, factor_limits)
+    factors = levels_g / suite[LEVEL_MEASURE].to_numpy(dtype=np.float64)[:, None]
+    allowed = (factors >= low) & (factors <= high)
     parts = [
         suite[allowed[:, column]].assign(
             scale=factors[allowed[:, column], column], stripe_g=float(level_g)
@@ -202,7 +187,7 @@ class CapacityBracket:
     Attributes:
         lower: Highest factor known not to exceed; 0 if the lowest one tried exceeds.
         upper: Lowest factor known to exceed; inf if the highest one tried does not.
-        analyses: How many analyses it took.
+        analyses: Number of analyses.
     """
 
     lower: float
@@ -211,14 +196,14 @@ class CapacityBracket:
 
     @property
     def capacity(self) -> float:
-        """Middle of the bracket (geometric), nan where it is open at an end."""
+        """Geometric mean of the bracket, nan where it is open at an end."""
         if self.lower == 0.0 or np.isinf(self.upper):
             return float("nan")
         return float(np.sqrt(self.lower * self.upper))
 
 
 def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
-    """Return how many analyses `bracket_capacity` takes at most, one of them at an end."""
+    """Return the largest number of analyses of `bracket_capacity`, one of them at an end."""
     low, high = limits
     halvings = ceil(log2(log(high / low) / log1p(tolerance)))
     return max(halvings, 1) + 1
@@ -238,7 +223,7 @@ def bracket_capacity(
     tolerance is the width of the bracket relative to its lower end.
 
     Raises:
-        InputError: Limits or tolerance that make no sense.
+        InputError: Limits that do not ascend or a tolerance outside its limits.
     """
     low, high = limits
     if not 0.0 < low < high or not np.isfinite(high):

@@ -1,4 +1,4 @@
-"""Which files are the two components of one motion, from their names or their headers."""
+"""Pairs of component files of one motion, by file name or header."""
 
 import math
 import re
@@ -17,7 +17,7 @@ _NIED = re.compile(r"\.(?P<end>EW|NS|UD)(?P<sensor>[12]?)", re.IGNORECASE)
 
 AZIMUTH_TOLERANCE_DEG: Final = 2.0
 
-# Endings that tell the components of one motion apart, the most telling first.
+# Endings that distinguish the components of one motion, the most specific first.
 _ENDINGS: Final = (
     re.compile(r"(?<=[A-Za-z_.\-])(?P<end>[0-3]\d{2})$"),  # azimuth: TAR090, E06140
     re.compile(r"(?<=[A-Za-z]\d)(?P<end>[0-3]\d{2})$"),
@@ -41,12 +41,12 @@ def split_name(path: Path) -> tuple[str, str]:
 
 
 def is_vertical(path: Path) -> bool:
-    """Say whether the name is that of a vertical component."""
+    """Return whether a file name is that of a vertical component."""
     return path.suffix.lower().startswith(".ud") or bool(_VERTICAL.search(path.stem))
 
 
 def motion_name(first: Path, second: Path) -> str:
-    """Return a name for the motion of two files: what their names share, else the first name."""
+    """Return the name of a motion: what both file names share, else the first name."""
     name, _ = split_name(first)
     return name if split_name(second)[0] == name else first.stem
 
@@ -54,8 +54,8 @@ def motion_name(first: Path, second: Path) -> str:
 def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
     """Return the horizontal component files of each motion name, both sorted.
 
-    Where the files of a name make a pair in each of several folders, they are as many motions, with
-    the name of the folder before it, if that tells them apart.
+    If files of the same name form a pair in each of several folders, these are different motions:
+    their names start with the name of the folder if these names differ.
     """
     groups: defaultdict[str, defaultdict[Path, list[Path]]] = defaultdict(lambda: defaultdict(list))
     for path in sorted(paths):
@@ -72,7 +72,7 @@ def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
 
 
 def refuse_unpaired(name: str, files: list[Path]) -> NoReturn:
-    """Say which files of a motion are not two.
+    """Raise the error for a motion that does not have two files.
 
     Raises:
         InputError: Always.
@@ -86,10 +86,10 @@ def refuse_unpaired(name: str, files: list[Path]) -> NoReturn:
 
 
 def pair_by_header(traces: Iterable[Trace]) -> dict[str, tuple[Trace, Trace]]:
-    """Return the pairs that station, event and azimuth of the headers make.
+    """Return the pairs by station, event and azimuth of the headers.
 
     Two horizontal components of one station and event, 90 degrees apart, are a pair; a file
-    without an azimuth (the vertical one) is left out of it.
+    without an azimuth (the vertical one) is left out.
     """
     groups: defaultdict[tuple[str, str], list[Trace]] = defaultdict(list)
     for trace in traces:
@@ -110,8 +110,8 @@ def pair_by_header(traces: Iterable[Trace]) -> dict[str, tuple[Trace, Trace]]:
 def pairs_among(traces: list[Trace], *, given_as_pair: bool = False) -> list[tuple[Trace, Trace]]:
     """Return the pairs among some components: by name, else by header.
 
-    A second component (`_h2`) without a first of its own name is held against the `_h1` before it.
-    Two that are given as a pair are one in any case.
+    A second component (`_h2`) without a first of the same name is paired with the `_h1` before it.
+    Two components given as a pair are always a pair.
     """
     if given_as_pair and len(traces) == 2:
         first, second = sorted(traces, key=lambda trace: trace.path)

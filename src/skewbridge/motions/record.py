@@ -1,4 +1,4 @@
-"""A two-component ground motion, in SI, with where it came from."""
+"""A two-component ground motion in SI units, with its metadata."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -11,7 +11,7 @@ from skewbridge.errors import InputError
 
 type Vector = NDArray[np.float64]
 
-#: What tables keep of a motion beside its values.
+#: Metadata of a motion in tables.
 TEXT_FIELDS: Final = ("motion_id", "sha256", "event", "station", "source")
 NUMBER_FIELDS: Final = (
     "dt_s", "magnitude", "distance_km", "vs30_mps", "azimuth_1_deg", "azimuth_2_deg",
@@ -40,7 +40,7 @@ class GroundMotion:
         source: Licence and origin.
         sha256: Digest of the bytes of the component files, first then second.
         files: Names of the component files.
-        messages: What the reader noticed, in words.
+        messages: Messages of the reader.
 
     Raises:
         InputError: Components of different length, a time step that is not positive, or a value
@@ -149,7 +149,7 @@ class SuiteMotion:
 
     Attributes:
         motion: The motion as recorded, not scaled.
-        scale: Its one factor, the same for all variants.
+        scale: Scale factor, the same for all variants.
         measures: Intensity measures of the scaled motion by column name.
     """
 

@@ -21,7 +21,7 @@ from skewbridge.motions.record import Vector
 DAMPING_RATIO: Final = 0.05
 STEPS_PER_PERIOD: Final = 10
 ORIENTATIONS: Final = 180  # every degree; 180 to 359 repeat the same projections
-# Any values give the same result: a share of the largest radius, a number of points.
+# These values only affect the speed: share of the largest radius, number of points.
 _OUTERMOST: Final = 0.9
 _OUTER_POINTS: Final = 40
 
@@ -36,10 +36,10 @@ class PairSpectrum:
 
     Attributes:
         periods_s: Natural periods in s.
-        psa_1_mps2: Of component 1.
-        psa_2_mps2: Of component 2.
-        rotd50_mps2: Median over all orientations.
-        rotd100_mps2: Largest over all orientations.
+        psa_1_mps2: PSA of component 1.
+        psa_2_mps2: PSA of component 2.
+        rotd50_mps2: Median of the PSA over all orientations.
+        rotd100_mps2: Maximum of the PSA over all orientations.
     """
 
     periods_s: Vector
@@ -120,7 +120,7 @@ def _checked_periods(periods_s: ArrayLike, damping_ratio: float) -> Vector:
 
 
 class _Record:
-    """Accelerations and, kept for the next period, their last linear refinement."""
+    """Accelerations with their last linear refinement, cached for the next period."""
 
     def __init__(self, accel: Vector, dt_s: float) -> None:
         self._accel = accel
@@ -181,8 +181,8 @@ def _orbit_peaks(orbit: Vector) -> Vector:
 
     Points nearer to the centre than the two middle ones of the 180 peaks can't change them: some
     of the outermost points give lower bounds of all peaks, and only points beyond the lower middle
-    one of these are projected. Exact, where a fixed share of the component peaks (Stewart et al.
-    2017, PEER 2017/09) is a rule of experience.
+    one of these are projected. This is exact, unlike a fixed share of the component peaks (Stewart
+    et al. 2017, PEER 2017/09).
     """
     x, y = orbit
     squared = x * x + y * y
@@ -196,5 +196,5 @@ def _orbit_peaks(orbit: Vector) -> Vector:
 
 
 def _largest_projections(x: Vector, y: Vector) -> Vector:
-    # Not a matrix product: its threads cost more than they give on arrays this small.
+    # Not a matrix product: its threads cost more than they save on arrays this small.
     return np.abs(_COSINES * x + _SINES * y).max(axis=1)

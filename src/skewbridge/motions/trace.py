@@ -178,7 +178,7 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vect
     """Return every number of some lines, in order.
 
     Numbers are separated by blanks, commas or semicolons; Fortran ``D`` exponents and numbers that
-    touch at a sign (``.12E-01-.76E-02``) are read, too.
+    touch at a sign (``.12E-01-.76E-02``) are also read.
 
     Raises:
         InputError: Something that is not a finite number; names file and line.

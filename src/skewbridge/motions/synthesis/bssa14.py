@@ -29,7 +29,7 @@ PERIODS_S: Final = (
 )  # fmt: skip
 ROUNDS: Final = 8
 GAIN: Final = 0.9
-# The reference allows 2; 3 lets the dispersion at 0.1 s reach 0.88 instead of 0.80 of its target.
+# The reference allows 2; with 3 the dispersion at 0.1 s is 0.88 of its target instead of 0.80.
 MAX_LOG_FACTOR: Final = 3.0
 
 
@@ -113,14 +113,14 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
     """Return the target RotD50 PSA in g at `PERIODS_S` of one motion.
 
     The standard normal variables behind the targets are points of a scrambled Sobol sequence along
-    the principal axes of the correlation: motion i takes point i, so that the targets of any
-    number of motions have nearly the model's median and dispersion, and more motions do not change
+    the principal axes of the correlation: motion i uses point i, so that the targets of any number
+    of motions have nearly the model's median and dispersion, and additional motions do not change
     earlier ones. The seed scrambles the sequence.
     """
     median_g, sigma = bssa14(scenario, PERIODS_S)
     values, axes = np.linalg.eigh(baker_jayaram_correlation(PERIODS_S))
     largest_first = np.argsort(values)[::-1]
-    # The sign of an eigenvector is a matter of the library: fixed here, to repeat everywhere.
+    # The sign of an eigenvector depends on the library; it is fixed here.
     signs = np.sign(axes.sum(axis=0))
     root = (axes * signs * np.sqrt(values))[:, largest_first]
     sobol = qmc.Sobol(len(PERIODS_S), scramble=True, rng=np.random.default_rng([seed, 0x50B01]))
@@ -132,9 +132,9 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
 def calibrate_pair(
     accel_1_g: Vector, accel_2_g: Vector, dt_s: float, target_g: Vector, corner_hz: float
 ) -> tuple[Vector, Vector]:
-    """Return both components, with zeros around them, brought to RotD50 PSA at `PERIODS_S`.
+    """Return both components, zero-padded at both ends, calibrated to RotD50 PSA at `PERIODS_S`.
 
-    At the end they are passed high at the corner.
+    At the end they are high-passed at the corner.
     """
     npts = accel_1_g.size
     pair = np.stack([accel_1_g, accel_2_g])

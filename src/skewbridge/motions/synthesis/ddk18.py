@@ -26,7 +26,7 @@ type Mechanism = Literal["strike_slip", "reverse"]
 type PulseOption = Literal["none", "all", "probability"]
 
 # source: Dabaghi and Der Kiureghian (2018), range of the regression data; below M 6.5 the third
-# predictor is not unambiguous in what could be read, so the model is not offered there.
+# predictor is ambiguous in the publication, so the model is not offered there.
 MAGNITUDE_LIMITS: Final = (6.5, 7.9)
 DISTANCE_LIMITS_KM: Final = (0.1, 31.0)
 VS30_LIMITS_MPS: Final = (139.0, 2016.0)
@@ -128,8 +128,8 @@ class Background:
         d0_5_s: Time to 5 %.
         d0_30_s: Time to 30 %.
         f_mid_hz: Filter frequency at 30 %.
-        f_slope_hz_per_s: Its rate of change.
-        damping_ratio: Filter damping.
+        f_slope_hz_per_s: Rate of change of the filter frequency.
+        damping_ratio: Damping ratio of the filter.
     """
 
     arias_cm_s: float
@@ -162,7 +162,7 @@ class Pulse:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelParameters:
-    """What one motion is made from; `pulse` is None for a motion without one."""
+    """Parameters of one motion; `pulse` is None for a motion without one."""
 
     component_1: Background
     component_2: Background
@@ -277,7 +277,7 @@ class Modulation:
 
 
 def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: float) -> Modulation:
-    """Return the envelope whose 5, 30 and 95 % times are nearest to the given ones."""
+    """Return the envelope with 5, 30 and 95 % times nearest to the given ones."""
     wanted_s = np.array([d0_5_s, d0_30_s, d0_5_s + d5_95_s])
     shares = (0.05, 0.30, 0.95)
 
@@ -308,10 +308,10 @@ def envelope_of(background: Background) -> Modulation:
 
 
 def meets_its_times(background: Background) -> bool:
-    """Say whether the envelope of a component has exactly the times that it is fitted to.
+    """Return whether the envelope of a component has exactly the times that it is fitted to.
 
-    Of some drawn times there is none. The nearest one is then at a kink of the misfit, where the
-    search stops at a place that differs between processors.
+    For some drawn times no envelope is exact. The best fit is then at a kink of the misfit, where
+    the search ends at a point that depends on the processor.
     """
     fit = envelope_of(background)
     d0_95_s = background.d0_5_s + background.d5_95_s

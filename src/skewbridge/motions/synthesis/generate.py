@@ -166,8 +166,10 @@ def default_motions(count: int = COUNT) -> Iterator[DefaultMotion]:
     while found < count:
         number += 1
         is_stored = found < STORED
-        if not is_stored and not _has_exact_envelopes(number):
-            continue
+        if not is_stored:
+            drawn, _ = drawn_parameters(SCENARIO, index=number - 1, seed=SEED)
+            if not all(map(meets_its_times, (drawn.component_1, drawn.component_2))):
+                continue
         whole, cut = _synthesized(number)
         kept = pair_arias_build_up(cut)[-1] / pair_arias_build_up(whole)[-1]
         if kept >= MIN_ARIAS_KEPT and (is_stored or _is_clear_of_ties(cut)):
@@ -265,11 +267,6 @@ def _synthesized(number: int) -> tuple[GroundMotion, GroundMotion]:
     """Return a motion of the stream, whole and cut."""
     whole = synthesize(SCENARIO, index=number - 1, seed=SEED)
     return whole, cut_to_strongest(whole, SHAKING_S, FREE_VIBRATION_S)
-
-
-def _has_exact_envelopes(number: int) -> bool:
-    drawn, _ = drawn_parameters(SCENARIO, index=number - 1, seed=SEED)
-    return all(map(meets_its_times, (drawn.component_1, drawn.component_2)))
 
 
 def _rounded(motion: GroundMotion) -> GroundMotion:
