@@ -47,34 +47,33 @@ class AnalysisSettings:
         default=0.005,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is closed, the regular one or a half, a quarter "
-        "... of it; null for the regular one, as in scheme paper",
+        description="largest step while a contact is closed: the regular step over a power of two; "
+        "null for the regular step, as in scheme paper",
     )
     event_dt_s: Number | None = Field(
         default=0.0003125,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is about to open or to close, a half, a quarter "
-        "... of the regular one; null for the regular one, as in scheme paper",
+        description="largest step while a contact is about to open or close, like contact_dt_s",
     )
     max_friction_error: Number = Field(
         default=0.02,
         ge=1.0e-4,
         le=1.0e9,
-        description="share of a friction force above its limit, at the end of a step with sliding, "
-        "beyond which the steps in contact are halved, down to event_dt_s",
+        description="excess of a friction force over its limit after a sliding step above which "
+        "steps in contact are halved, down to event_dt_s",
     )
     duration_s: Number | None = Field(
         default=None,
         gt=0.0,
         le=1.0e4,
-        description="cut every motion to this window; null for the whole motion",
+        description="shorten every motion to this length; null for the whole motion",
     )
     free_vibration_s: Number = Field(
         default=0.0,
         ge=0.0,
         le=1.0e3,
-        description="zeros after the motion (the shipped suite has its 5 s inside)",
+        description="zeros after the motion (the default suite includes 5 s)",
     )
     collapse_drift_ratio: Number = Field(
         default=0.10,  # source: design criterion of the study
@@ -90,15 +89,14 @@ class AnalysisSettings:
     )
     integrator: Command | None = Field(
         default=None,
-        description="arguments of the OpenSees integrator that replaces the scheme's, for "
-        "example [Newmark, 0.5, 0.25]; null for the scheme's",
+        description="OpenSees integrator, for example [Newmark, 0.5, 0.25]; null for that of the "
+        "scheme",
     )
     tolerance_j: Number = Field(
         default=1.0e-4,
         ge=1.0e-16,
         le=1.0e3,
-        description="convergence test on the energy of an increment; demands are insensitive to "
-        "it, symmetry and repeatability under rounding are not",
+        description="convergence test on the energy of an increment",
     )
     max_iterations: Whole = Field(
         default=30, ge=2, le=1000, description="iterations of one attempt at one step"
@@ -107,8 +105,8 @@ class AnalysisSettings:
         default=40.0,
         ge=1.0,
         le=1.0e4,
-        description="budget of the whole analysis, in iterations per regular step (event steps "
-        "and retries included); one that needs more ends with timeout (seconds would not repeat)",
+        description="budget of an analysis in iterations per regular step, event steps and retries "
+        "included; above it the status is timeout",
     )
     energy: bool = Field(
         default=True,

@@ -35,7 +35,7 @@ class ModelOptions:
     arrays: Literal["rigid", "corotational"] = Field(
         default="rigid",
         description="transverse arrays of the abutment: rigid links, or stiff corotational "
-        "elements as in the paper (2.3 times dearer)",
+        "elements as in the paper (2.3 times the cost)",
     )
     column_integration: Literal["hinge_radau", "lobatto5"] = Field(
         default="hinge_radau",
@@ -84,15 +84,15 @@ class ModelOptions:
     wall_mass: bool = Field(
         default=False,
         strict=True,
-        description="whether backwall and key nodes carry their mass (scheme paper: they do)",
+        description="whether backwall and key nodes have mass, as in scheme paper",
     )
     # ASSUME walls and keys radiate into the soil: 10 % of critical
     wall_dashpot_ratio: Number = Field(
         default=0.10,
         ge=0.0,
         le=1.0,
-        description="damping ratio of the dashpots between ground and wall and key nodes, of the "
-        "critical one of wall or key on its soil or backbone (radiation, not impact)",
+        description="damping ratio of the dashpots behind walls and keys, for their mass on soil "
+        "or backbone (radiation)",
     )
     # ASSUME a pushed backwall comes back slowly: this adds 0.4 % to the backbone at 76 mm,
     # 5e6 would add 7 %
@@ -100,8 +100,8 @@ class ModelOptions:
         default=3.0e5,
         ge=1.0,
         le=1.0e9,
-        description="weak elastic spring that brings a pushed backwall back, per wall at zero "
-        "skew (reduced like the backfill)",
+        description="weak elastic spring that returns a pushed backwall, per wall at zero skew "
+        "(reduced like the backfill)",
     )
     backfill: Literal["hyperbolic", "sdc"] = Field(
         default="hyperbolic", description="hyperbolic curve, or the bilinear one of SDC 2.0"
@@ -115,7 +115,7 @@ class ModelOptions:
         "ends of a wall skewed at 60 degrees, linear in skew; 0.3 is Kaviani's",
     )
     keys: Literal["sacrificial", "monolithic"] = Field(
-        default="sacrificial", description="exterior shear keys that break, or that hold"
+        default="sacrificial", description="exterior shear keys that break, or do not"
     )
     key_frame: Literal["skewed", "deck_edge"] = Field(
         default="deck_edge",
@@ -124,14 +124,13 @@ class ModelOptions:
     )
     friction_at: FrictionAt = Field(
         default="all",
-        description="which contacts have the variant's friction; walls or keys alone tell where "
-        "its effect comes from",
+        description="contacts that have the friction of the variant",
     )
     # ASSUME webs and slabs bring the dead load of the deck evenly over its width onto the caps
     cap_load: Literal["spread", "middle"] = Field(
         default="spread",
-        description="where the deck's dead load enters the cap of a bent: evenly over the deck's "
-        "width, or in the middle as in spine models (the columns then thrust apart at rest)",
+        description="dead load of the deck on the cap of a bent: evenly over the deck's width, or "
+        "in the middle as in spine models",
     )
     # ASSUME column bases stand on rigid ground
     foundation: Literal["fixed", "springs"] = Field(
@@ -154,29 +153,29 @@ class ModelOptions:
     # ASSUME the pads of a deck end yield together: it turns too little for them to differ
     pads: Literal["two", "each"] = Field(
         default="two",
-        description="each pad a bearing element of OpenSees, or two cheaper elements per deck end "
-        "that carry half of the pads each and are as stiff as all of them, in rotation too",
+        description="one bearing element per pad, or two cheaper elements per deck end with the "
+        "stiffness of all pads, including rotation",
     )
     # ASSUME pads do not slide on their seats
     pad_strength_factor: Factor = Field(
         default=1.0,
-        description="factor on the force at which pads yield, for pads that slide or hold",
+        description="factor on the yield force of pads",
     )
     # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
     fiber_end: Literal["loss", "none"] = Field(
         default="loss",
-        description="column fibers beyond the ultimate strain: the core keeps 0.2 of its strength "
-        "and bars break in tension or buckle where the core has crushed, or all go on (none)",
+        description="column fibers at the ultimate strain: the core drops to 0.2 of its strength "
+        "and bars break or buckle (loss), or nothing changes (none)",
     )
     shear_failure: Literal["flag", "degrade"] = Field(
         default="flag",
-        description="a column at its shear capacity: named in beyond_model, or it loses its shear "
-        "strength (a softening section at the top)",
+        description="column at its shear capacity: recorded in beyond_model (flag), or with a "
+        "softening section at the top (degrade)",
     )
     column_fibers: tuple[Fibers, Wedges, Fibers] = Field(
         default=(5, 20, 1),
-        description="rings of the core, wedges of its outer ring (inner ones have fewer) and rings "
-        "of the cover; the bars are as many fibers as wedges, or bars if these are fewer",
+        description="rings of the core, wedges of its outer ring, rings of the cover; bars are "
+        "lumped into as many fibers as wedges",
     )
     deck_elements_per_span: Whole = Field(
         default=4, ge=1, le=64, description="elastic elements per span"
