@@ -25,8 +25,8 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.provenance.digests import canonical, digest_of, source_digest
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.variant.options import ModelOptions
-from skewbridge.verification.finished import Finished
 
 DEMANDS: Final = (
     "column_shear_kn",
@@ -38,6 +38,26 @@ DEMANDS: Final = (
 )
 # A history that goes on where a column is lost for design: its peaks are compared, not its end.
 SETTINGS: Final = AnalysisSettings(collapse_drift_ratio=0.5)
+
+
+class KeptRows:
+    """Rows by key, kept in a journal.
+
+    Args:
+        path: The journal.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.rows = read_content([path]).rows
+        for row in self.rows.values():
+            row.pop("run_key")
+
+    def add(self, key: str, row: Mapping[str, Any]) -> None:
+        """Keep the row of a key."""
+        self.rows[key] = dict(row)
+        with open_journal(self._path) as journal:
+            journal.append({"run_key": key, **row})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,8 +109,8 @@ class Bench:
 
     accuracy: Accuracy
     chosen: SpeedSet
-    store: Finished
-    references: Finished
+    store: KeptRows
+    references: KeptRows
 
     def row(self, timed: Case, compared: Case) -> dict[str, Any]:
         """Return costs and peaks of a case, measured or kept."""
@@ -221,8 +241,8 @@ def main() -> None:
     bench = Bench(
         accuracy=given.accuracy,
         chosen=chosen,
-        store=Finished(given.out / "speedup.jsonl"),
-        references=Finished(given.out / "references.jsonl"),
+        store=KeptRows(given.out / "speedup.jsonl"),
+        references=KeptRows(given.out / "references.jsonl"),
     )
     rows: list[dict[str, Any]] = []
     timed, compared = chosen.cases(chosen.window_s), chosen.cases(chosen.error_window_s)

@@ -32,14 +32,14 @@ STUDIES: Final[dict[str, str]] = {
     "coupling": "coupling_order:run",
     "closed-forms": "oscillators:run",
     "restitution": "oscillators:run_integrators",
-    "convergence": "accuracy:run_steps",
+    "convergence": "strong_motions:run_steps",
     "native": "native_element:run",
-    "hard-set": "hard_set:run",
+    "hard-set": "strong_motions:run",
 }
 # Studies of hours: they run only when named, and an interrupted one can be resumed.
 LONG_STUDIES: Final[dict[str, str]] = {
-    "accuracy": "accuracy:run_pairs",
-    "accuracy-whole": "accuracy:run_pairs",
+    "accuracy": "strong_motions:run_pairs",
+    "accuracy-whole": "strong_motions:run_pairs",
 }
 
 

@@ -16,7 +16,7 @@ import openseespy.opensees as ops
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from skewbridge.contact import ContactSet, Drive
+from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.motions.read import read_motion
@@ -44,8 +44,8 @@ from skewbridge.verification.references.live_model import (
 
 CENTRE: Final = 1
 _GROUND: Final = 2
-FIRST_CORNER: Final = 11
-FIRST_WALL: Final = 21
+CORNER_NODES: Final = (11, 12, 13, 14)
+WALL_NODES: Final = (21, 22, 23, 24)
 _INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
     "newmark": ("Newmark", 0.5, 0.25),
     "houbolt": ("Houbolt",),
@@ -67,7 +67,7 @@ _DESCRIPTIONS: Final = {
     "ft": ("N", "friction force with the sign of slip"),
 }
 
-type Connect = Callable[[int, list[int], DeckCase], None]
+type Connect = Callable[[DeckCase], None]
 type State = tuple[float, float, float, float, float, float]
 
 
@@ -78,7 +78,7 @@ def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> Deck
         SolutionError: The solver could not finish.
     """
     solver = {"opensees": run_opensees, "penalty": run_penalty, "lcp": run_lcp}[case.solver]
-    return solver(case, make_deck(case), excitation or pulse_of(case))
+    return solver(case, excitation or pulse_of(case))
 
 
 def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
@@ -132,7 +132,6 @@ def _table(history: DeckHistory) -> pa.Table:
 
 def run_opensees(
     case: DeckCase,
-    deck: SkewDeck,
     excitation: BaseAcceleration,
     *,
     connect: Connect | None = None,
@@ -142,18 +141,32 @@ def run_opensees(
 
     Args:
         case: The case.
-        deck: Its matrices and corners.
         excitation: Ground acceleration.
-        connect: Function that connects the centre node to the corner nodes; rigid links by default.
+        connect: Function that connects the centre to the corner nodes; rigid links by default.
         parts_on_change: Number of sub-steps of a step in which a contact opens or closes.
 
     Raises:
         SolutionError: A step does not converge.
     """
+    deck, contacts = make_deck(case), ContactSet(coupling=case.coupling)
+    kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m
+    drive = kelvin_voigt_drive(kn_n_per_m=kn, dashpot_n_s_per_m=dashpot) if dashpot else None
     with clean_domain():
         build_deck(deck)
-        (connect or rigid_links)(CENTRE, [FIRST_CORNER + k for k in range(len(CORNERS))], case)
-        contacts = _contacts(case, deck)
+        (connect or rigid_links)(case)
+        for wall, node, corner in zip(WALL_NODES, CORNER_NODES, deck.corners, strict=True):
+            contacts.add(
+                wall,
+                node,
+                corner.normal,
+                case.gap_normal_m,
+                case.friction,
+                case.cohesion_n,
+                kn=kn,
+                kt=case.kt_n_per_m,
+                drive=drive,
+                name=corner.name,
+            )
         times, accel = excite_deck(case, excitation)
         prepare_analysis(case.integrator)
         q, v = np.zeros((len(times), 3)), np.zeros((len(times), 3))
@@ -183,40 +196,17 @@ def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
     ):
         ops.uniaxialMaterial("Elastic", dof, stiffness, damping)
     ops.element("zeroLength", 1, _GROUND, CENTRE, "-mat", 1, 2, 3, "-dir", 1, 2, 6)
-    for k, corner in enumerate(deck.corners):
+    for wall, node, corner in zip(WALL_NODES, CORNER_NODES, deck.corners, strict=True):
         (x, y), (nx, ny) = (corner.x_m, corner.y_m), corner.normal
-        ops.node(FIRST_CORNER + k, x, y)
-        ops.node(FIRST_WALL + k, x - wall_offset_m * nx, y - wall_offset_m * ny)
-        ops.fix(FIRST_WALL + k, 1, 1, 1)
+        ops.node(node, x, y)
+        ops.node(wall, x - wall_offset_m * nx, y - wall_offset_m * ny)
+        ops.fix(wall, 1, 1, 1)
 
 
-def rigid_links(centre: int, corners: list[int], case: DeckCase) -> None:
+def rigid_links(_case: DeckCase) -> None:
     """Connect the mass centre to the corners by rigid links."""
-    del case
-    for corner in corners:
-        ops.rigidLink("beam", centre, corner)
-
-
-def _contacts(case: DeckCase, deck: SkewDeck) -> ContactSet:
-    contacts = ContactSet(coupling=case.coupling)
-    drive: Drive | None = None
-    kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m
-    if dashpot > 0.0:
-        drive = kelvin_voigt_drive(kn_n_per_m=kn, dashpot_n_s_per_m=dashpot)
-    for k, corner in enumerate(deck.corners):
-        contacts.add(
-            FIRST_WALL + k,
-            FIRST_CORNER + k,
-            corner.normal,
-            case.gap_normal_m,
-            case.friction,
-            case.cohesion_n,
-            kn=kn,
-            kt=case.kt_n_per_m,
-            drive=drive,
-            name=corner.name,
-        )
-    return contacts
+    for node in CORNER_NODES:
+        ops.rigidLink("beam", CENTRE, node)
 
 
 def excite_deck(case: DeckCase, excitation: BaseAcceleration) -> tuple[Array, Array]:
@@ -286,12 +276,12 @@ class PenaltyDeck:
             self.stick[k] = slip - friction / self._kt if normal else slip
 
 
-def run_penalty(case: DeckCase, deck: SkewDeck, excitation: BaseAcceleration) -> DeckHistory:
+def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     """Integrate a deck case with penalty contact; output at multiples of the case's dt_s."""
+    deck = make_deck(case)
     model = PenaltyDeck(case, deck)
     times = even_times(case.duration_s, case.dt_s)
-    speed = (2.0 * case.normal_stiffness_n_per_m / case.mass_kg) ** 0.5
-    inner = max(1, ceil(case.dt_s * speed / _PENALTY_RESOLUTION))
+    inner = max(1, ceil(case.dt_s * case.contact_frequency_rad_per_s / _PENALTY_RESOLUTION))
     # A jump of the pulse inside a step gets a step end of its own.
     jump = [excitation.period_s] if excitation.period_s < times[-1] else []
     parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
@@ -305,25 +295,24 @@ def run_penalty(case: DeckCase, deck: SkewDeck, excitation: BaseAcceleration) ->
     half = 0.5 * float(np.median(np.diff(fine)))
     for start in range(0, len(fine) - 1, _STEPS_IN_MEMORY):
         part = fine[start : start + _STEPS_IN_MEMORY + 1]
-        stages = _stage_accelerations(excitation, part)
+        # Accelerations at start, middle and end of each step, one-sided at jumps.
+        starts, ends = part[:-1], part[1:]
+        inside = 1e-9 * (ends - starts)
+        times_of_stages = (starts + inside, 0.5 * (starts + ends), ends - inside)
+        stages = np.concatenate([excitation.at(t) for t in times_of_stages]).T.tolist()
         for h, accel in zip(np.diff(part).tolist(), stages, strict=True):
             state = _runge_kutta(model, state, h, accel)
             states.append(state)
             forces.append(model.forces(state))
             model.move_stick_points(forces[-1])
-        rows = _rows(states, forces)
+        loads = np.array(forces)
+        rows = np.hstack([np.array(states), loads[:, :, 0], loads[:, :, 1]])
         balance.add(_response(case, deck, rows), excitation.mean(part - half, part + half))
-        inside = (wanted >= start) & (wanted < start + len(part))
-        kept[inside] = rows[wanted[inside] - start]
+        is_wanted = (wanted >= start) & (wanted < start + len(part))
+        kept[is_wanted] = rows[wanted[is_wanted] - start]
         # Only the last state is carried on: memory does not grow with the number of steps.
         states, forces = states[-1:], forces[-1:]
     return balance.history(times, _response(case, deck, kept))
-
-
-def _rows(states: list[State], forces: list[list[tuple[float, float, float]]]) -> Array:
-    """Return displacements, velocities, compressions and frictions, shape (n, 14)."""
-    loads = np.array(forces)
-    return np.hstack([np.array(states), loads[:, :, 0], loads[:, :, 1]])
 
 
 def _response(case: DeckCase, deck: SkewDeck, rows: Array) -> Response:
@@ -357,15 +346,7 @@ def _moved(s: State, rate: State, h: float) -> State:
     )
 
 
-def _stage_accelerations(excitation: BaseAcceleration, fine: Array) -> list[list[float]]:
-    """Return the accelerations at start, middle and end of each step, one-sided at jumps."""
-    starts, ends = fine[:-1], fine[1:]
-    inside = 1e-9 * (ends - starts)
-    parts = [excitation.at(t) for t in (starts + inside, 0.5 * (starts + ends), ends - inside)]
-    return np.concatenate(parts).T.tolist()
-
-
-def run_lcp(case: DeckCase, deck: SkewDeck, excitation: BaseAcceleration) -> DeckHistory:
+def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     """Run a deck case with rigid contacts, Newton restitution (1 unless given) and friction.
 
     The time stepping is of first order, so it divides the step of the case.
@@ -373,34 +354,13 @@ def run_lcp(case: DeckCase, deck: SkewDeck, excitation: BaseAcceleration) -> Dec
     Raises:
         SolutionError: A step has no solution.
     """
+    deck = make_deck(case)
     parts = max(1, ceil(case.dt_s / _LARGEST_LCP_STEP_S - 1e-9))
     times = even_times(case.duration_s, case.dt_s)
-    fine = case.model_copy(
-        update={"dt_s": case.dt_s / parts, "duration_s": case.dt_s * (len(times) - 1)}
-    )
-    history = lcp_history(fine, deck, excitation)
-    q = history.q[::parts]
-    openings = case.gap_normal_m + q @ deck.normal_rows.T
-    # The friction impulse of an end is shared by its corners as the compression is.
-    normals = _summed(history.normal_impulses_ns, parts) / case.dt_s
-    tangents = _summed(history.tangent_impulses_ns, parts) / case.dt_s
-    friction = np.zeros_like(normals)
-    for end, members in enumerate((slice(0, 2), slice(2, 4))):
-        total = normals[:, members].sum(axis=1)
-        share = normals[:, members] / np.where(total > 0.0, total, 1.0)[:, None]
-        friction[:, members] = share * tangents[:, end, None]
-    return DeckHistory(
-        t_s=times,
-        q=q,
-        openings_m=openings,
-        normals_n=normals,
-        tangentials_n=friction,
-        energy_residual_ratio=_energy_residual(fine, deck, excitation, history),
-    )
-
-
-def lcp_history(case: DeckCase, deck: SkewDeck, excitation: BaseAcceleration) -> LcpHistory:
-    """Return positions, velocities and impulses of a deck case."""
+    dt_s = case.dt_s / parts
+    fine = even_times(case.dt_s * (len(times) - 1), dt_s)
+    loads = np.zeros((len(fine) - 1, 3))
+    loads[:, :2] = -np.array(deck.mass[:2]) * excitation.mean(fine[:-1], fine[1:]).T
     contacts = RigidContacts(
         normal_rows=deck.normal_rows,
         gaps_m=np.full(len(deck.corners), case.gap_normal_m),
@@ -411,28 +371,36 @@ def lcp_history(case: DeckCase, deck: SkewDeck, excitation: BaseAcceleration) ->
         restitution=1.0 if case.restitution is None else case.restitution,
     )
     matrices = (np.diag(deck.mass), np.diag(deck.damping), np.diag(deck.stiffness))
-    return moreau_jean(matrices, contacts, _loads(case, deck, excitation), case.dt_s)
+    history = moreau_jean(matrices, contacts, loads, dt_s)
+
+    def mean_forces(impulses_ns: Array) -> Array:
+        """Return the mean forces over the steps of the case; the first row is the start."""
+        steps = impulses_ns[1:].reshape(len(times) - 1, parts, -1).sum(axis=1)
+        return np.vstack([impulses_ns[:1], steps]) / case.dt_s
+
+    # The friction impulse of an end is shared by its corners as the compression is.
+    normals = mean_forces(history.normal_impulses_ns)
+    tangents = mean_forces(history.tangent_impulses_ns)
+    friction = np.zeros_like(normals)
+    for end, members in enumerate((slice(0, 2), slice(2, 4))):
+        total = normals[:, members].sum(axis=1)
+        share = normals[:, members] / np.where(total > 0.0, total, 1.0)[:, None]
+        friction[:, members] = share * tangents[:, end, None]
+    q = history.q[::parts]
+    return DeckHistory(
+        t_s=times,
+        q=q,
+        openings_m=case.gap_normal_m + q @ deck.normal_rows.T,
+        normals_n=normals,
+        tangentials_n=friction,
+        energy_residual_ratio=_energy_residual(deck, loads, history),
+    )
 
 
-def _summed(impulses_ns: Array, parts: int) -> Array:
-    """Return the impulses of `parts` steps each; the first row is the start."""
-    start, steps = impulses_ns[:1], impulses_ns[1:]
-    return np.vstack([start, steps.reshape(len(steps) // parts, parts, -1).sum(axis=1)])
-
-
-def _loads(case: DeckCase, deck: SkewDeck, excitation: BaseAcceleration) -> Array:
-    times = even_times(case.duration_s, case.dt_s)
-    accel = excitation.mean(times[:-1], times[1:])
-    loads = np.zeros((len(times) - 1, 3))
-    loads[:, :2] = -np.array(deck.mass[:2]) * accel.T
-    return loads
-
-
-def _energy_residual(
-    case: DeckCase, deck: SkewDeck, excitation: BaseAcceleration, history: LcpHistory
-) -> float:
+def _energy_residual(deck: SkewDeck, loads: Array, history: LcpHistory) -> float:
+    """Return input less works and stored energies at the end, over the largest input."""
     step = np.diff(history.q, axis=0)
-    given = np.cumsum(np.sum(_loads(case, deck, excitation) * step, axis=1))
+    given = np.cumsum(np.sum(loads * step, axis=1))
     mean_v = 0.5 * (history.v[1:] + history.v[:-1])
     lost = float(np.sum(np.array(deck.damping) * mean_v * step)) + history.contact_work_j
     q, v = history.q[-1], history.v[-1]

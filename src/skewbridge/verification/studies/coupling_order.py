@@ -11,7 +11,7 @@ from matplotlib.ticker import NullFormatter
 
 from skewbridge.contact import ContactLaw, Coupling
 from skewbridge.verification.references.cases import C5, deck_case
-from skewbridge.verification.references.deck_model import make_deck, pulse_of
+from skewbridge.verification.references.deck_model import pulse_of
 from skewbridge.verification.references.deck_solvers import run_deck, run_opensees
 from skewbridge.verification.references.driven_unit import drive_unit, follow_law
 from skewbridge.verification.references.live_model import Array
@@ -94,7 +94,7 @@ def _deck_errors() -> list[dict[str, Any]]:
         dt = step / deck_case(C5).contact_frequency_rad_per_s
         for coupling, parts in (("extrapolated", 1), ("lagged", 1), ("extrapolated", _PARTS)):
             case = deck_case(C5, dt_s=dt, duration_s=_DECK_DURATION_S, coupling=coupling)
-            found = run_opensees(case, make_deck(case), pulse_of(case), parts_on_change=parts)
+            found = run_opensees(case, pulse_of(case), parts_on_change=parts)
             q = np.array([np.interp(exact.t_s, found.t_s, column) for column in found.q.T]).T
             error = float(np.sqrt(np.mean(((q - exact.q) / scale) ** 2)))
             name = coupling if parts == 1 else f"{coupling}, sub-steps"

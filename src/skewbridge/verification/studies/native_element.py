@@ -18,11 +18,11 @@ from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactLaw
 from skewbridge.verification.references.cases import C1, C2, C3, C5, NamedCase, deck_case
-from skewbridge.verification.references.deck_model import CORNERS, make_deck, pulse_of
+from skewbridge.verification.references.deck_model import make_deck, pulse_of
 from skewbridge.verification.references.deck_solvers import (
     CENTRE,
-    FIRST_CORNER,
-    FIRST_WALL,
+    CORNER_NODES,
+    WALL_NODES,
     build_deck,
     excite_deck,
     prepare_analysis,
@@ -141,10 +141,10 @@ def run_native_deck(named: NamedCase, integration: int, dt_s: float = 1e-4) -> N
     law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=kt, friction=case.friction)
     with clean_domain():
         build_deck(deck, wall_offset_m=case.gap_normal_m)
-        rigid_links(CENTRE, [FIRST_CORNER + k for k in range(len(CORNERS))], case)
-        for k, corner in enumerate(deck.corners):
-            nodes = (FIRST_WALL + k, FIRST_CORNER + k)
-            _native_contact(100 + k, nodes, law, (*corner.normal, 0.0), integration)
+        rigid_links(case)
+        nodes = zip(WALL_NODES, CORNER_NODES, strict=True)
+        for tag, (pair, corner) in enumerate(zip(nodes, deck.corners, strict=True), start=100):
+            _native_contact(tag, pair, law, (*corner.normal, 0.0), integration)
         times, _ = excite_deck(case, pulse_of(case))
         prepare_analysis(case.integrator, system="FullGeneral")
         q = np.zeros((len(times), 3))

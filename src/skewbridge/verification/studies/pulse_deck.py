@@ -24,7 +24,12 @@ from skewbridge.verification.references.deck_model import (
     make_deck,
     pulse_of,
 )
-from skewbridge.verification.references.deck_solvers import run_deck, run_opensees
+from skewbridge.verification.references.deck_solvers import (
+    CENTRE,
+    CORNER_NODES,
+    run_deck,
+    run_opensees,
+)
 from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
@@ -68,7 +73,13 @@ type Shown = tuple[DeckHistory, str, float, str]
 def run(study: Study) -> None:
     """Run the study."""
     elastic = {named.name: run_deck(deck_case(named)) for named in NAMED_CASES}
-    rigid = {key: _rigid(*key) for key in LCP_PEAKS}
+    named_cases = {named.name: named for named in NAMED_CASES}
+    rigid = {
+        (name, restitution): run_deck(
+            deck_case(named_cases[name], solver="lcp", restitution=restitution)
+        )
+        for name, restitution in LCP_PEAKS
+    }
     _check_elastic(study, elastic)
     _check_lcp(study, rigid)
     damped = _check_method_gap(study, rigid)
@@ -105,11 +116,6 @@ def run(study: Study) -> None:
     study.figures["restitution"] = _restitution(bounced, locked)
     study.tables["impacts"] = bounced
     study.tables["locked_rotation"] = locked
-
-
-def _rigid(name: str, restitution: float) -> DeckHistory:
-    named = next(case for case in NAMED_CASES if case.name == name)
-    return run_deck(deck_case(named, solver="lcp", restitution=restitution))
 
 
 def _over_scale(history: DeckHistory) -> dict[str, float]:
@@ -178,7 +184,7 @@ def _check_method_gap(
 def _check_beams(study: Study, elastic: dict[str, DeckHistory]) -> None:
     for named in (C1, C3):
         case = deck_case(named)
-        beams = run_opensees(case, make_deck(case), pulse_of(case), connect=perimeter_beams)
+        beams = run_opensees(case, pulse_of(case), connect=perimeter_beams)
         links = {key: (peak, 2e-3) for key, peak in elastic[named.name].peaks().items()}
         text = f"{named.name} perimeter of beams: peak"
         study.relative_each(text, beams.peaks(), links, "rigid links")
@@ -276,20 +282,20 @@ def _restitution(bounced: pd.DataFrame, locked: pd.DataFrame) -> Figure:
     return figure
 
 
-def perimeter_beams(centre: int, corners: list[int], case: DeckCase) -> None:
+def perimeter_beams(case: DeckCase) -> None:
     """Connect the mass centre to the corners by a perimeter of stiff beams and four spokes."""
     # ASSUME the paper's perimeter deck has its mass at the centre, tied by members as stiff.
     half = 0.5 * case.length_m
     axial = _RIGIDITY * case.normal_stiffness_n_per_m * half
     bending = axial * half * half / 3.0
     ops.geomTransf("Linear", 1)
-    right_acute, right_obtuse, left_obtuse, left_acute = corners
+    right_acute, right_obtuse, left_obtuse, left_acute = CORNER_NODES
     members = [
         (right_acute, right_obtuse),
         (right_obtuse, left_acute),
         (left_acute, left_obtuse),
         (left_obtuse, right_acute),
-        *((centre, corner) for corner in corners),
+        *((CENTRE, corner) for corner in CORNER_NODES),
     ]
     for element, (i, j) in enumerate(members, start=max(ops.getEleTags()) + 1):
         ops.element("elasticBeamColumn", element, i, j, 1.0, axial, bending, 1)

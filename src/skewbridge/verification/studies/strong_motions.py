@@ -1,0 +1,418 @@
+"""Analyses under strong motions: stress cases, convergence with the steps, accuracy of effects.
+
+`run_hard_set`: every abutment model, skew and kind of bridge under the strongest motions of the
+package's suite, scaled to a PGA (RotD50) of 1.2 g. Each analysis must end `ok` or in a physical
+`collapse`, with its criterion named and its energy accounted for.
+
+`run_convergence`: the demands at the default steps against half a millisecond throughout, and those
+against a quarter.
+
+`run_accuracy`: what friction, gap and skew change, at the default accuracy against the reference. A
+study answers by ratios of peaks under the same motion, pooled by their geometric mean over the
+motions. Errors that both members of a pair share cancel; the remaining error must be small compared
+with the effects.
+
+Motions are cut to their strongest seconds. Finished analyses are kept in a journal, so that an
+interrupted run can be resumed. Except for the stress cases, peaks are those of whole histories,
+whether or not columns fail.
+"""
+
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from itertools import pairwise, product
+from math import exp, log
+from typing import Any, Final
+
+import pandas as pd
+from joblib import Parallel, delayed
+
+from skewbridge.analysis.accuracy import NUMERICS, Accuracy, at_accuracy
+from skewbridge.analysis.exit_message import hush_exit_message
+from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.demands.suspect import LIMITS
+from skewbridge.motions.conditioning import cut_to_strongest
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.motions.suite import read_entry
+from skewbridge.statuses import COLLAPSE, OK
+from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.keys import run_key
+from skewbridge.study.task import Task
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+from skewbridge.verification.statements import relative_change
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.paper_runs import (
+    FRICTION_PCT,
+    embedded_entries,
+    strongest_motions,
+)
+
+logger = logging.getLogger(__name__)
+
+type Row = dict[str, Any]
+
+REPORT_EACH: Final = 10  # analyses between two lines on the progress
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaseSet:
+    """Variants and motions of a study: each combination.
+
+    Attributes:
+        motion_count: Number of motions.
+        window_s: Strongest part of each motion; None for the whole.
+        processes: Worker processes.
+    """
+
+    bridges: tuple[str, ...]
+    abutments: tuple[str, ...] = ("contact_friction",)
+    skews_deg: tuple[int, ...] = (0, 30, 60)
+    gaps_mm: tuple[int, ...] = (25, 51)
+    frictions_pct: tuple[int, ...] = (FRICTION_PCT,)
+    motion_count: int
+    window_s: float | None
+    processes: int = 2
+
+    def variants(self) -> list[Variant]:
+        """Return the variants."""
+        return [
+            Variant(
+                bridge=bridge,
+                abutment=abutment,
+                skew_deg=skew_deg,
+                gap_mm=gap_mm,
+                friction_pct=friction_pct,
+            )
+            for bridge, abutment, skew_deg, gap_mm, friction_pct in product(
+                self.bridges, self.abutments, self.skews_deg, self.gaps_mm, self.frictions_pct
+            )
+        ]
+
+    def cut(self, motions: Sequence[GroundMotion]) -> list[GroundMotion]:
+        """Return the strongest parts of motions."""
+        if self.window_s is None:
+            return list(motions)
+        return [cut_to_strongest(motion, self.window_s, 0.0) for motion in motions]
+
+
+def _task(
+    variant: Variant, motion: GroundMotion, settings: AnalysisSettings, options: ModelOptions
+) -> Task:
+    whole = SuiteMotion(motion=motion, scale=1.0, measures={})
+    return Task(
+        variant=variant, motion=whole, incidence_deg=0.0, settings=settings, options=options
+    )
+
+
+def _rows(
+    study: Study, tasks: Sequence[Task], analysed: Callable[[Task], Row], processes: int
+) -> list[Row]:
+    """Return the rows of tasks, in their order; those in the study's journal are not run again."""
+    keys = [run_key(task) for task in tasks]
+    with ExitStack() as stack:
+        rows, journal = {}, None
+        if study.kept is not None:
+            path = study.kept / f"{study.name}.jsonl"
+            rows, journal = read_content([path]).rows, stack.enter_context(open_journal(path))
+        left = {key: task for key, task in zip(keys, tasks, strict=True) if key not in rows}
+        began_s = time.monotonic()
+        runs = Parallel(n_jobs=processes, return_as="generator_unordered")(
+            delayed(_keyed_row)(key, task, analysed) for key, task in left.items()
+        )
+        for count, row in enumerate(runs, start=1):
+            rows[row["run_key"]] = row
+            if journal is not None:
+                journal.append(row)
+            if study.report_progress and (
+                count % REPORT_EACH == 0 or not row.get("as_it_should", True)
+            ):
+                minutes = (time.monotonic() - began_s) / count * (len(left) - count) / 60
+                study.report_progress(
+                    f"{len(tasks) - len(left) + count} of {len(tasks)} analyses, {minutes:.0f} min "
+                    f"left; last: {left[row['run_key']].variant.slug} {row.get('why', '')}"
+                )
+    return [rows[key] for key in keys]
+
+
+def _keyed_row(key: str, task: Task, analysed: Callable[[Task], Row]) -> Row:
+    hush_exit_message()
+    return {"run_key": key, **analysed(task)}
+
+
+PGA_G: Final = 1.2
+HARD_SET: Final = CaseSet(
+    bridges=("osb1", "osb1_fixed", "osb2s"),
+    abutments=tuple(ABUTMENTS),
+    gaps_mm=(25,),
+    motion_count=10,
+    window_s=10.0,
+)
+_GROUP: Final = ["bridge", "abutment", "skew_deg"]
+
+
+def run(study: Study) -> None:
+    """Run the stress cases."""
+    run_hard_set(study, HARD_SET, AnalysisSettings())
+
+
+def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> None:
+    """Run stress cases: one comparison per bridge, abutment and skew, a table of all rows."""
+    tasks = [
+        _task(variant, motion, settings, ModelOptions())
+        for variant in chosen.variants()
+        for motion in chosen.cut(strongest_motions(chosen.motion_count, PGA_G))
+    ]
+    table = pd.DataFrame(_rows(study, tasks, _ending, chosen.processes)).drop(columns="run_key")
+    for (bridge, abutment, skew_deg), group in table.groupby(_GROUP, sort=False):
+        failed = group[~group["as_it_should"]]
+        text = f"{bridge}, {abutment}, skew {skew_deg}: analyses that end ok or in collapse"
+        if len(failed):
+            text += f" (not: {'; '.join(failed['motion_id'] + ' ' + failed['why'])})"
+        sound = len(group) - len(failed)
+        study.absolute(text, sound, len(group), 0.0, "every analysis ends as it should")
+    study.tables["rows"] = table
+    counts = table.groupby([*_GROUP, "status"], sort=False).size()
+    study.tables["statuses"] = counts.rename("analyses").reset_index()
+    study.tables["rungs"] = pd.DataFrame(rung_shares(map(steps_from_text, table["steps_by_rung"])))
+
+
+def _ending(task: Task) -> Row:
+    """Return how an analysis ends, and whether it ends as required."""
+    row: Row = {
+        "bridge": task.variant.bridge,
+        "abutment": task.variant.abutment,
+        "skew_deg": task.variant.skew_deg,
+        "motion_id": task.motion.motion.motion_id,
+    }
+    try:
+        found = analyse(task.variant, task.excitation, task.settings, task.options)
+    except Exception as error:
+        logger.exception("%s under %s", task.variant.slug, row["motion_id"])
+        why = f"crash: {type(error).__name__}: {error}"
+        return row | {"status": "crash", "as_it_should": False, "why": why, "steps_by_rung": ""}
+    residual = found.demands["energy_residual_ratio"]
+    is_physical = bool(found.collapse_criterion) and abs(residual) <= LIMITS.max_energy_residual
+    messages = "; ".join(found.messages)
+    return row | {
+        "status": found.status,
+        "as_it_should": found.status == OK or (found.status == COLLAPSE and is_physical),
+        "why": f"{found.status} at {found.time_reached_s:.2f} s {messages}".strip(),
+        "collapse_criterion": found.collapse_criterion,
+        "energy_residual_ratio": residual,
+        "time_reached_s": found.time_reached_s,
+        "duration_s": found.duration_s,
+        "recovery_rung": found.recovery_rung,
+        "steps_by_rung": steps_as_text(found.steps_by_rung),
+        "substeps": found.substeps,
+        "iterations": found.iterations,
+    }
+
+
+CONVERGENCE: Final = CaseSet(bridges=("osb1", "osb1_fixed"), motion_count=4, window_s=8.0)
+CONVERGENCE_PGA_G: Final = 0.8  # closes all gaps, breaks keys, yields columns
+# Largest change of a single case and median of all, by demand; None: not limited.
+CHANGES: Final[dict[str, tuple[float | None, float | None]]] = {
+    **dict.fromkeys(
+        (
+            "column_shear_kn",
+            "column_drift_ratio",
+            "deck_disp_x_m",
+            "deck_disp_y_m",
+            "unseating_m",
+            "abutment_passive_m",
+            "abutment_transverse_m",
+        ),
+        (0.02, 0.005),
+    ),
+    "deck_rotation_rad": (0.03, None),
+    **dict.fromkeys(("backwall_force_kn", "shear_key_force_kn", "friction_force_kn"), (None, 0.03)),
+    **dict.fromkeys(("slip_work_kj", "friction_impulse_kns", "contact_time_s"), (None, None)),
+}
+EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
+MAX_EXCESS: Final = 0.03  # of the work of friction
+_HALF_MS: Final = "half a millisecond"
+_AGAINST: Final = {"default": "0.5 ms", "0.5 ms": "0.25 ms"}
+# Whole histories of all cases, whatever becomes of the columns.
+_WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
+
+
+def run_steps(study: Study) -> None:
+    """Run the study of convergence with the steps."""
+    run_convergence(study, CONVERGENCE, self_check=6)
+
+
+def run_convergence(study: Study, chosen: CaseSet, *, self_check: int) -> None:
+    """Run a set: comparisons of the worst and of the median case, a table of all changes.
+
+    Args:
+        study: The study.
+        chosen: The cases.
+        self_check: Interval of cases at which the reference also runs at half its step.
+    """
+    reference = replace(_WHOLE, **NUMERICS["reference"]["analysis"])
+    steps = {
+        "default": _WHOLE,
+        "0.5 ms": reference,
+        "0.25 ms": replace(reference, dt_s=reference.dt_s / 2),
+    }
+    motions = chosen.cut(strongest_motions(chosen.motion_count, CONVERGENCE_PGA_G))
+    tasks = {
+        (variant.slug, motion.motion_id, name): _task(variant, motion, settings, ModelOptions())
+        for number, (variant, motion) in enumerate(product(chosen.variants(), motions))
+        for name, settings in steps.items()
+        if name != "0.25 ms" or number % self_check == 0
+    }
+    rows = _rows(study, list(tasks.values()), _whole_peaks, chosen.processes)
+    found = dict(zip(tasks, rows, strict=True))
+    changes = pd.DataFrame(
+        [
+            {"variant": slug, "motion_id": motion_id, "steps": name, "against": _AGAINST[name]}
+            | {demand: relative_change(peaks[demand], finer[demand]) for demand in CHANGES}
+            | {excess: peaks[excess] for excess in EXCESS}
+            for (slug, motion_id, name), peaks in found.items()
+            if (finer := found.get((slug, motion_id, _AGAINST.get(name, ""))))
+        ]
+    )
+    study.tables["changes"] = changes
+    of_default = changes[changes["steps"] == "default"]
+    of_reference = changes[changes["steps"] == "0.5 ms"]
+    cases = f"{len(of_default)} cases"
+    for demand, (worst, median) in CHANGES.items():
+        # a demand that is absent from both runs of a case has not changed
+        sizes = of_default[demand].abs().fillna(0.0)
+        own = of_reference[demand].abs().fillna(0.0)
+        limits = (("largest", worst, sizes.max()), ("median", median, sizes.median()))
+        for name, limit, value in limits:
+            text = f"{demand}, {name} change at the default steps, {cases}"
+            study.absolute(text, value, 0.0, limit, _HALF_MS)
+        text = f"{demand}, largest change of the reference itself, {len(of_reference)} cases"
+        study.absolute(text, own.max(), 0.0, None, "a quarter of a millisecond")
+    for excess in EXCESS:
+        text = f"{excess}, largest of {cases}"
+        study.at_most(text, of_default[excess].max(), MAX_EXCESS, "friction law")
+
+
+def _whole_peaks(task: Task) -> Row:
+    """Return the status of an analysis and the peaks of its whole history."""
+    found = analyse(task.variant, task.excitation, task.settings, task.options)
+    names = {*CHANGES, *EXCESS, *DEMANDS}
+    return {
+        "variant": task.variant.slug,
+        "motion_id": task.motion.motion.motion_id,
+        "status": found.status,
+        **{name: float(found.whole_history[name]) for name in sorted(names)},
+    }
+
+
+#: By name of the study; the first motions of the suite at their scale factors.
+ACCURACY: Final[Mapping[str, CaseSet]] = {
+    name: CaseSet(bridges=("osb1",), frictions_pct=(0, 50), motion_count=8, window_s=window_s)
+    for name, window_s in (("accuracy", 10.0), ("accuracy-whole", None))
+}
+DEMANDS: Final = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
+MAX_DIFFERENCE: Final = 0.005  # of a pooled ratio
+ALL_PLACES: Final = "all"
+_REFERENCE: Final = "the same pairs at accuracy reference"
+
+
+def run_pairs(study: Study) -> None:
+    """Run the study of the accuracy of effects."""
+    run_accuracy(study, ACCURACY[study.name], ("default", "reference"))
+
+
+def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accuracy]) -> None:
+    """Run a set: one comparison per pooled ratio, the largest difference, a table of all.
+
+    Args:
+        study: The study.
+        chosen: The cases.
+        accuracies: The judged accuracy, and that it is compared with.
+    """
+    entries = embedded_entries()[: chosen.motion_count]
+    motions = chosen.cut([read_entry(entry).scaled(entry.scale) for entry in entries])
+    tasks: dict[tuple[Accuracy, Variant, str], Task] = {
+        (accuracy, variant, motion.motion_id): _task(
+            variant, motion, *at_accuracy(_WHOLE, ModelOptions(), accuracy)
+        )
+        for motion in motions
+        for variant in chosen.variants()
+        for accuracy in reversed(accuracies)
+    }
+    rows = _rows(study, list(tasks.values()), _whole_peaks, chosen.processes)
+    found = dict(zip(tasks, rows, strict=True))
+    names = [motion.motion_id for motion in motions]
+    table = pooled_ratios(chosen, found, names, accuracies)
+    study.tables["ratios"] = table
+    for row in table.to_dict("records"):
+        step = f"{row['axis']} {row['from_value']} to {row['to_value']}, {row['place']}"
+        text = f"{step}: {row['demand']}, ratio at {accuracies[0]} over {row['count']} pairs"
+        study.relative(text, row["ratio"], row["exact_ratio"], MAX_DIFFERENCE, _REFERENCE)
+    worst = table["difference_percent"].abs().max()
+    text = f"largest difference of {len(table)} pooled ratios in percent"
+    study.at_most(text, worst, 100.0 * MAX_DIFFERENCE, _REFERENCE)
+    failed = sum(peaks["status"] not in {OK, COLLAPSE} for peaks in found.values())
+    study.at_most(f"analyses of {len(found)} that failed", failed, 0.0, "none may fail")
+
+
+def pairs(chosen: CaseSet) -> list[tuple[str, Variant, Variant]]:
+    """Return axis, variant before and variant after of all pairs: neighbours on one axis."""
+    axes = {
+        "friction_pct": chosen.frictions_pct,
+        "gap_mm": chosen.gaps_mm,
+        "skew_deg": chosen.skews_deg,
+    }
+    return [
+        (axis, variant, replace(variant, **{axis: value}))
+        for axis, values in axes.items()
+        for before, value in pairwise(values)
+        for variant in chosen.variants()
+        if getattr(variant, axis) == before
+    ]
+
+
+def pooled_ratios(
+    chosen: CaseSet,
+    found: Mapping[tuple[Accuracy, Variant, str], Mapping[str, Any]],
+    motions: Sequence[str],
+    accuracies: tuple[Accuracy, Accuracy],
+) -> pd.DataFrame:
+    """Return the pooled ratios of all pairs and demands at both accuracies.
+
+    A pair is pooled over the motions at each place (the values on the other axes), and over motions
+    and places together. Motions without the demand in a member are left out.
+
+    Returns:
+        axis, from_value, to_value, place, demand, number of ratios, ratio at both accuracies and
+        their difference in percent.
+    """
+    logs: dict[tuple[str, int, int, str, str], list[tuple[float, float]]] = {}
+    for axis, before, after in pairs(chosen):
+        step = (axis, getattr(before, axis), getattr(after, axis))
+        place = ", ".join(
+            f"{name} {getattr(before, name)}"
+            for name in ("skew_deg", "gap_mm", "friction_pct")
+            if name != axis
+        )
+        for demand, motion_id in product(DEMANDS, motions):
+            peaks = [
+                float(found[accuracy, variant, motion_id][demand])
+                for accuracy in accuracies
+                for variant in (before, after)
+            ]
+            if min(peaks) > 0.0:
+                changes = (log(peaks[1] / peaks[0]), log(peaks[3] / peaks[2]))
+                for where in (place, ALL_PLACES):
+                    logs.setdefault((*step, where, demand), []).append(changes)
+    rows: list[Row] = []
+    for name, changes in logs.items():
+        judged, exact = (exp(sum(values) / len(changes)) for values in zip(*changes, strict=True))
+        row = dict(zip(("axis", "from_value", "to_value", "place", "demand"), name, strict=True))
+        ratios = {"count": len(changes), "ratio": judged, "exact_ratio": exact}
+        rows.append(row | ratios | {"difference_percent": 100.0 * (judged / exact - 1.0)})
+    return pd.DataFrame(rows)

@@ -1,0 +1,129 @@
+"""The catalogue's bridges against hand values, PyPBEE and this project's earlier models.
+
+The study `bridges` has the weights, axial forces, periods and strengths with their sources and
+tolerances (1 % on weight and axial force, 5 % on periods and pushover strength). The deck load of
+the earlier models enters in the middle of the cap.
+"""
+
+import math
+from typing import Literal
+
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.analysis.modal import modal_properties
+from skewbridge.analysis.pushover import push_bridge
+from skewbridge.bridge.catalogue import bridge_names, load_bridge
+from skewbridge.bridge.gravity import (
+    abutment_reactions_n,
+    column_axial_n,
+    continuous_reactions_n,
+    total_weight_n,
+)
+from skewbridge.bridge.model import build, domain
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+from skewbridge.verification.registry import run_study
+
+HINGE = ModelOptions(cap_load="middle")
+
+
+def variant(abutment: str, skew_deg: int = 0, bridge: str = "osb1") -> Variant:
+    return Variant(bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50)
+
+
+def test_study_of_hand_values_agrees() -> None:
+    study = run_study("bridges")
+    assert len(study.comparisons) == 57
+    assert [row.quantity for row in study.comparisons if not row.is_passed] == []
+
+
+def test_reactions_of_two_equal_spans_are_three_eighths_and_ten_eighths() -> None:
+    assert continuous_reactions_n((8.0, 8.0), 1.0) == pytest.approx([3.0, 10.0, 3.0])
+    assert continuous_reactions_n((5.0,), 2.0) == pytest.approx([5.0, 5.0])
+    assert sum(continuous_reactions_n((3.0, 4.0, 6.0), 7.0)) == pytest.approx(7.0 * 13.0)
+
+
+@pytest.mark.parametrize("name", bridge_names())
+def test_dead_load_and_conditioning_period_of_every_bridge(name: str) -> None:
+    bridge = load_bridge(name)
+    result = modal_properties(variant("contact_friction", bridge=name))
+    assert result.weight_kn == pytest.approx(total_weight_n(bridge) / 1e3, rel=1e-6)
+    start = 0
+    for number, bent in enumerate(bridge.bents):
+        axial = result.column_axial_kn[start : start + bent.columns]
+        start += bent.columns
+        expected = column_axial_n(bridge, number) / 1e3
+        assert sum(axial) / bent.columns == pytest.approx(expected, rel=0.01)
+    # the rigid-bent reactions of the end spans ignore column stiffness and pad compression
+    reactions = [reaction / 1e3 for reaction in abutment_reactions_n(bridge)]
+    assert result.abutment_reaction_kn == pytest.approx(reactions, rel=0.03)
+    # The conditioning period is that of the model with open gaps.
+    period_s = math.sqrt(result.period_s("x") * result.period_s("y"))
+    assert bridge.t1_s == pytest.approx(period_s, rel=0.002)
+
+
+@pytest.mark.parametrize(
+    ("name", "abutment", "axial_kn"),
+    [
+        ("osb1", "contact_friction", (5_997, 5_997)),
+        ("osb2s", "roller", (7_513, 7_513, 7_362, 7_362)),
+        ("bridge_b", "roller", (8_769, 8_769)),
+    ],
+)
+def test_base_axial_forces_of_all_columns(
+    name: str, abutment: str, axial_kn: tuple[float, ...]
+) -> None:
+    result = modal_properties(variant(abutment, bridge=name), HINGE)
+    assert result.column_axial_kn == pytest.approx(axial_kn, rel=0.01)
+    if name == "osb1":
+        assert result.abutment_reaction_kn == pytest.approx([3_530, 3_530], rel=0.01)
+
+
+def test_reactions_and_axial_forces_add_up_to_the_weight() -> None:
+    result = modal_properties(variant("contact_friction", skew_deg=45), HINGE)
+    total = sum(result.column_axial_kn) + sum(result.abutment_reaction_kn)
+    assert total == pytest.approx(result.weight_kn, rel=1e-6)  # statics
+
+
+@pytest.mark.parametrize(("cap_load", "thrust_kn"), [("spread", 67.0), ("middle", 524.0)])
+def test_thrust_of_a_two_column_bent_at_rest_depends_on_the_cap_load(
+    cap_load: Literal["spread", "middle"], thrust_kn: float
+) -> None:
+    # turns of the cap over a column: w (6 a^2 L - L^3)/24 spread, w b L^2/16 in the middle:
+    # 0.128 of it, the other way, with span L, overhang a and deck width b
+    with domain():
+        model = build(variant("roller"), ModelOptions(cap_load=cap_load, elastic_columns=True))
+        thrusts_n = [ops.eleResponse(column.element, "force")[1] for column in model.columns]
+    assert thrusts_n[0] == pytest.approx(-thrusts_n[1], rel=1e-6)
+    assert abs(thrusts_n[0]) / 1e3 == pytest.approx(thrust_kn, rel=0.1)
+
+
+def test_cap_load_does_not_change_strength_and_base_forces() -> None:
+    spread = ModelOptions()
+    peaks = []
+    for options in (spread, HINGE):
+        curve = push_bridge(variant("roller"), options, angle_deg=0.0, max_disp_m=0.2, steps=60)
+        assert curve.is_complete
+        peaks.append(curve.peak_n)
+    assert peaks[0] == pytest.approx(peaks[1], rel=0.01)
+    axial = modal_properties(variant("contact_friction"), spread).column_axial_kn
+    assert axial == pytest.approx([5_997, 5_997], rel=0.01)
+
+
+def test_roller_bridge_is_nearly_free_to_turn() -> None:
+    result = modal_properties(variant("roller"), HINGE)
+    assert 3.4 < result.period_s("rz") < 4.5  # column torsion only
+
+
+@pytest.mark.parametrize(("direction", "period_s"), [("x", 1.04), ("y", 1.04)])
+def test_fine_section_mesh_keeps_the_periods_of_bridge_b(direction: str, period_s: float) -> None:
+    # The thrust of this cap load opens columns of distributed plasticity at rest; where they crack,
+    # and so their state, takes a fine mesh (1.4 % of the period along x).
+    fine = ModelOptions(column_integration="lobatto5", cap_load="middle", column_fibers=(12, 32, 3))
+    result = modal_properties(variant("roller", bridge="bridge_b"), fine)
+    assert result.period_s(direction) == pytest.approx(period_s, rel=0.05)
+
+
+def test_fixed_base_is_that_of_the_catalogue() -> None:
+    assert load_bridge("osb1_fixed").base == "fixed"
