@@ -1,5 +1,8 @@
 """One contact against the closed forms B1 to B9 of docs/theory/verification.md.
 
+The studies `closed-forms` and `fig1` compare OpenSees with them; the tests below check the closed
+forms by tabulated values, and what the studies leave out.
+
 B1, B2: Den Hartog (1956), Mechanical Vibrations, and (1931), Transactions ASME 53; Shaw (1986),
 Journal of Sound and Vibration 108. B3: Newmark (1965), Geotechnique 15. B4, B5: Schwager and
 Poeschel (2007), Granular Matter 9; Hunt and Crossley (1975), Journal of Applied Mechanics 42;
@@ -13,12 +16,7 @@ import numpy as np
 import pytest
 
 from skewbridge.contact import ContactLaw
-from skewbridge.contact.drives import (
-    approach_stiffness_drive,
-    hunt_crossley_drive,
-    kelvin_voigt_drive,
-    power_law_drive,
-)
+from skewbridge.contact.drives import kelvin_voigt_drive, power_law_drive
 from skewbridge.contact.restitution import (
     hunt_crossley_damping,
     kelvin_voigt_damping_ratio,
@@ -51,14 +49,8 @@ from skewbridge.verification.references.driven_unit import (
     path_work_j,
     straight_loop,
 )
-from skewbridge.verification.studies.oscillators import (
-    belt_period,
-    belt_ride,
-    bounce,
-    forced_response,
-    free_decay,
-    turning_points,
-)
+from skewbridge.verification.registry import run_study
+from skewbridge.verification.studies.oscillators import bounce, free_decay
 
 G = 9.81
 MASS_KG, KN = 1000.0, 1e7
@@ -67,12 +59,23 @@ SLIP_M = 0.045
 RESTITUTIONS = [0.45, 0.6, 0.71, 0.9]
 
 
-def test_b1_mass_turns_at_the_closed_form_and_stops():
+# Tolerances of the studies: 0.5 % for depths, slips and periods (elastic slip of the penalty, first
+# order in the step), 0.01 for restitution, 2 % for uplift and for the belt, whose closed form lets
+# friction fall at once where the law takes 0.2 mm/s of slip.
+@pytest.mark.parametrize(("name", "count"), [("closed-forms", 27), ("fig1", 21)])
+def test_studies_of_closed_forms_agree(name, count):
+    study = run_study(name)
+    assert len(study.comparisons) == count
+    assert [row.quantity for row in study.comparisons if not row.is_passed] == []
+    assert {found.verdict.outcome for found in study.verdicts} <= {"agrees"}
+    assert study.figures
+
+
+def test_b1_mass_stops_after_the_last_turning_point():
     exact = free_decay_turning_points(0.5, 1962.0 / 4.0e4)
     assert exact == pytest.approx([0.5, -0.4019, 0.3038, -0.2057, 0.1076, -0.0095])
     history = free_decay()
     # 0.5 mm of 0.5 m: elastic slip of the penalty and the time step at the turning points.
-    assert turning_points(history)[:5] == pytest.approx(exact[1:], abs=5e-4)
     assert history.position_m[-1, 0] == pytest.approx(-0.0095, abs=5e-4)
     assert history.ledger.cone_violation_ratio < 1e-9
     # The period does not depend on friction.
@@ -97,13 +100,6 @@ def test_b2_closed_form_gives_the_tabulated_amplitudes(ratio, friction_ratio, am
     assert static * forced_amplitude(ratio, friction_ratio) == pytest.approx(amplitude, rel=1e-12)
 
 
-@pytest.mark.parametrize(("ratio", "friction_ratio"), [(0.7, 0.3), (2.0, 0.2)])
-def test_b2_forced_motion_settles_to_the_closed_form(ratio, friction_ratio):
-    found, exact = forced_response(ratio, friction_ratio, cycles=20)
-    # 0.5 %: friction reverses between steps, first order in the step.
-    assert found == pytest.approx(exact, rel=5e-3)
-
-
 # Friction, start and end of the first slip, its length, and the final slip of an independent
 # event-driven integration.
 @pytest.mark.parametrize(
@@ -124,10 +120,8 @@ def test_b3_sine_pulse(friction, start, end, slip, final):
         return np.where(t <= 0.5, 0.5 * G * np.sin(4 * np.pi * t), 0.0)
 
     history = run_block(sliding_block(friction), 2e-4, 1.0, base_mps2=base_mps2)
-    x = history.position_m[:, 0]
-    assert x.min() == pytest.approx(slip, rel=5e-3)
     # The way back starts from rest under a small excess: 0.5 mm for the elastic slip.
-    assert x[-1] == pytest.approx(final, abs=5e-4)
+    assert history.position_m[-1, 0] == pytest.approx(final, abs=5e-4)
     # Kinetic energy is zero at both ends, so friction took what the base gave.
     assert history.ledger.slip_work_j > 0.0
 
@@ -135,12 +129,6 @@ def test_b3_sine_pulse(friction, start, end, slip, final):
 @pytest.mark.parametrize(("friction", "slip"), [(0.1, 0.3924), (0.2, 0.14715), (0.3, 0.0654)])
 def test_b3_rectangular_pulse(friction, slip):
     assert rectangular_pulse_slip(0.5 * G, 0.2, friction * G) == pytest.approx(slip)
-
-    def base_mps2(t):
-        return 0.25 * G * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2
-
-    history = run_block(sliding_block(friction), 2e-4, 1.3, base_mps2=base_mps2)
-    assert -history.position_m[-1, 0] == pytest.approx(slip, rel=5e-3)
 
 
 # Restitution, textbook damping ratio, restitution of that ratio when clipped, the ratio needed.
@@ -179,41 +167,22 @@ def test_b4_restitution_out_of_range_is_refused(restitution):
         kelvin_voigt_damping_ratio(restitution)
 
 
-# Step x contact frequency is 0.05, for which 0.01 is required.
 @pytest.mark.parametrize("restitution", RESTITUTIONS)
-def test_b4_clipped_kelvin_voigt_in_opensees(restitution):
+def test_b4_clipped_kelvin_voigt_never_pulls_and_takes_the_lost_energy(restitution):
     dashpot = 2.0 * kelvin_voigt_damping_ratio(restitution) * (KN * MASS_KG) ** 0.5
     history = bounce(kelvin_voigt_drive(kn_n_per_m=KN, dashpot_n_s_per_m=dashpot))
-    assert history.velocity_mps[-1, 1] == pytest.approx(restitution, abs=0.01)
     assert history.normal_n.min() >= -1e-6  # no tension
     lost = 0.5 * MASS_KG * (1.0 - history.velocity_mps[-1, 1] ** 2)
     # The mass lost the work on the normal spring; trapezoid at 60 steps per contact.
     assert history.ledger.normal_work_j == pytest.approx(lost, rel=0.02)
 
 
-@pytest.mark.parametrize("restitution", RESTITUTIONS)
-@pytest.mark.parametrize(("stiffness", "exponent"), [(1e7, 1.0), (3e8, 1.5)])
-def test_b4_hunt_crossley_in_opensees(restitution, stiffness, exponent):
-    damping = hunt_crossley_damping(restitution)
-    drive = hunt_crossley_drive(stiffness_n_per_m_p=stiffness, exponent=exponent, damping=damping)
-    assert bounce(drive).velocity_mps[-1, 1] == pytest.approx(restitution, abs=0.01)
-
-
-def test_b5_hertz_contact_reaches_the_depth_of_its_energy():
+def test_b5_hertz_contact_is_elastic_and_lasts_as_long_as_the_closed_form():
     history = bounce(power_law_drive(stiffness_n_per_m_p=1e9, exponent=1.5), dt_s=1e-4)
     exact = power_law_penetration(MASS_KG, 1e9, 1.5, 1.0)
-    assert history.ledger.max_penetration_m == pytest.approx(exact, rel=5e-3)
     assert history.velocity_mps[-1, 1] == pytest.approx(1.0, rel=5e-3)
     # Johnson (1985): duration 2.9432 depth / speed.
     assert history.ledger.contact_time_s == pytest.approx(2.9432 * exact, rel=0.02)
-
-
-@pytest.mark.parametrize("speed", [0.5, 2.0])
-def test_b5_stiffness_by_approach_speed(speed):
-    drive = approach_stiffness_drive(kn_n_per_m=KN, reference_speed_mps=1.0, exponent=0.4)
-    history = bounce(drive, speed_mps=speed, dt_s=2e-4)
-    exact = speed * (MASS_KG / (KN * speed**0.4)) ** 0.5
-    assert history.ledger.max_penetration_m == pytest.approx(exact, rel=5e-3)
 
 
 def test_b5_falling_mass_on_a_penalty():
@@ -221,7 +190,6 @@ def test_b5_falling_mass_on_a_penalty():
     assert exact.penetration_m == pytest.approx(0.01102900283638495, rel=1e-12)
     assert exact.contact_s == pytest.approx(0.03337166878868257, rel=1e-12)
     history = run_block(falling_block(), 1e-4, 0.05)
-    assert -history.position_m[:, 1].min() == pytest.approx(exact.penetration_m, rel=5e-3)
     assert history.normal_n.max() == pytest.approx(110290.0, rel=5e-3)
 
 
@@ -272,33 +240,17 @@ def test_b7_straight_loop_loses_the_work_of_friction():
     assert result.ledger.slip_work_j == pytest.approx(total - stored, rel=5e-3)
 
 
-def test_b8_stick_slip_repeats_with_the_period_of_the_closed_form():
+def test_b8_closed_form_of_stick_slip():
     exact = belt_stick_slip(1000.0, 4e4, 0.4 * 9810.0, 0.3 * 9810.0, 0.1)
     assert exact.slip_s == pytest.approx(0.6778152947400278)
     assert exact.stick_s == pytest.approx(0.4905)
-    # 2 %: the closed form lets friction fall at once, the law within 0.2 mm/s of slip.
-    assert belt_period(belt_ride(4.0)) == pytest.approx(exact.period_s, rel=0.02)
-
-
-def upright(b, h, friction=1.0, angle_rad=0.0):
-    return UprightBlock(
-        half_width_m=b,
-        half_height_m=h,
-        mass_kg=1000.0,
-        friction=friction,
-        penalty_n_per_m=1e9,
-        gravity_mps2=G,
-        angle_rad=angle_rad,
-    )
 
 
 @pytest.mark.parametrize(
     ("b", "h", "slenderness", "frequency", "quarter"),
     [(0.25, 1.0, 0.24498, 2.67167, 0.493803), (0.5, 1.5, 0.32175, 2.15715, 0.612367)],
 )
-def test_b9_released_block_is_upright_after_the_quarter_period(
-    b, h, slenderness, frequency, quarter
-):
+def test_b9_closed_form_of_rocking(b, h, slenderness, frequency, quarter):
     exact = RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=G)
     assert exact.slenderness_rad == pytest.approx(slenderness, abs=1e-5)
     assert exact.frequency_rad_per_s == pytest.approx(frequency, abs=1e-5)
@@ -306,25 +258,21 @@ def test_b9_released_block_is_upright_after_the_quarter_period(
     assert exact.quarter_period_s(angle) == pytest.approx(quarter, abs=1e-6)
     # Linear in the angle, from half the slenderness: acosh(2) / p.
     assert np.arccosh(2.0) / exact.frequency_rad_per_s == pytest.approx(quarter, rel=4e-3)
-    history = run_upright(upright(b, h, angle_rad=angle), 5e-4, 0.7)
-    passed = history.t_s[np.flatnonzero(history.angle_rad <= 0.0)[0]]
-    # 0.5 %: the corner sinks into the penalty, the step is 0.1 %.
-    assert passed == pytest.approx(quarter, rel=5e-3)
 
 
 @pytest.mark.parametrize(("b", "h"), [(0.25, 1.0), (0.5, 1.5)])
-@pytest.mark.parametrize("friction", [1.0, 0.2])
-def test_b9_pushed_block_tips_or_slides(b, h, friction):
-    rate = 1.2
-    block = upright(b, h, friction)
+def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration(b, h):
+    rate, friction = 1.2, 0.2
+    block = UprightBlock(
+        half_width_m=b,
+        half_height_m=h,
+        mass_kg=1000.0,
+        friction=friction,
+        penalty_n_per_m=1e9,
+        gravity_mps2=G,
+    )
     history = run_upright(block, 1e-3, 4.0, lambda t: rate * np.maximum(0.0, t - 1.0))
-    lifted = np.flatnonzero((history.t_s > 1.0) & (history.openings_m.max(axis=1) > 0.0))
-    if friction > b / h:
-        start = rate * (history.t_s[lifted[0]] - 1.0)
-        assert start == pytest.approx(G * b / h, rel=0.02)
-    else:
-        assert len(lifted) == 0
-        # From friction x g on, the excess of the acceleration grows linearly.
-        sliding_s = 3.0 - friction * G / rate
-        slid = abs(history.feet_m[-1, 0])
-        assert slid == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
+    # From friction x g on, the excess of the acceleration grows linearly.
+    sliding_s = 3.0 - friction * G / rate
+    slid = abs(history.feet_m[-1, 0])
+    assert slid == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
