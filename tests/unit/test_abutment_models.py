@@ -3,18 +3,24 @@
 import ast
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 import skewbridge
 from skewbridge.bridge.abutment import BUILDERS
-from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.report.checks import contact_twins
+from skewbridge.report.methods import methods_of
+from skewbridge.study.config import parse_config
+from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
 from skewbridge.variant.variant import Variant, parse_slug
 
 PACKAGE = Path(skewbridge.__file__).parent
-# The paper's studies and the drawings may name the paper's models.
-FREE_TO_NAME = ("verification", "report")
+# The paper's studies may name the paper's models; drawings name groups of elements.
+MAY_NAME_MODELS = ("verification/", "report/bridge_figures.py")
 MODULES = sorted(
-    path for path in PACKAGE.rglob("*.py") if path.relative_to(PACKAGE).parts[0] not in FREE_TO_NAME
+    path
+    for path in PACKAGE.rglob("*.py")
+    if not path.relative_to(PACKAGE).as_posix().startswith(MAY_NAME_MODELS)
 )
 
 
@@ -39,3 +45,41 @@ def test_no_module_compares_with_the_name_of_a_model(path):
         if isinstance(node, ast.Compare):
             texts = {part.value for part in ast.walk(node) if isinstance(part, ast.Constant)}
             assert not texts & set(ABUTMENTS), ast.unparse(node)
+
+
+@pytest.mark.parametrize(
+    ("traits", "stated", "not_stated"),
+    [
+        ({"backfill": "none"}, [], ["backfill is", "Contact is"]),
+        ({"backfill": "option"}, ["The backfill is hyperbolic"], ["Contact is"]),
+        (
+            {"backfill": "none", "has_contacts": True},
+            ["Contact is", "points are placed"],
+            ["backfill is"],
+        ),
+    ],
+)
+def test_the_report_describes_a_further_model_by_its_traits(
+    monkeypatch, traits, stated, not_stated
+):
+    further = AbutmentTraits(code="fu", description="as springs of a further model", **traits)
+    monkeypatch.setitem(ABUTMENTS, "further", further)
+    text = methods_of(parse_config({"grid": {"abutment": ["further"]}})).parts["Abutments"]
+    for part in ["modelled as springs of a further model", *stated]:
+        assert part in text
+    for part in not_stated:
+        assert part not in text
+
+
+def test_a_further_friction_model_is_compared_with_its_model_without_friction(monkeypatch):
+    further = AbutmentTraits(code="fu", description="", without_friction="spring")
+    monkeypatch.setitem(ABUTMENTS, "further", further)
+    run = {"bridge": "osb1", "skew_deg": 30, "gap_mm": 51, "friction": 0.0}
+    run |= {"motion_id": "a", "scale": 1.0, "incidence_deg": 0.0}
+    rows = [
+        run | {"abutment": "further", "deck_disp_m": 0.2},
+        run | {"abutment": "spring", "deck_disp_m": 0.3},
+    ]
+    table = pd.DataFrame(rows)
+    assert contact_twins(table, table)["abutment"].tolist() == ["further"]
+    assert contact_twins(table, table.assign(deck_disp_m=0.2)).empty

@@ -18,6 +18,7 @@ from skewbridge.errors import SolutionError
 from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import read_frame
 from skewbridge.statuses import RAN, STATUSES
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of
 
 #: Same equations, numbering and springs: only the updates, which do nothing, are left out.
@@ -247,17 +248,18 @@ def read_tables(
 
 
 def contact_twins(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.DataFrame:
-    """Return rows of ``contact_friction`` without friction that differ from those of ``contact``.
+    """Return rows without friction that differ from those of the model without friction.
 
     Args:
         frictionless: Rows without friction and cohesion, of whatever abutment model.
         ok: Finished rows of the study.
     """
-    with_law = frictionless[frictionless["abutment"] == "contact_friction"]
-    without = ok[ok["abutment"] == "contact"]
+    models = {traits.without_friction: name for name, traits in ABUTMENTS.items()}
+    without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
     places = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
-    joined = with_law.merge(without, on=["bridge", *places, *_RUN], suffixes=("", _TWIN))
+    keys = ["bridge", "abutment", *places, *_RUN]
+    joined = frictionless.merge(without, on=keys, suffixes=("", _TWIN))
     return _different(joined, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
 
 

@@ -194,19 +194,20 @@ def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str
 
 
 def _abutments(config: StudyConfig) -> Iterator[str]:
-    names = list(config.grid.abutment)
-    models = "; ".join(ABUTMENTS[name].description for name in names)
+    traits = [ABUTMENTS[name] for name in config.grid.abutment]
+    models = "; ".join(each.description for each in traits)
     yield f"The seat-type abutments are modelled {models}."
     model = config.analysis.model_options(config.model)
-    if any(name.startswith("contact") for name in names):
+    if any(each.has_contacts for each in traits):
         update = "predicted at the end of each step"
         if model.coupling == "lagged":
             update = "of the last committed step"
         points = _count(model.backwall_points, "point")
         yield f"{_CONTACT}, {update}; {points} are placed along each backwall."
-    if model.backfill == "sdc" and names != ["roller"]:
+    backfills = {each.backfill for each in traits} - {"none"}
+    if model.backfill == "sdc" and backfills:
         yield "The backfill is bilinear (Caltrans 2019)."
-    elif any(name not in ("roller", "simplified") for name in names):
+    elif "option" in backfills:
         yield "The backfill is hyperbolic."
     axes = "; ".join(
         f"{axis(name).title} {_listed(values)} {axis(name).unit}".removesuffix(" -")

@@ -6,28 +6,33 @@ the registry there.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentTraits:
-    """What the rest of the package needs to know of an abutment model.
+    """Facts about an abutment model that the rest of the package uses.
 
     Attributes:
         code: Two letters in the names of variants.
-        description: How it models the abutment, after "modelled".
-        axes: Axes that the model has beyond skew, by their names in `skewbridge.variant.axes`;
+        description: Continuation of "the abutments are modelled".
+        axes: Axes of the model in addition to skew, by their names in `skewbridge.variant.axes`;
             the others count as zero.
+        backfill: Curve of the backfill: that of the ``option`` backfill, always ``sdc``, or
+            ``none``.
+        without_friction: Model with the same equations but without friction, or empty.
         has_pads: Whether elastomeric pads carry the deck end, rather than plain vertical supports.
-        has_wall_points: Whether soil or contacts stand at points all along the backwall, rather
-            than at the deck corners only.
+        has_wall_points: Whether soil or contacts are at points along the whole backwall, rather
+            than only at the deck corners.
         has_contacts: Whether deck, backwall and keys meet in contact units.
-        has_body: Whether the keys stand on a body, which may carry the embankment's mass.
+        has_body: Whether the keys are on a body, which may carry the mass of the embankment.
     """
 
     code: str
     description: str
     axes: frozenset[str] = frozenset()
+    backfill: Literal["option", "sdc", "none"] = "option"
+    without_friction: str = ""
     has_pads: bool = False
     has_wall_points: bool = False
     has_contacts: bool = False
@@ -41,11 +46,12 @@ class AbutmentTraits:
 
 #: From the simplest to the most complete.
 ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
-    "roller": AbutmentTraits(code="ro", description="on rollers"),
+    "roller": AbutmentTraits(code="ro", description="on rollers", backfill="none"),
     "simplified": AbutmentTraits(
         code="si",
         description="as one bilinear spring with a gap at each corner of the deck",
         axes=frozenset({"gap_mm"}),
+        backfill="sdc",
     ),
     "spring": AbutmentTraits(
         code="sp",
@@ -70,6 +76,7 @@ ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
         description="as elastomeric pads, backfill and exterior shear keys that the deck "
         "meets in contact with Coulomb friction",
         axes=frozenset({"gap_mm", "friction"}),
+        without_friction="contact",
         has_pads=True,
         has_wall_points=True,
         has_contacts=True,
