@@ -1,10 +1,10 @@
-"""The exceptions of the package that a command shows to the user as one sentence."""
+"""Exceptions that a command shows to the user as one sentence."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any, Final
 
-MOST_FAULTS: Final = 20  # lines of one message
+MOST_FAULTS: Final = 20  # faults listed in one message
 
 
 class InputError(ValueError):
@@ -14,7 +14,7 @@ class InputError(ValueError):
     line prints it alone and exits with 2.
 
     Attributes:
-        details: Machine-readable particulars, added to the JSON answer of a command.
+        details: Machine-readable details, added to the JSON output of a command.
     """
 
     def __init__(self, message: str, **details: Any) -> None:
@@ -23,19 +23,20 @@ class InputError(ValueError):
 
 
 def raise_all(faults: Iterable[InputError]) -> None:
-    """Raise what is wrong, if anything is: several faults as one, with a line for each.
+    """Raise several faults as one error with a line for each; do nothing without faults.
 
     Raises:
-        InputError: There is a fault; it has the details of the first.
+        InputError: There is a fault; the error has the details of the first.
     """
-    found = list(faults)
-    if len(found) == 1:
-        raise found[0]
-    if found:
-        told = [text for fault in found for text in fault.details.get("faults", [str(fault)])]
-        more = [f"... and {len(told) - MOST_FAULTS} more"] if len(told) > MOST_FAULTS else []
-        lines = [f"{len(told)} faults:", *told[:MOST_FAULTS], *more]
-        raise InputError("\n  ".join(lines), **{**found[0].details, "faults": told})
+    errors = list(faults)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        messages = [text for error in errors for text in error.details.get("faults", [str(error)])]
+        count = len(messages)
+        more = [f"... and {count - MOST_FAULTS} more"] if count > MOST_FAULTS else []
+        lines = [f"{count} faults:", *messages[:MOST_FAULTS], *more]
+        raise InputError("\n  ".join(lines), **{**errors[0].details, "faults": messages})
 
 
 def did_you_mean(given: object, known: Iterable[str]) -> str:
@@ -45,7 +46,7 @@ def did_you_mean(given: object, known: Iterable[str]) -> str:
 
 
 class SolutionError(RuntimeError):
-    """A solution could not go on to its end.
+    """A solution failed before its end.
 
     The command line prints the message alone and exits with 1.
     """

@@ -1,4 +1,4 @@
-"""What can become of an analysis: the one list of statuses."""
+"""Statuses of an analysis."""
 
 from typing import Final, Literal, get_args
 
@@ -7,7 +7,7 @@ type Status = Literal["ok", "collapse", "numerical_failure", "timeout", "crash",
 STATUSES: Final[tuple[Status, ...]] = get_args(Status.__value__)
 OK: Final = "ok"
 COLLAPSE: Final = "collapse"
-#: The analysis ran to a result; a collapse is one.
+#: Statuses with a result; a collapse is a result.
 RAN: Final[tuple[Status, ...]] = (OK, COLLAPSE)
-#: Without a usable result; the row keeps its peaks so far.
+#: Statuses without a usable result; the row keeps the peaks up to the failure.
 FAILED: Final[tuple[Status, ...]] = tuple(status for status in STATUSES if status not in RAN)

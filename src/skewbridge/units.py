@@ -1,7 +1,7 @@
-"""Unit factors and sign conventions: everything inside the package is SI (N, m, s, kg, rad).
+"""Unit factors: all values inside the package are SI (N, m, s, kg, rad).
 
-Convert once, at the edge, by multiplying with the named factor on the way in and dividing on the
-way out: ``gap_m = gap_mm * MM``. The axes and signs are defined in docs/assumptions.md.
+Multiply by the factor on input and divide by it on output: ``gap_m = gap_mm * MM``. The axes and
+signs are defined in docs/assumptions.md.
 """
 
 from typing import Final
@@ -24,7 +24,7 @@ KIP: Final = 4448.2216152605
 PSI: Final = KIP / 1000 / INCH**2
 KSI: Final = 1000 * PSI
 
-#: Units as names end with them, the longer endings first.
+#: Units by the endings of names, longer endings first.
 _IN_NAMES: Final = {
     "_n_per_m": "N/m",
     "_deg": "deg",
@@ -36,6 +36,6 @@ _IN_NAMES: Final = {
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Return a name without the unit it ends with, and the unit; ``-`` for none."""
+    """Return a name without its unit ending, and the unit; ``-`` without a unit ending."""
     ending = next((ending for ending in _IN_NAMES if name.endswith(ending)), "")
     return name.removesuffix(ending), _IN_NAMES.get(ending, "-")

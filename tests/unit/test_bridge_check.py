@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from skewbridge.analysis.modal import (
-    mean_period_s,
+    conditioning_period_s,
     periods_of_file,
     standing_bridge,
     warn_of_periods,
@@ -46,7 +46,7 @@ def test_a_bridge_of_the_catalogue_raises_no_doubts(tmp_path: Path) -> None:
 def test_changed_spans_are_told_with_the_period_of_the_model(longer: str, tmp_path: Path) -> None:
     out = str(tmp_path / "out")
     result = RUNNER.invoke(build_app(), ["bridge", "check", longer, "--out", out])
-    model_s = mean_period_s(standing_bridge(longer))
+    model_s = conditioning_period_s(standing_bridge(longer))
     assert result.exit_code == 0
     assert model_s > 1.06 * load_bridge(longer).t1_s
     assert f"T1 of its model, {model_s:.4g} s" in result.stderr
@@ -59,7 +59,7 @@ def test_a_period_within_five_percent_is_not_told(tmp_path: Path) -> None:
     modes = standing_bridge("osb1")
     path = tmp_path / "own.yaml"
     for factor, said in ((1.049, 0), (0.951, 0), (1.051, "+5.1%"), (0.949, "-5.1%")):
-        t1_s = factor * mean_period_s(modes)
+        t1_s = factor * conditioning_period_s(modes)
         path = tmp_path / f"own_{factor:.3f}.yaml"
         path.write_text(f'extends: osb1\nt1_s: {{v: {t1_s:.6f}, src: "d: a test"}}\n')
         told = periods_of_file(str(path), modes)

@@ -8,7 +8,7 @@ import pytest
 
 from hand_made_column import SECTION
 from skewbridge.analysis import peaks
-from skewbridge.analysis.trace import Layout, Trace
+from skewbridge.analysis.trace import Layout, ResponseTrace
 from skewbridge.bridge.handles import AbutmentHandle, CornerHandle, SpringHandle
 from skewbridge.bridge.shear_capacity import (
     hoop_strength_n,
@@ -49,7 +49,7 @@ def abutment(**changes) -> AbutmentHandle:
     return replace(handle, **changes)
 
 
-def trace_of(**along_x_m) -> Trace:
+def trace_of(**along_x_m) -> ResponseTrace:
     """Return a trace of three steps in which nodes move along x."""
     layout = Layout(
         nodes=(CENTRE, WALL_1, WALL_2),
@@ -64,10 +64,10 @@ def trace_of(**along_x_m) -> Trace:
     for name, values in along_x_m.items():
         node = {"centre": CENTRE, "wall_1": WALL_1, "wall_2": WALL_2}[name]
         rows[:, layout.node(node)] = values
-    return Trace(layout=layout, rows=rows)
+    return ResponseTrace(layout=layout, rows=rows)
 
 
-def movements(trace: Trace, *handles: AbutmentHandle) -> dict[str, float]:
+def movements(trace: ResponseTrace, *handles: AbutmentHandle) -> dict[str, float]:
     return peaks._abutment_demands(SimpleNamespace(abutments=handles), trace)
 
 
@@ -97,7 +97,7 @@ def test_friction_of_a_wall_is_the_resultant_of_its_points():
     rows[1, layout.contacts("tangentials")] = [3e5, 4e5, -3e5, 4e5]
     rows[2, layout.contacts("tangentials")] = [0.0, -5e5, 0.0, 0.0]
     model = SimpleNamespace(abutments=(abutment(wall_units=(0, 1)),), weight_n=1e7)
-    found = peaks._force_demands(model, Trace(layout=layout, rows=rows))
+    found = peaks._force_demands(model, ResponseTrace(layout=layout, rows=rows))
     assert found["friction_force_kn"] == pytest.approx(800.0)
 
 

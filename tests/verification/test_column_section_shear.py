@@ -5,7 +5,7 @@ import openseespy.opensees as ops
 import pytest
 
 from skewbridge.analysis.peaks import column_base_shear_n, column_shear_n
-from skewbridge.analysis.trace import Monitor, Trace
+from skewbridge.analysis.trace import Monitor, ResponseTrace
 from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.model import build, domain
@@ -15,7 +15,7 @@ from skewbridge.variant.variant import Variant
 
 def pushed(
     bridge: str, options: ModelOptions, push_n: tuple[float, float] = (3.0e6, 1.5e6)
-) -> tuple[tuple[ColumnHandle, ...], Trace]:
+) -> tuple[tuple[ColumnHandle, ...], ResponseTrace]:
     """Push the deck of a roller bridge; return its columns and the two states read."""
     variant = Variant(bridge=bridge, abutment="roller", skew_deg=0, gap_mm=0, friction_pct=0)
     with domain():
@@ -34,7 +34,7 @@ def pushed(
         assert ops.analyze(10) == 0
         monitor.read(1.0)
         trace = monitor.trace()
-        return model.columns, Trace(layout=trace.layout, rows=np.array(trace.rows))
+        return model.columns, ResponseTrace(layout=trace.layout, rows=np.array(trace.rows))
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from skewbridge.analysis.modal import (
     ModalResult,
-    mean_period_s,
+    conditioning_period_s,
     periods_of_file,
     standing_bridge,
 )
@@ -55,7 +55,7 @@ class BridgeCheck:
                 f"period_{direction}_s": self.standing.period_s(direction)
                 for direction in DIRECTIONS
             },
-            "t1_of_the_model_s": mean_period_s(self.standing),
+            "t1_of_the_model_s": conditioning_period_s(self.standing),
             "t1_of_the_file_s": self.bridge.t1_s,
             "sources": ", ".join(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
         }

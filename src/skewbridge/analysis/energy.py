@@ -23,8 +23,8 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.settings import Command
-from skewbridge.analysis.trace import DISP, END_FORCES, Monitor, Trace
+from skewbridge.analysis.settings import OpenSeesCommand
+from skewbridge.analysis.trace import DISP, END_FORCES, Monitor, ResponseTrace
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.units import KJ
 
@@ -66,7 +66,7 @@ class EnergyBalance:
         monitor: Monitor,
         ground_accel_mps2: GroundAccel,
         rayleigh: tuple[float, float],
-        integrator: Command,
+        integrator: OpenSeesCommand,
     ) -> None:
         groups = model.energy_elements
         self._model, self._monitor, self._ground = model, monitor, ground_accel_mps2
@@ -133,13 +133,13 @@ class EnergyBalance:
         works["largest_input"] = np.abs(input_j).max(initial=0.0)
         return {name: float(value) / KJ for name, value in works.items()}
 
-    def _inputs(self, trace: Trace) -> Matrix:
+    def _inputs(self, trace: ResponseTrace) -> Matrix:
         """Return the work of the ground in each step, shape (n - 1,)."""
         ground = self._ground(trace.time_s)
         force = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
         return -_steps(ground, np.asarray(force))
 
-    def _damping(self, trace: Trace, dynamic: Matrix) -> float:
+    def _damping(self, trace: ResponseTrace, dynamic: Matrix) -> float:
         """Return the work of Rayleigh damping: on masses, in the columns and in the deck.
 
         The mean velocity of a step is its displacement over its time, which is exact under the
@@ -159,7 +159,7 @@ class EnergyBalance:
             work += self._column_damping(element, damped - trace.column_forces(element), trace)
         return work
 
-    def _column_damping(self, element: int, force: Matrix, trace: Trace) -> float:
+    def _column_damping(self, element: int, force: Matrix, trace: ResponseTrace) -> float:
         """Return the work of the damping of a column, from its damping forces after the steps.
 
         The damping in a step follows the stiffness committed before it, C_n v_n+1; the force read
@@ -174,7 +174,7 @@ class EnergyBalance:
         change -= np.einsum("ij,ij->i", velocity[1:], force[:-1])
         return _work(force, moved) - float(change @ np.diff(trace.time_s))
 
-    def _joint_works(self, trace: Trace, forces: Matrix) -> dict[str, float]:
+    def _joint_works(self, trace: ResponseTrace, forces: Matrix) -> dict[str, float]:
         """Return the works on pads and on the springs that are read.
 
         The force on the first node is opposite to that on the second, or the node is fixed.
@@ -188,7 +188,7 @@ class EnergyBalance:
                 at += DISP
         return works
 
-    def _wall_work(self, trace: Trace) -> float:
+    def _wall_work(self, trace: ResponseTrace) -> float:
         """Return the work on the springs of massless nodes, which is that of the contacts there."""
         contacts = self._model.contacts
         work = 0.0
@@ -202,7 +202,7 @@ class EnergyBalance:
             work += _work(force, trace.position(unit.node_i)[:, :3])
         return work
 
-    def _unbalanced_work(self, trace: Trace, accelerations: Matrix) -> float:
+    def _unbalanced_work(self, trace: ResponseTrace, accelerations: Matrix) -> float:
         """Return the work of the unbalanced forces: input less damping and restoring forces.
 
         HHT satisfies equilibrium between the ends of a step, M a_n+1 = alpha G_n+1 + (1 - alpha)
@@ -221,7 +221,7 @@ class EnergyBalance:
                 here /= alpha
         return _work(force, np.hstack([trace.position(node) for node in self._masses]))
 
-    def _moved(self, element: int, trace: Trace) -> Matrix:
+    def _moved(self, element: int, trace: ResponseTrace) -> Matrix:
         """Return the displacements of both ends of an element, shape (n, 12)."""
         return np.hstack([trace.position(node) for node in self._nodes[element]])
 

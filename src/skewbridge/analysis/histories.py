@@ -11,13 +11,15 @@ from skewbridge.analysis.peaks import (
     unseating_m,
     wall_force_n,
 )
-from skewbridge.analysis.trace import Series, Trace
+from skewbridge.analysis.trace import ResponseTrace, Series
 from skewbridge.bridge.geometry import contact_column
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
 from skewbridge.units import KN
 
 
-def histories_of(model: BridgeModel, trace: Trace, ground_accel_mps2: Series) -> dict[str, Series]:
+def histories_of(
+    model: BridgeModel, trace: ResponseTrace, ground_accel_mps2: Series
+) -> dict[str, Series]:
     """Return the history columns, each of shape (n,); the first row is the state under gravity.
 
     Forces of an abutment are those of all its parts on the deck (contacts, springs and pads),
@@ -62,7 +64,7 @@ def histories_of(model: BridgeModel, trace: Trace, ground_accel_mps2: Series) ->
     return {name: np.array(values) for name, values in table.items()}
 
 
-def abutment_force_n(model: BridgeModel, abutment: AbutmentHandle, trace: Trace) -> Series:
+def abutment_force_n(model: BridgeModel, abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the force of an abutment on the deck along x and y, shape (n, 2).
 
     Positive against a positive displacement of the deck.
@@ -81,7 +83,7 @@ def abutment_force_n(model: BridgeModel, abutment: AbutmentHandle, trace: Trace)
     return total
 
 
-def pads_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
+def pads_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the part of `abutment_force_n` that comes from the pads (or supports)."""
     total = np.zeros((len(trace.rows), 2))
     for bearing in abutment.bearings:
@@ -90,7 +92,7 @@ def pads_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
 
 
 def _abutment_columns(
-    model: BridgeModel, abutment: AbutmentHandle, trace: Trace
+    model: BridgeModel, abutment: AbutmentHandle, trace: ResponseTrace
 ) -> dict[str, Series]:
     disp = trace.disp(abutment.centre_node)
     force = abutment_force_n(model, abutment, trace) / KN

@@ -118,7 +118,7 @@ def standing_bridge(bridge: str) -> ModalResult:
         raise SolutionError(f"{load_bridge(bridge).name}: {error}") from error
 
 
-def mean_period_s(modes: ModalResult) -> float:
+def conditioning_period_s(modes: ModalResult) -> float:
     """Return T1, the geometric mean of the longitudinal and the transverse period.
 
     It is taken from the model with pads, open gaps and zero skew and is the same for all variants:
@@ -146,7 +146,7 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
         bridge: Name of the bridge, or path of its file.
         modes: Modes of its model, see `standing_bridge`.
     """
-    data, model_s = load_bridge(bridge), mean_period_s(modes)
+    data, model_s = load_bridge(bridge), conditioning_period_s(modes)
     findings: list[str] = []
     change = data.t1_s / model_s - 1.0
     if abs(change) > TOLERANCE:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.trace import Series, Trace, moved_with
+from skewbridge.analysis.trace import ResponseTrace, Series, moved_with
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BridgeModel,
@@ -24,7 +24,7 @@ from skewbridge.units import KJ, KN
 
 def demands(
     model: BridgeModel,
-    trace: Trace,
+    trace: ResponseTrace,
     ground_accel_mps2: Series,
     energy_ratios: Mapping[str, float],
 ) -> dict[str, float]:
@@ -63,7 +63,7 @@ class ModelEnd:
     rows: int
 
 
-def model_end(columns: Sequence[ColumnHandle], trace: Trace) -> ModelEnd:
+def model_end(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> ModelEnd:
     """Return the first failure of a column.
 
     A column fails in shear at a demand over capacity of 1, unless the model includes the loss of
@@ -88,7 +88,7 @@ def model_end(columns: Sequence[ColumnHandle], trace: Trace) -> ModelEnd:
     return ModelEnd(mode=mode, time_s=float(trace.time_s[row]), rows=row + 1)
 
 
-def column_demands(columns: Sequence[ColumnHandle], trace: Trace) -> dict[str, float]:
+def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dict[str, float]:
     """Return the column demands of the table, peaks over columns and time."""
     shears = [column_shear_n(column, trace) for column in columns]
     drifts = [column_drift(column, trace) for column in columns]
@@ -108,12 +108,12 @@ def column_demands(columns: Sequence[ColumnHandle], trace: Trace) -> dict[str, f
     }
 
 
-def column_base_shear_n(column: ColumnHandle, trace: Trace) -> NDArray[np.float64]:
+def column_base_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.float64]:
     """Return the horizontal force at the base of a column, x and y, shape (n, 2)."""
     return trace.column_forces(column.element)[:, :2]
 
 
-def column_shear_n(column: ColumnHandle, trace: Trace) -> NDArray[np.float64]:
+def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.float64]:
     """Return the shear of a column's sections, x and y, with the sign of the base force, (n, 2).
 
     A section is normal to the inclined chord, so the axial force has a component along it: the
@@ -126,18 +126,18 @@ def column_shear_n(column: ColumnHandle, trace: Trace) -> NDArray[np.float64]:
     return column_base_shear_n(column, trace) - axial * chord
 
 
-def column_drift(column: ColumnHandle, trace: Trace) -> Series:
+def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return top minus base displacement, resultant, over the clear height, shape (n,)."""
     relative = trace.disp(column.top_node)[:, :2] - trace.disp(column.base_node)[:, :2]
     return np.hypot(*relative.T) / column.clear_height_m
 
 
-def drift_over_capacity(column: ColumnHandle, trace: Trace) -> Series:
+def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the drift over the displacement capacity of the bent per clear height, shape (n,)."""
     return column_drift(column, trace) / column.drift_capacity_ratio
 
 
-def column_shear_dcr(column: ColumnHandle, trace: Trace) -> Series:
+def column_shear_dcr(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the shear of the section over its capacity at the same time, shape (n,).
 
     The capacity follows the current axial force and the largest ductility so far (of displacement
@@ -154,7 +154,7 @@ def column_shear_dcr(column: ColumnHandle, trace: Trace) -> Series:
     return np.hypot(*column_shear_n(column, trace).T) / capacity
 
 
-def curvature_ductility(column: ColumnHandle, trace: Trace) -> Series:
+def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the largest resultant curvature of the hinges over the yield curvature, (n,)."""
     largest = np.zeros(len(trace.rows))
     for point in column.hinge_sections:
@@ -163,7 +163,7 @@ def curvature_ductility(column: ColumnHandle, trace: Trace) -> Series:
     return largest / column.yield_curvature_per_m
 
 
-def _deck_demands(model: BridgeModel, trace: Trace, ground: Series) -> dict[str, float]:
+def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> dict[str, float]:
     disp = trace.disp(model.deck_centre_node)
     return {
         "deck_disp_x_m": peak([disp[:, 0]]),
@@ -174,7 +174,7 @@ def _deck_demands(model: BridgeModel, trace: Trace, ground: Series) -> dict[str,
     }
 
 
-def _abutment_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
+def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     abutments = model.abutments
     pushes = [wall_push_m(abutment, trace) for abutment in abutments]
     pads = [
@@ -194,7 +194,7 @@ def _abutment_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
     }
 
 
-def _transverse_m(abutment: AbutmentHandle, trace: Trace) -> Series:
+def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the largest movement of walls and keys along the abutment line, shape (n,)."""
     # ASSUME a key is part of the abutment, even after it broke
     nodes = (*abutment.wall_nodes, *abutment.key_nodes)
@@ -208,7 +208,7 @@ def _transverse_m(abutment: AbutmentHandle, trace: Trace) -> Series:
     return np.maximum.reduce([np.zeros(len(trace.rows)), *moves])
 
 
-def _deformation(spring: SpringHandle, trace: Trace) -> Series:
+def _deformation(spring: SpringHandle, trace: ResponseTrace) -> Series:
     """Return the displacement of the deck side less that of the ground side, shape (n, 6)."""
     return trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])
 
@@ -218,7 +218,7 @@ def along(direction: PlanVector, disp: NDArray[np.float64]) -> Series:
     return disp[:, 0] * direction[0] + disp[:, 1] * direction[1]
 
 
-def unseating_m(abutment: AbutmentHandle, trace: Trace, kind: str | None = None) -> Series:
+def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None = None) -> Series:
     """Return the displacement of a deck corner away from the backwall, normal to the seat, (n,).
 
     The larger one of both corners, or that of the ``acute`` or ``obtuse`` corner if given.
@@ -231,7 +231,7 @@ def unseating_m(abutment: AbutmentHandle, trace: Trace, kind: str | None = None)
     return np.maximum.reduce(moves)
 
 
-def wall_push_m(abutment: AbutmentHandle, trace: Trace) -> NDArray[np.float64]:
+def wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> NDArray[np.float64]:
     """Return the displacement of the points of a backwall into the fill, shape (n, points).
 
     Without wall nodes it is the closing of the springs less the gap, never negative.
@@ -247,7 +247,7 @@ def wall_push_m(abutment: AbutmentHandle, trace: Trace) -> NDArray[np.float64]:
     return np.maximum(np.column_stack(pushes), 0.0) if pushes else np.zeros((len(trace.rows), 1))
 
 
-def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
+def _force_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     abutments = model.abutments
     friction: list[Series] = []
     for abutment in abutments:
@@ -268,14 +268,14 @@ def _force_demands(model: BridgeModel, trace: Trace) -> dict[str, float]:
     }
 
 
-def wall_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
+def wall_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the normal force between deck and one backwall, compression positive, shape (n,)."""
     if abutment.wall_units:
         return trace.normals_n[:, list(abutment.wall_units)].sum(axis=1)
     return backfill_force_n(abutment, trace)
 
 
-def backfill_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
+def backfill_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the force of the deck on the backfill through one backwall, shape (n,).
 
     Unlike the contact force, it excludes the dashpot of the wall and, if the wall has a mass, the
@@ -290,7 +290,7 @@ def backfill_force_n(abutment: AbutmentHandle, trace: Trace) -> Series:
     return total
 
 
-def key_forces_n(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
+def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
     """Return the force of each shear key while the deck touches it, each of shape (n,)."""
     forces = [np.abs(trace.spring_force(spring)) for spring in abutment.key_springs]
     for force, unit in zip(forces, abutment.key_units, strict=False):
@@ -298,7 +298,7 @@ def key_forces_n(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
     return forces
 
 
-def key_deformations_m(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
+def key_deformations_m(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
     """Return the deformation of each shear key along its normal, never negative, each shape (n,).
 
     Without key nodes it is the closing of the transverse springs less the gap.
@@ -310,7 +310,7 @@ def key_deformations_m(abutment: AbutmentHandle, trace: Trace) -> list[Series]:
     return [np.maximum(np.abs(move) - gap_m, 0.0) for move in moves]
 
 
-def _closed(trace: Trace, units: Sequence[int]) -> NDArray[np.bool_]:
+def _closed(trace: ResponseTrace, units: Sequence[int]) -> NDArray[np.bool_]:
     return (trace.normals_n[:, list(units)] > 0.0).any(axis=1)
 
 

@@ -7,8 +7,8 @@ from os import devnull
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
+from skewbridge.analysis.trace import Series
 from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import PlanVector, TagAllocator
@@ -18,26 +18,24 @@ from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
-type FloatArray = NDArray[np.float64]
-
 # A failed step is tried with each algorithm in turn, then halved.
-ALGORITHMS = (("KrylovNewton",), ("NewtonLineSearch",), ("Newton", "-initial"))
-MAX_HALVINGS = 10
-MAX_ITERATIONS = 50
-TOLERANCE_M = 1.0e-9
-LAST_PART = 1.0e-12
-MAX_DISPLACEMENT_M = 5.0
-MAX_STEPS = 100_000
+_ALGORITHMS = (("KrylovNewton",), ("NewtonLineSearch",), ("Newton", "-initial"))
+_MAX_HALVINGS = 10
+_MAX_ITERATIONS = 50
+_TOLERANCE_M = 1.0e-9
+_LAST_PART = 1.0e-12
+_MAX_DISP_M = 5.0
+_MAX_STEPS = 100_000
 # Displacements are read on the pushed side of this spring, so it does not soften the curve.
-GUIDE_N_PER_M = 1.0e12
+_GUIDE_N_PER_M = 1.0e12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushCurve:
     """Force against displacement along the direction of the push, both from zero, (n,)."""
 
-    disp_m: FloatArray
-    force_n: FloatArray
+    disp_m: Series
+    force_n: Series
     is_complete: bool  # the target was reached
 
     @property
@@ -148,7 +146,7 @@ def _guided_abutment(
 def _build_guide(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:
     """Tie the connector to a driver, still fixed; return the tie (axis 1 along the push) and it."""
     driver, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
-    stiff = elastic_material(GUIDE_N_PER_M, tags)
+    stiff = elastic_material(_GUIDE_N_PER_M, tags)
     axes = (*direction, 0.0, -direction[1], direction[0], 0.0)
     springs = ("-mat", stiff, stiff, "-dir", 1, 2, "-orient", *axes)
     ops.element("zeroLength", element, connector, driver, *springs)
@@ -175,13 +173,13 @@ def _march(
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("BandGeneral")
-    ops.test("NormDispIncr", TOLERANCE_M, MAX_ITERATIONS)
-    ops.algorithm(*ALGORITHMS[0])
+    ops.test("NormDispIncr", _TOLERANCE_M, _MAX_ITERATIONS)
+    ops.algorithm(*_ALGORITHMS[0])
     ops.integrator(*integrator, target / steps)
     ops.analysis("Static", "-noWarnings")
     rows = [(0.0, 0.0)]
     left, halvings = 1.0, 0
-    while left > LAST_PART and halvings <= MAX_HALVINGS:
+    while left > _LAST_PART and halvings <= _MAX_HALVINGS:
         part = min(0.5**halvings / steps, left)
         if contacts is not None:
             contacts.prepare(part)
@@ -194,11 +192,11 @@ def _march(
             contacts.after_step(part)
         rows.append(read())
     disp_m, force_n = np.array(rows).T
-    return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=left <= LAST_PART)
+    return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=left <= _LAST_PART)
 
 
 def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
-    for algorithm in ALGORITHMS:
+    for algorithm in _ALGORITHMS:
         ops.algorithm(*algorithm)
         ops.integrator(*integrator, increment)
         if ops.analyze(1) == 0:
@@ -213,8 +211,8 @@ def _along(node: int, direction: PlanVector) -> float:
 
 def _direction(angle_deg: float, max_disp_m: float, steps: int) -> PlanVector:
     """Return the unit vector of a push after a check of its range."""
-    if not 0.0 < max_disp_m <= MAX_DISPLACEMENT_M:
-        raise InputError(f"max_disp_m must be within 0..{MAX_DISPLACEMENT_M:g}, got {max_disp_m:g}")
-    if not 2 <= steps <= MAX_STEPS:
-        raise InputError(f"steps must be within 2..{MAX_STEPS}, got {steps}")
+    if not 0.0 < max_disp_m <= _MAX_DISP_M:
+        raise InputError(f"max_disp_m must be within 0..{_MAX_DISP_M:g}, got {max_disp_m:g}")
+    if not 2 <= steps <= _MAX_STEPS:
+        raise InputError(f"steps must be within 2..{_MAX_STEPS}, got {steps}")
     return cos(radians(angle_deg)), sin(radians(angle_deg))

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.settings import Command
+from skewbridge.analysis.settings import OpenSeesCommand
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,7 +21,7 @@ class Attempt:
         tolerance_j: Tolerance of the convergence test if it is looser than the usual one, else 0.
     """
 
-    algorithm: Command
+    algorithm: OpenSeesCommand
     substeps: int = 1
     tolerance_j: float = 0.0
 
@@ -95,7 +95,7 @@ class Stepper:
         effort: Cost of the steps so far.
     """
 
-    integrator: Command
+    integrator: OpenSeesCommand
     dt_s: float
     halvings: Callable[[int], int]
     loosen: Callable[[float], None]

@@ -11,8 +11,8 @@ from pydantic_core import ArgsKwargs
 from skewbridge.reading import Number, Whole
 from skewbridge.variant.options import ModelOptions
 
-type Scheme = Literal["default", "paper"]
-Command = tuple[str | float | int, ...]
+type AnalysisScheme = Literal["default", "paper"]
+OpenSeesCommand = tuple[str | float | int, ...]
 
 PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 
@@ -32,7 +32,7 @@ class AnalysisSettings:
             words).
     """
 
-    scheme: Scheme = Field(
+    scheme: AnalysisScheme = Field(
         default="default",
         description="default, or paper: Houbolt at the paper's step, with massive walls, lagged "
         "friction bounds, corotational arrays and distributed plasticity",
@@ -87,7 +87,7 @@ class AnalysisSettings:
         le=5.0,
         description="deck displacement that counts as collapse",
     )
-    integrator: Command | None = Field(
+    integrator: OpenSeesCommand | None = Field(
         default=None,
         description="OpenSees integrator, for example [Newmark, 0.5, 0.25]; null for that of the "
         "scheme",
@@ -136,7 +136,7 @@ class AnalysisSettings:
         return self
 
     @property
-    def integrator_command(self) -> Command:
+    def integrator_command(self) -> OpenSeesCommand:
         """Arguments of the integrator command."""
         return self.integrator or (_PAPER_INTEGRATOR if self.scheme == "paper" else _INTEGRATOR)
 

@@ -136,7 +136,7 @@ def moved_with(leader: Series, arm_m: PlanVector) -> Series:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trace:
+class ResponseTrace:
     """Everything read in an analysis; row 0 is the state under gravity.
 
     Attributes:
@@ -147,9 +147,9 @@ class Trace:
     layout: Layout
     rows: Series
 
-    def first(self, rows: int) -> "Trace":
+    def first(self, rows: int) -> "ResponseTrace":
         """Return the trace up to a number of rows."""
-        return Trace(layout=self.layout, rows=self.rows[:rows])
+        return ResponseTrace(layout=self.layout, rows=self.rows[:rows])
 
     @property
     def time_s(self) -> Series:
@@ -267,10 +267,10 @@ class Monitor:
         """Forget the last row read."""
         del self._values[-self.layout.width :]
 
-    def trace(self) -> Trace:
+    def trace(self) -> ResponseTrace:
         """Return all rows read so far."""
         rows = np.frombuffer(self._values, dtype=np.float64).reshape(-1, self.layout.width)
-        return Trace(layout=self.layout, rows=rows)
+        return ResponseTrace(layout=self.layout, rows=rows)
 
 
 def _layout(model: BridgeModel, *, bearings: bool) -> Layout:

@@ -19,7 +19,7 @@ from skewbridge.analysis.peaks import ModelEnd, demands, model_end
 from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
-from skewbridge.analysis.trace import Layout, Monitor, Series, Trace, at_regular_steps
+from skewbridge.analysis.trace import Layout, Monitor, ResponseTrace, Series, at_regular_steps
 from skewbridge.bridge.geometry import ContactLayout, contact_layout
 from skewbridge.bridge.handles import BridgeModel, PlanVector
 from skewbridge.bridge.model import build, domain
@@ -34,13 +34,13 @@ from skewbridge.variant.variant import Variant
 MAX_STEP_DRIFT: Final = 0.05
 MAX_STEP_DISP_M: Final = 0.5
 MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact over the weight of the bridge
-STEPS_PER_PERIOD: Final = 20
+_STEPS_PER_PERIOD: Final = 20
 MAX_PERIODS: Final = 10
 #: The tolerance must fade with the motion: 1e-3 J would change the drift by 15 %.
 TOLERANCE_J: Final = 1.0e-6
 #: A column is at rest if its drift changes by less than this in a quarter of a period.
 STILL_DRIFT: Final = 1.0e-5
-_STEPS_STILL: Final = STEPS_PER_PERIOD // 4
+_STEPS_STILL: Final = _STEPS_PER_PERIOD // 4
 # gamma and beta of Newmark that damp the high modes of penalties: only the state at rest matters,
 # not the path to it.
 _INTEGRATOR: Final = ("Newmark", 1.0, 0.5625)
@@ -195,7 +195,7 @@ class _History:
             messages=tuple(messages),
         )
 
-    def _uniform_histories(self, trace: Trace, ground: Series) -> dict[str, Series]:
+    def _uniform_histories(self, trace: ResponseTrace, ground: Series) -> dict[str, Series]:
         rows = at_regular_steps(trace.time_s, self._settings.dt_s)
         return histories_of(self._model, replace(trace, rows=trace.rows[rows]), ground[rows])
 
@@ -381,9 +381,9 @@ def drifts_at_rest(
     read = partial(_drifts, model, start)
     trail = [read()]
     nothing = (nan,) * len(model.columns)
-    for step in range(1, MAX_PERIODS * STEPS_PER_PERIOD + 1):
+    for step in range(1, MAX_PERIODS * _STEPS_PER_PERIOD + 1):
         try:
-            moved = _advance(model.contacts, period_s / STEPS_PER_PERIOD)
+            moved = _advance(model.contacts, period_s / _STEPS_PER_PERIOD)
         except ContactError as error:
             return Rest(drifts=nothing, steps=step, reason=str(error))
         if not moved:

@@ -10,7 +10,7 @@ from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
-type Point = tuple[float, float, float]
+type Position = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +25,7 @@ class Member:
 
     group: str
     tag: int
-    ends: tuple[Point, Point]
+    ends: tuple[Position, Position]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +44,7 @@ class ContactPlace:
 
     name: str
     side: str
-    surface: Point
+    surface: Position
     normal: PlanVector
     tangent: PlanVector
     gap_m: float
@@ -66,7 +66,7 @@ class ModelGeometry:
     title: str
     members: tuple[Member, ...]
     contacts: tuple[ContactPlace, ...]
-    fixed: tuple[Point, ...]
+    fixed: tuple[Position, ...]
     deck_outline: tuple[PlanVector, ...]
 
 
@@ -110,7 +110,7 @@ def contact_places(model: BridgeModel) -> tuple[ContactPlace, ...]:
     )
 
 
-def _place(node: int) -> Point:
+def _place(node: int) -> Position:
     x, y, z = ops.nodeCoord(node)
     return float(x), float(y), float(z)
 

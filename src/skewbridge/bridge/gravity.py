@@ -72,7 +72,7 @@ def total_weight_n(bridge: BridgeData) -> float:
 
 
 GRAVITY_STEPS = 5
-TOLERANCE_M = 1.0e-10
+_TOLERANCE_M = 1.0e-10
 
 
 class GravityError(SolutionError):
@@ -102,7 +102,7 @@ def hold_dead_load(
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("ProfileSPD")
-    ops.test("NormDispIncr", TOLERANCE_M, 50)
+    ops.test("NormDispIncr", _TOLERANCE_M, 50)
     ops.algorithm("Newton")
     ops.integrator("LoadControl", 1.0 / GRAVITY_STEPS)
     ops.analysis("Static", "-noWarnings")

@@ -6,12 +6,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skewbridge.bridge.catalogue.data import ColumnData
-from skewbridge.bridge.materials import STEELS, core_concrete, cover_concrete
-
-type FloatArray = NDArray[np.float64]
+from skewbridge.bridge.materials import STEELS, FloatArray, core_concrete, cover_concrete
 
 STRIPS = 160  # across the diameter: moments change by less than 0.1 % when halved
 STRAIN_TOLERANCE = 1e-10

@@ -7,11 +7,10 @@ whole history can be evaluated at once.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from skewbridge.bridge.materials import FloatArray
 from skewbridge.units import KSI, MPA, PSI
-
-type FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -158,7 +158,7 @@ def modal(
     import pandas as pd
 
     from skewbridge.analysis.modal import (
-        mean_period_s,
+        conditioning_period_s,
         modal_properties,
         periods_of_file,
         standing_bridge,
@@ -170,7 +170,7 @@ def modal(
     with solver_log(None):
         result = asdict(modal_properties(variant, model_options(changes)))
     standing = standing_bridge(variant.bridge)
-    t1_s = mean_period_s(standing)
+    t1_s = conditioning_period_s(standing)
     if out is not None:
         path = writable_folder(out) / "modal.parquet"
         pd.DataFrame(result["modes"]).to_parquet(path, index=False)

@@ -16,7 +16,7 @@ import openseespy.opensees as ops
 from skewbridge.contact.law import ContactLaw
 from skewbridge.errors import InputError
 
-type Vector = tuple[float, ...]
+type Direction = tuple[float, ...]
 
 # ASSUME a pair keeps the directions it is created with, and its contact plane has no edges.
 
@@ -25,7 +25,7 @@ ORTHOGONALITY_LIMIT: Final = 1e-4
 _VERTICAL_LIMIT: Final = 1e-6
 
 
-def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Vector:
+def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Direction:
     """Return a vector of length one.
 
     Raises:
@@ -44,7 +44,7 @@ def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Vector:
 
 def contact_frame(
     normal: Sequence[float], tangent: Sequence[float] | None, ndm: int
-) -> tuple[Vector, ...]:
+) -> tuple[Direction, ...]:
     """Return the orthonormal frame (normal, tangent) in the plane, (normal, t1, t2) in space.
 
     Args:
@@ -80,7 +80,7 @@ def contact_frame(
     return n, t1
 
 
-def cross(a: Vector, b: Vector) -> Vector:
+def cross(a: Direction, b: Direction) -> Direction:
     """Return the vector product of two vectors in space."""
     return (
         a[1] * b[2] - a[2] * b[1],
@@ -89,7 +89,7 @@ def cross(a: Vector, b: Vector) -> Vector:
     )
 
 
-def _default_tangent(n: Vector) -> Vector:
+def _default_tangent(n: Direction) -> Direction:
     if len(n) == 2:
         return (-n[1], n[0])
     horizontal = (n[0] * n[0] + n[1] * n[1]) ** 0.5
@@ -215,7 +215,7 @@ def require_nodes(nodes: tuple[int, int], ndm: int) -> None:
 def make_springs(
     tags: Tags,
     nodes: tuple[int, int],
-    frame: tuple[Vector, ...],
+    frame: tuple[Direction, ...],
     law: ContactLaw,
     *,
     is_elastic: bool = False,
@@ -252,7 +252,7 @@ def make_springs(
     return made
 
 
-def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Vector, ...]) -> None:
+def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction, ...]) -> None:
     """Check by a force response that a bound limits its own spring and no other.
 
     A bound acts at the next state determination, which a live domain makes only in an analysis.
@@ -319,7 +319,7 @@ def _attach(tags: Tags, element: int, position: int, name: str) -> int:
     return parameter
 
 
-def _orientation(frame: tuple[Vector, ...]) -> tuple[float, ...]:
+def _orientation(frame: tuple[Direction, ...]) -> tuple[float, ...]:
     """Return the local x and the vector in the local xy plane, three components each."""
     normal, tangent = frame[0], frame[1]
     if len(frame) == 3:

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import openseespy.opensees as ops
 
-from skewbridge.contact.element import ContactError, Springs, Vector
+from skewbridge.contact.element import ContactError, Direction, Springs
 from skewbridge.contact.law import ContactLaw, yields_on_cone
 from skewbridge.contact.state import Account, Drive, UnitState
 
@@ -57,7 +57,7 @@ class ContactUnit:
         self,
         name: str,
         nodes: tuple[int, int],
-        frame: tuple[Vector, ...],
+        frame: tuple[Direction, ...],
         law: ContactLaw,
         springs: Springs,
         drive: Drive | None = None,

@@ -1,4 +1,4 @@
-"""All columns of the demands table, the key of its rows, and what is asked of them by name."""
+"""All columns of the demands table, the key of its rows, and lookups of columns by name."""
 
 from collections.abc import Iterable
 from typing import Any, Final
@@ -93,10 +93,10 @@ _BY_NAME: Final = {column.name: column for column in COLUMNS}
 
 
 def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of the table: those of every study, and the further axes of this one.
+    """Return the columns of the table of a study, including modelling options that are axes.
 
     Args:
-        present: Names that a row has; the modelling options among them are axes.
+        present: Columns of a row; modelling options among them are axes.
     """
     extra = tuple(axis_column(axis) for axis in axes_of(present) if axis.name not in _BY_NAME)
     after = 1 + next(i for i, column in enumerate(COLUMNS) if column.name == AXES[-1].name)
@@ -122,8 +122,8 @@ def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, 
     """Return the demand columns with a role, in the order of the table.
 
     Args:
-        role: What the study does with them.
-        present: Only those among these names; None for all.
+        role: Use of the demands in a study.
+        present: Names to choose from; None for all.
     """
     names = [column.name for column in DEMAND_COLUMNS if role in column.roles]
     known = set(names if present is None else present)
@@ -131,13 +131,13 @@ def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, 
 
 
 def column_of(name: str) -> Column | None:
-    """Return what is known of a column or of an axis of the grid, None of a foreign column."""
+    """Return the column or axis of the grid with a name, None for a foreign column."""
     axes = axes_of([name])
     return _BY_NAME.get(name) or (axis_column(axes[0]) if axes else None)
 
 
 def label_of(name: str) -> str:
-    """Return the label of a column with its unit; a foreign column is named in plain words."""
+    """Return the label of a column with its unit; for a foreign column, its name in words."""
     known = column_of(name)
     return known.label_with_unit if known else name.replace("_", " ")
 

@@ -24,7 +24,7 @@ _TYPES: Final = {
 def demands_schema(
     provenance: Mapping[str, str] | None = None, columns: Iterable[Column] = COLUMNS
 ) -> pa.Schema:
-    """Return the Arrow schema: unit and description per field, provenance for the file."""
+    """Return the Arrow schema with unit and description of each field and the provenance."""
     fields = [
         pa.field(
             column.name,
@@ -45,16 +45,14 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
         provenance: Texts for the file metadata.
 
     Raises:
-        ValueError: A row lacks a column, has one too many, an unknown status, or its key twice.
+        ValueError: A row lacks a column, has an unknown column or status, or repeats a key.
     """
     ordered = sorted(rows, key=lambda row: tuple(row[name] for name in KEY))
     columns = columns_with(ordered[0] if ordered else ())
     names = [column.name for column in columns]
     keys = [tuple(row[name] for name in KEY) for row in ordered]
     if len(set(keys)) != len(keys):
-        raise ValueError(
-            f"an analysis is there twice: {next(k for k in keys if keys.count(k) > 1)}"
-        )
+        raise ValueError(f"an analysis appears twice: {next(k for k in keys if keys.count(k) > 1)}")
     for row, key in zip(ordered, keys, strict=True):
         if set(row) != set(names):
             raise ValueError(f"row {key}: wrong columns {sorted(set(row) ^ set(names))}")

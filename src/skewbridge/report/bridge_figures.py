@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from skewbridge.bridge.geometry import Member, ModelGeometry, Point
+from skewbridge.bridge.geometry import Member, ModelGeometry, Position
 from skewbridge.bridge.moment_curvature import MomentCurvature
 from skewbridge.bridge.shear_capacity import (
     ShearSection,
@@ -189,7 +189,7 @@ def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE)
 
 def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
     """Return one group: lines with their ends marked, springs of no length as points."""
-    lines: list[Point | Break] = []
+    lines: list[Position | Break] = []
     text: list[str] = []
     for member in members:
         label = f"{group} {member.tag}" if member.tag else group
@@ -203,7 +203,9 @@ def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
     return trace
 
 
-def _line_trace(name: str, points: list[Point | Break], colour: str, *, width: int) -> go.Scatter3d:
+def _line_trace(
+    name: str, points: list[Position | Break], colour: str, *, width: int
+) -> go.Scatter3d:
     return go.Scatter3d(
         **_xyz(points),
         mode="lines",
@@ -215,10 +217,10 @@ def _line_trace(name: str, points: list[Point | Break], colour: str, *, width: i
 
 def _contact_points(
     geometry: ModelGeometry, gap_scale: float
-) -> tuple[list[Point], list[str], list[Point | Break]]:
-    surface: list[Point] = []
+) -> tuple[list[Position], list[str], list[Position | Break]]:
+    surface: list[Position] = []
     text: list[str] = []
-    arrows: list[Point | Break] = []
+    arrows: list[Position | Break] = []
     for place in geometry.contacts:
         nx, ny = place.normal
         x, y, z = place.surface
@@ -234,7 +236,7 @@ def _contact_points(
     return surface, text, arrows
 
 
-def _xyz(points: Iterable[Point | Break]) -> dict[str, list[float | None]]:
+def _xyz(points: Iterable[Position | Break]) -> dict[str, list[float | None]]:
     columns = list(zip(*points, strict=True)) or [(), (), ()]
     return {axis: list(values) for axis, values in zip("xyz", columns, strict=True)}
 

@@ -1,1 +1,1 @@
-"""One bridge variant: its axes, its name, the grid of a study."""
+"""Bridge variants: axes, abutment models, modelling options, names and the grid of a study."""

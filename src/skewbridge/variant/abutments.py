@@ -1,7 +1,7 @@
-"""The abutment models as data: one row of traits for each.
+"""The abutment models as data: one row of traits each.
 
-A new model is a row here, a builder in a module of `skewbridge.bridge.abutment`, and its line in
-the registry there.
+A new model needs a row here, a builder in `skewbridge.bridge.abutment`, and its line in the table
+of builders there.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
-"""The axes of a study: what may differ between the variants of one bridge, told once.
+"""Axes of a study: quantities that may differ between the variants of one bridge.
 
-Skew, gap and friction are axes of every variant; each numeric field of `ModelOptions` is one
-where the grid names it.
+Skew, gap and friction are axes of every variant. A numeric field of `ModelOptions` is an axis if
+the grid names it.
 """
 
 import re
@@ -26,17 +26,17 @@ class Axis:
     Attributes:
         name: Key under ``grid:`` and column in every table.
         label: Short name in figures and tables, without unit.
-        title: The same in the middle of a sentence.
-        description: What the number is.
+        title: Name in the middle of a sentence.
+        description: Meaning of the value.
         code: Letters before the number in the name of a variant.
         low: Smallest value.
         high: Largest value.
         decimals: Largest number of decimals of a value, so that different values have different
             names; None for a modelling option that takes any number.
         name_factor: Factor on the value in the name; friction is named in hundredths.
-        digits: Digits before the decimals in the name; 0 writes the value as it is.
-        usual: Value of the command line where none is given.
-        symbol: Stands for the label beside a value in figures.
+        digits: Digits before the decimals in the name; 0 writes the value unchanged.
+        usual: Default value on the command line.
+        symbol: Replaces the label before a value in figures.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Axis:
 
     @property
     def unit(self) -> str:
-        """Unit, with which the name ends; ``-`` for none."""
+        """Unit at the end of the name; ``-`` if it has none."""
         return split_unit(self.name)[1]
 
     @property
@@ -68,7 +68,7 @@ class Axis:
         return self.decimals == 0
 
     def complaint(self, value: float) -> str | None:
-        """Return in words what a value must be, None if it is on the axis."""
+        """Return the requirement that a value violates, None for a valid value."""
         if not self.low <= value <= self.high:
             return f"must be within {self.low:g}..{self.high:g}"
         if self.decimals is None or abs(value - round(value, self.decimals)) <= _ROUNDING:
@@ -156,15 +156,15 @@ AXES: Final = (
     ),
 )
 
-#: Part of a variant's name that tells a modelling option: letters, then the number.
+#: Part of a variant's name for a modelling option: letters, then the number.
 OPTION_PATTERN: Final = r"[a-z]+(?:-[a-z]+)*-?\d+(?:p\d+)?(?:e-?\d+)?"
 
 
 def option_in_name(part: str) -> tuple[str, float]:
-    """Return axis and value that a part of a variant's name tells.
+    """Return the axis and the value in a part of a variant's name.
 
     Raises:
-        InputError: It names no numeric modelling option, or a value outside its limits.
+        InputError: The part does not name a numeric modelling option, or its value is invalid.
     """
     match = re.fullmatch(r"([a-z-]*[a-z])(-?\d.*)", part)
     if match is None:
@@ -191,7 +191,7 @@ def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:
 
 
 def _option_axis(name: str, field: Mapping[str, Any]) -> Axis | None:
-    """Return the axis of a field of the options by its schema, None where it takes no number."""
+    """Return the axis of a field of the options by its schema, None if it is not a number."""
     kinds = field.get("anyOf", [field])
     number = next((kind for kind in kinds if kind.get("type") in ("number", "integer")), None)
     if number is None:

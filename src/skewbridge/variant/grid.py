@@ -1,4 +1,4 @@
-"""The grid of a study, section ``grid``, and its expansion into variants."""
+"""Grid of a study (section ``grid``) and its expansion into variants."""
 
 import re
 from collections.abc import Iterable
@@ -33,7 +33,7 @@ def _known_abutment(value: str) -> str:
 
 def _named_bridge(value: str) -> str:
     if not re.fullmatch(BRIDGE_PATTERN, Path(value).stem):
-        raise ValueError("a bridge is named by small letters, digits and _, and so is its file")
+        raise ValueError("names of bridges and of their files have small letters, digits and _")
     return value
 
 
@@ -62,8 +62,8 @@ def _with_axes(schema: dict[str, Any]) -> None:
 
 MAX_VARIANTS: Final = 20_000
 
-Values = Annotated[tuple[Number, ...], Field(min_length=1)]
-_OPTION_VALUES: Final = TypeAdapter(dict[str, Values])
+AxisValues = Annotated[tuple[Number, ...], Field(min_length=1)]
+_OPTION_VALUES: Final = TypeAdapter(dict[str, AxisValues])
 Abutment = Annotated[
     str, AfterValidator(_known_abutment), Field(json_schema_extra={"enum": list(ABUTMENTS)})
 ]
@@ -73,7 +73,7 @@ Bridge = Annotated[str, AfterValidator(_named_bridge)]
 class GridConfig(BaseModel):
     """The axes of the study; every combination is one bridge variant.
 
-    Beside the fields any numeric key of ``model`` is an axis if the grid names it.
+    In addition to the fields, any numeric key of ``model`` may be an axis.
     """
 
     model_config = ConfigDict(extra="allow", frozen=True, json_schema_extra=_with_axes)
@@ -88,9 +88,9 @@ class GridConfig(BaseModel):
         min_length=1,
         description="abutment models, from the simplest to contact with friction",
     )
-    skew_deg: Values = (0, 30, 60)
-    gap_mm: Values = (25, 51)
-    friction: Values = (0.0, 0.5)
+    skew_deg: AxisValues = (0, 30, 60)
+    gap_mm: AxisValues = (25, 51)
+    friction: AxisValues = (0.0, 0.5)
 
     def values(self) -> dict[str, tuple[float, ...]]:
         """Return the values on every axis of the grid, by its name."""
@@ -119,8 +119,8 @@ class GridConfig(BaseModel):
 
 
 def _raise_any(findings: Iterable[InitErrorDetails]) -> None:
-    if told := list(findings):
-        raise ValidationError.from_exception_data("grid", told)
+    if errors := list(findings):
+        raise ValidationError.from_exception_data("grid", errors)
 
 
 def _finding(

@@ -15,7 +15,7 @@ Fibers = Annotated[Whole, Field(ge=1, le=200)]
 # fewer than three on a circle do not resist bending alike about all axes
 Wedges = Annotated[Whole, Field(ge=3, le=200)]
 Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
-Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
+_Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: How a joint gap is meant: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
 type FrictionAt = Literal["all", "walls", "keys"]
@@ -25,11 +25,11 @@ type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class ModelOptions:
-    """Modelling choices of one analysis; the defaults are the default study's.
+    """Modelling options of one analysis; the defaults are those of the default study.
 
     Raises:
-        ValidationError: A value is outside its limits (`skewbridge.reading.checked` says it in
-            words).
+        ValidationError: A value is outside its limits (`skewbridge.reading.checked` turns it into
+            an `InputError`).
     """
 
     arrays: Literal["rigid", "corotational"] = Field(
@@ -72,10 +72,10 @@ class ModelOptions:
     tangent_stiffness_n_per_m: Penalty | None = Field(
         default=None, description="tangential penalty; null applies the rule"
     )
-    normal_stiffness_factor: Factor = Field(
+    normal_stiffness_factor: _Factor = Field(
         default=1.0, description="factor on the normal penalty, for studies of its effect"
     )
-    tangent_stiffness_factor: Factor = Field(
+    tangent_stiffness_factor: _Factor = Field(
         default=1.0, description="factor on the tangential penalty, for studies of its effect"
     )
     # ASSUME a backwall and a key follow deck and soil without inertia of their own: their light
@@ -94,8 +94,8 @@ class ModelOptions:
         description="damping ratio of the dashpots behind walls and keys, for their mass on soil "
         "or backbone (radiation)",
     )
-    # ASSUME a pushed backwall comes back slowly: this adds 0.4 % to the backbone at 76 mm,
-    # 5e6 would add 7 %
+    # ASSUME a pushed backwall returns slowly: this adds 0.4 % to the backbone at 76 mm, 5e6 would
+    # add 7 %
     wall_restoring_n_per_m: Number = Field(
         default=3.0e5,
         ge=1.0,
@@ -157,7 +157,7 @@ class ModelOptions:
         "stiffness of all pads, including rotation",
     )
     # ASSUME pads do not slide on their seats
-    pad_strength_factor: Factor = Field(
+    pad_strength_factor: _Factor = Field(
         default=1.0,
         description="factor on the yield force of pads",
     )
@@ -190,8 +190,8 @@ class ModelOptions:
         strict=True,
         description="cracked elastic columns, for hand checks and modal comparisons",
     )
-    # Prediction is the better one where the step resolves the contact, as the steps in contact do:
-    # at most 2.4 % of the friction work lies above the limit, with `lagged` 5 to 11 % at walls
+    # Prediction is better where steps resolve the contact, as the steps in contact do: at most
+    # 2.4 % of the friction work is above the limit; with `lagged` it is 5 to 11 % at walls
     # (docs/theory/analysis.md).
     coupling: Literal["lagged", "extrapolated"] = Field(
         default="extrapolated",

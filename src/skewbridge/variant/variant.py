@@ -1,4 +1,4 @@
-"""One bridge of the grid and its name."""
+"""One bridge variant of the grid and its name."""
 
 import re
 from collections.abc import Mapping
@@ -30,7 +30,7 @@ SLUG_PATTERN: Final = re.sub(r"\(\?P<\w+>", "(?:", _SLUG)
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
 class Variant:
-    """One bridge of the grid; a whole value is an integer, whatever type it is given as.
+    """One bridge variant of the grid; whole values become integers.
 
     Attributes:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
@@ -95,7 +95,7 @@ class Variant:
         """Return the opening of the joint at rest normal to the wall.
 
         Args:
-            measured: How ``gap_mm`` is meant; along the bridge it is wider than the opening.
+            measured: Direction of ``gap_mm``; along the bridge it is wider than the opening.
         """
         narrowing = cos(radians(self.skew_deg)) if measured == "longitudinal" else 1.0
         return self.gap_mm * MM * narrowing
@@ -107,7 +107,7 @@ class Variant:
 
     @property
     def bridge_name(self) -> str:
-        """Name of the bridge in tables and names: its file's, without folder and ending."""
+        """Name of the bridge in tables: name of its file without folder and ending."""
         return Path(self.bridge).stem
 
     @property
@@ -127,7 +127,7 @@ class Variant:
         return "_".join([self.bridge_name, self.traits.code, *parts])
 
     def normalised(self) -> "Variant":
-        """Return the variant with the axes set to zero that its abutment model does not have."""
+        """Return the variant with zero on the axes that its abutment model lacks."""
         return replace(
             self,
             gap_mm=self.gap_mm if "gap_mm" in self.traits.axes else 0,

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from math import atan, degrees, exp, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.materials import FloatArray
 from skewbridge.units import FOOT, INCH, KIP, KN
-
-type FloatArray = NDArray[np.float64]
 
 MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
 FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.analysis.settings import Scheme
+from skewbridge.analysis.settings import AnalysisScheme
 from skewbridge.analysis.transient import AnalysisResult
 from skewbridge.statuses import RAN
 from skewbridge.units import KN, MM
@@ -41,7 +41,7 @@ from skewbridge.verification.studies.paper_runs import (
 type Pair = tuple[AnalysisResult, AnalysisResult]
 """With friction, without."""
 
-SCHEMES: Final[tuple[Scheme, ...]] = ("default", "paper")
+SCHEMES: Final[tuple[AnalysisScheme, ...]] = ("default", "paper")
 SKEWS_DEG: Final = (0, 30)
 _WITHOUT: Final = "without friction, this model"
 _DEMANDS: Final = (

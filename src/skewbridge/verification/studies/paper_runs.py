@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.settings import AnalysisSettings, Scheme
+from skewbridge.analysis.settings import AnalysisScheme, AnalysisSettings
 from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.errors import InputError
 from skewbridge.motions.index import IndexEntry, read_index
@@ -192,7 +192,7 @@ def paper_variant(
 def analysis(
     variant: Variant,
     motion: PaperMotion,
-    scheme: Scheme = "default",
+    scheme: AnalysisScheme = "default",
     options: ModelOptions | None = None,
 ) -> AnalysisResult:
     """Return the analysis of a bridge under a motion, with its histories."""
