@@ -41,7 +41,7 @@ def test_a_demand_never_reached_stays_unknown() -> None:
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
-        ([ROW, ROW], "there twice"),
+        ([ROW, ROW], "appears twice"),
         (
             [{k: v for k, v in ROW.items() if k != "scale"} | {"scale": 1.0, "x": 1}],
             "wrong columns",
