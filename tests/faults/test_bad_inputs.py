@@ -109,7 +109,10 @@ def test_motions_in_sub_folders_are_found(tmp_path: Path) -> None:
         make_pairs(tmp_path / name, 1)
     found = list_motions(tmp_path)
     assert len({entry.motion_id for entry in found}) == 2
-    assert {entry.file_1.parent for entry in found} == {tmp_path / "kobe", tmp_path / "chichi"}
+    assert {entry.components[0][0].parent for entry in found} == {
+        tmp_path / "kobe",
+        tmp_path / "chichi",
+    }
 
 
 def test_no_cell_of_an_export_is_a_formula(tmp_path: Path) -> None:

@@ -265,5 +265,5 @@ def test_components_with_unrelated_names_are_paired_by_header(tmp_path):
         text = text.replace("CHAN  1: 270", f"CHAN {channel}: {direction}")
         _file(tmp_path, f"CHAN{channel}.V2", text)
     (entry,) = list_motions(tmp_path)
-    assert [entry.file_1.name, entry.file_2.name] == ["CHAN15.V2", "CHAN24.V2"]
+    assert [path.name for path, _ in entry.components] == ["CHAN15.V2", "CHAN24.V2"]
     assert "TEST_STATION" in entry.motion_id

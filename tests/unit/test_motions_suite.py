@@ -68,12 +68,16 @@ def test_factor_of_the_index_applies_only_to_its_period(tmp_path):
 def test_index_metadata_reaches_the_table(tmp_path):
     pairs = make_pairs(tmp_path, 1)
     index_of(
-        tmp_path, pairs, event=["Big One"], station=["Array #9"], magnitude=[7.1], vs30_mps=[400]
-    )
+        tmp_path, pairs, event=["Big One"], station=["Array #9"], magnitude=[7.1], vs30_mps=[400],
+        azimuth_1_deg=[0], source=["a source"], licence=["a licence"],
+    )  # fmt: skip
     row = prepare_suite(tmp_path, t1_s=0.7).iloc[0]
     assert row["station"] == "Array #9"
     assert (row["event"], row["magnitude"], row["vs30_mps"]) == ("Big One", 7.1, 400.0)
     assert np.isnan(row["distance_km"])
+    # the files have 90 degrees in both headers
+    assert (row["azimuth_1_deg"], row["azimuth_2_deg"]) == (0.0, 90.0)
+    assert row["source"] == "a licence; a source"
 
 
 def test_count_above_the_number_of_motions_is_refused(tmp_path):

@@ -102,8 +102,7 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
         entry = replace(
             listed,
             sha256="",
-            given_1=completed(listed.given_1),
-            given_2=completed(listed.given_2),
+            components=tuple((path, completed(known)) for path, known in listed.components),
         )
         row = index_row(read_entry(entry), [path for path, _ in entry.components], folder)
         cells = known.get(entry.motion_id, {}).items()

@@ -1,7 +1,7 @@
-"""What the files of a suite say, as one digest: notes and times of the files do not count."""
+"""Digest of the motions of a suite; other files of the folder and times do not count."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,8 +41,8 @@ def content_digest(
     from skewbridge.motions.suite import entries_to_read, read_entries
 
     entries, wanted = entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
-    read_entries([entry for entry in entries if entry.components])  # made motions have no files
-    digest = digest_of(wanted, *(_said(entry, folder) for entry in entries))
+    read_entries([entry for entry in entries if entry.components])  # not the generated ones
+    digest = digest_of(wanted, *(_values_of(entry, folder) for entry in entries))
     if cache is not None:
         write_text(cache, json.dumps({"state": state, "digest": digest}))
     return digest
@@ -57,20 +57,19 @@ def _state_of(path: Path) -> tuple[str, int, int]:
     try:
         state = path.stat()
     except OSError as error:
-        told = f"{shown_path(path)} cannot be read: {error.strerror}"
-        raise InputError(told, file=str(path)) from None
+        message = f"{shown_path(path)} cannot be read: {error.strerror}"
+        raise InputError(message, file=str(path)) from None
     return str(path), state.st_size, state.st_mtime_ns
 
 
-def _said(entry: "IndexEntry", folder: Path) -> tuple[object, ...]:
-    """Return what the index and the files say of one motion; one that is made has no files."""
+def _values_of(entry: "IndexEntry", folder: Path) -> tuple[object, ...]:
+    """Return the values of the index and the digest of the files of one motion."""
     from skewbridge.motions.read import files_digest
 
-    files = [path for path, _ in entry.components]
-    said = asdict(entry)
-    if files:
-        said |= {f"file_{n}": path.relative_to(folder) for n, path in enumerate(files, start=1)}
-    return (*((name, str(value)) for name, value in said.items()), files_digest(*files))
+    files = [(path.relative_to(folder), given) for path, given in entry.components]
+    values = asdict(replace(entry, components=())) | {"components": files}
+    digest = files_digest(*(path for path, _ in entry.components))
+    return (*((name, str(value)) for name, value in values.items()), digest)
 
 
 def _kept(cache: Path) -> dict[str, str]:

@@ -52,17 +52,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
             f"{why} run `skewbridge motions check --write` to accept them",
             motion_id=entry.motion_id,
         )
-    motion = replace(
-        motion,
-        event=entry.event or motion.event,
-        station=entry.station or motion.station,
-        magnitude=entry.magnitude,
-        distance_km=entry.distance_km,
-        vs30_mps=entry.vs30_mps,
-        azimuth_1_deg=_first_known(entry.azimuth_1_deg, motion.azimuth_1_deg),
-        azimuth_2_deg=_first_known(entry.azimuth_2_deg, motion.azimuth_2_deg),
-        source=entry.source,
-    )
+    motion = replace(motion, **entry.metadata)
     refuse_false_waho(motion)
     return motion
 
@@ -119,7 +109,7 @@ def prepare_suite(
     for stored, motion, factor, values in zip(
         factors[:wanted], motions[:wanted], computed, measures, strict=False
     ):
-        scale = _first_known(stored, float(factor))
+        scale = float(factor) if math.isnan(stored) else stored
         rows.append(
             {
                 "motion_id": motion.motion_id,
@@ -197,7 +187,3 @@ def _stored_factor(entry: IndexEntry, level_range_g: tuple[float, float], t1_s: 
         for kept, asked in zip(made_for, (*level_range_g, t1_s), strict=True)
     )
     return entry.scale if fits else float("nan")
-
-
-def _first_known(value: float, otherwise: float) -> float:
-    return otherwise if math.isnan(value) else value
