@@ -1,7 +1,7 @@
 """The documentation site: `make docs` builds it into docs/_build/html.
 
 The source folder of Sphinx is the root of the repository, so that README, CONTRIBUTING and the page
-of configuration keys are pages of the site, and a link is right on the site and in a code browser.
+of configuration keys are pages of the site, and links work on the site and in a code browser.
 """
 
 from importlib.metadata import version as version_of
@@ -51,7 +51,7 @@ html_title = "skewbridge"
 templates_path = ["_templates"]
 html_static_path = ["_static"]
 html_css_files = ["equations.css"]
-# The first page stands in docs/; who opens the folder is led there.
+# The first page is in docs/; index.html of the site redirects to it.
 html_additional_pages = {"index": "start.html"}
 html_copy_source = False
 html_math_renderer = "mathml"

@@ -1,10 +1,10 @@
-"""Two models that know nothing of contact, as a user may have them: kN, m, s."""
+"""Two models without contact, as a user may have them: kN, m, s."""
 
 import openseespy.opensees as ops
 
 
 def portal_frame() -> None:
-    """A plane portal frame; node 4 is its right corner, node 9 a fixed point beside it."""
+    """A plane portal frame; node 4 is its right corner, node 9 a fixed point at the corner."""
     ops.wipe()
     ops.model("basic", "-ndm", 2, "-ndf", 3)
     for node, x, y in ((1, 0.0, 0.0), (2, 6.0, 0.0), (3, 0.0, 4.0), (4, 6.0, 4.0), (9, 6.0, 4.0)):
@@ -21,7 +21,7 @@ def portal_frame() -> None:
 
 
 def tower() -> None:
-    """A cantilever in space; node 2 is its top, node 9 a fixed point beside it."""
+    """A cantilever in space; node 2 is its top, node 9 a fixed point at the top."""
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
     for node, z in ((1, 0.0), (2, 10.0), (9, 10.0)):
