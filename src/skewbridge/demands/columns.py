@@ -44,30 +44,30 @@ COLUMNS: Final = (
     Column(
         "collapse_criterion",
         kind="text",
-        description="limit whose passing is the collapse, or why it failed",
+        description="limit that the collapse exceeded, or reason of the failure",
     ),
     Column(
         BEYOND_MODEL,
         kind="text",
-        description="empty, or how a column reached its capacity: shear (demand/capacity 1) or "
-        "flexure (drift over capacity 1); the demands of the row are the peaks up to that step",
+        description="mode in which a column failed, or empty: shear (demand/capacity 1) or flexure "
+        "(drift over capacity 1); the demands of the row are the peaks up to that step",
     ),
     Column(
         "beyond_model_s",
         unit="s",
-        description="time of that step; past it the model says nothing (histories go on)",
+        description="time of the column failure; histories continue",
     ),
     Column("time_reached_s", unit="s", description="time that the analysis reached"),
-    Column("duration_s", unit="s", description="time that it was to reach"),
+    Column("duration_s", unit="s", description="time of the end of the motion"),
     Column(
         "recovery_rung",
         kind="integer",
-        description="highest rung of the recovery ladder on which a step converged, 0 none",
+        description="highest recovery step with which a step converged, 0 none",
     ),
     Column(
         "steps_by_rung",
         kind="text",
-        description="(sub-)steps that converged on each rung of the recovery ladder, from rung 0",
+        description="(sub-)steps that converged with each recovery step, from 0",
     ),
     Column(
         "loosened_ratio",
@@ -78,12 +78,12 @@ COLUMNS: Final = (
         kind="integer",
         description="failed attempts under Houbolt, each of which restarts it; else 0",
     ),
-    Column("substeps", kind="integer", description="sub-steps taken beyond the regular steps"),
+    Column("substeps", kind="integer", description="sub-steps in addition to the regular steps"),
     Column(
         SUSPECT,
         kind="text",
-        description="empty, or why the row should be looked at (section suspect of the "
-        f"configuration), joined by '{SEPARATOR}'",
+        description="reasons to doubt the row (section suspect of the configuration), joined by "
+        f"'{SEPARATOR}'; empty without any",
     ),
     Column("wall_s", unit="s", description="wall time of the analysis"),
     Column("cpu_s", unit="s", description="processor time of the analysis"),

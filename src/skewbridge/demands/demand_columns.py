@@ -147,7 +147,7 @@ DEMAND_COLUMNS: Final = (
            description="peak force that the deck passes through one backwall",
            roles=("effect", "sensitivity")),
     Column("friction_force_kn", unit="kN", label="Friction force", symbol="F_f",
-           description="peak friction force on one backwall or key, as resolved by the step",
+           description="peak friction force on one backwall or key",
            roles=("sensitivity",)),
     Column("contact_force_ratio", label="Contact force over weight",
            description="peak normal force of one contact unit over the weight of the bridge"),
@@ -183,7 +183,7 @@ DEMAND_COLUMNS: Final = (
            description="energy that the integrator dissipates, over the input; negative if it "
            "makes energy"),
     Column("contact_energy_ratio", label="Energy kept by contacts",
-           description="energy that the normal springs of the contacts took and do not store, over "
-           "the input; negative: made"),
+           description="energy dissipated in the normal springs of contacts, over the input; negative "
+           "if they made energy"),
 )
 # fmt: on

@@ -38,7 +38,7 @@ class SuspectLimits:
         description="share of the steps that met only the looser convergence test",
     )
     max_rung: Whole = Field(
-        default=4, ge=0, description="highest rung of the recovery ladder on which a step converged"
+        default=4, ge=0, description="highest recovery step with which a step converged"
     )
     max_energy_residual: Number = Field(
         default=0.01, gt=0.0, description="energy not accounted for, over the input"
@@ -60,7 +60,7 @@ class SuspectLimits:
         default=2,
         ge=0,
         description="failed attempts under Houbolt, each of which restarts it as the trapezoidal "
-        "rule and so makes energy at contacts",
+        "rule",
     )
 
 
