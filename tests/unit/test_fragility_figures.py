@@ -13,7 +13,7 @@ from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.report import axis_layout
 from skewbridge.report.axis_layout import MARKS
-from skewbridge.report.effect_figures import effects_by_intensity, pooled_effects, verdict_map
+from skewbridge.report.effect_figures import effects_by_intensity, verdict_map
 from skewbridge.report.fragility_figures import (
     curve_values,
     demand_clouds,
@@ -172,16 +172,19 @@ def test_large_cloud_is_a_stated_sample(demands, tables, monkeypatch):
     assert figure.get_suptitle().startswith(f"20 of {len(demands)} runs")
 
 
-@pytest.mark.parametrize("quantity", ["demands", "medians"])
-def test_verdict_map_has_a_cell_per_row_with_the_family_wise_verdict(tables, quantity):
-    effects = tables[1].effects if quantity == "demands" else tables[2]
-    figure = verdict_map(effects, "skew_deg")
-    rows = effects[(effects["axis"] == "skew_deg") & (effects["scope"] == "variant")]
-    assert len(figure.axes[0].patches) == len(rows)
-    outside = rows["verdict_family"].isin(["lower", "higher"]).sum()
-    bold = [text for text in figure.axes[0].texts if text.get_fontweight() == "bold"]
-    assert len(bold) == outside
-    assert ("median capacity" in figure.get_suptitle()) == (quantity == "medians")
+def test_verdict_map_has_a_cell_per_row_with_the_family_wise_verdict(tables):
+    effects = pd.concat([tables[1].effects, tables[2]])
+    axes = verdict_map(effects, "skew_deg").axes[0]
+    rows = effects[effects["axis"] == "skew_deg"]
+    assert len(axes.patches) == len(rows)
+    bold = [text for text in axes.texts if text.get_fontweight() == "bold"]
+    assert len(bold) == rows["verdict_family"].isin(["lower", "higher"]).sum()
+    columns = [label.get_text().split("\n")[0] for label in axes.get_xticklabels()]
+    averages = (rows["scope"] == "pooled") & (rows["demand"] == rows["demand"].iloc[0])
+    assert columns.count("all") == averages.sum() > 0
+    labels = [label.get_text() for label in axes.get_yticklabels()]
+    medians = sum(label.startswith("Median of ") for label in labels)
+    assert medians == rows.loc[rows["quantity"] == "median_capacity", "demand"].nunique() > 0
 
 
 def test_effect_that_is_not_estimable_has_no_number(tables):
@@ -189,21 +192,7 @@ def test_effect_that_is_not_estimable_has_no_number(tables):
     own = (effects["demand"] == "unseating_m") & (effects["axis"] == "friction")
     effects.loc[own, "status"] = "not_estimable"
     effects.loc[own, ["ratio", "ci_low", "ci_high"]] = np.nan
-    cells = texts(verdict_map(effects, "friction"))
-    assert cells.count("not\nestimable") == (own & (effects["scope"] == "variant")).sum()
-    assert "not estimable" in texts(pooled_effects(effects))
-
-
-def test_pooled_figure_has_a_mark_per_effect(tables):
-    effects = tables[1].effects
-    figure = pooled_effects(effects)
-    marks = [
-        line
-        for axes in figure.axes
-        for line in axes.get_lines()
-        if line.get_marker() in ("o", "<", ">")
-    ]
-    assert len(marks) == (effects["scope"] == "pooled").sum()
+    assert texts(verdict_map(effects, "friction")).count("not\nestimable") == own.sum()
 
 
 def test_effects_by_intensity_are_lines_with_bands_and_a_reference(tables):

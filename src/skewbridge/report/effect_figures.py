@@ -1,4 +1,4 @@
-"""Figures of effects: by pair of variants, by intensity, and of modelling choices."""
+"""Figures of effects: verdicts by axis, effects by intensity, modelling choices."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from textwrap import fill
@@ -15,121 +15,68 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import (
     FixedFormatter,
     FixedLocator,
-    NullFormatter,
     NullLocator,
-    StrMethodFormatter,
 )
 
 from skewbridge.demands.columns import column_of, demands_for
+from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.verdicts import HIGHER, LOWER, MEDIAN_CAPACITY, NOT_ESTIMABLE, RATIO
 from skewbridge.report.axis_layout import STYLE, plain_log_ticks, short_value, shown_axes
 from skewbridge.report.verdict_style import (
     LEGEND,
     change_text,
     demand_name,
-    in_margins,
     margin_text,
     verdict_style,
 )
 from skewbridge.study.choices import CHOICES
 from skewbridge.variant.axes import Axis, axes_of, axis
 
-_LONGEST: Final = 8.0  # margins that the axis of pooled effects shows
-_PANELS: Final = 4  # in a row
 _WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
 _COLUMN_LETTERS: Final = 11  # the same in the small size
 _WIDE_IN: Final = 7.0  # width of a figure in which three columns of the legend fit
 _SMALL_SIZE: Final = 7.5
 
 
-def pooled_effects(effects: pd.DataFrame) -> Figure:
-    """Draw the pooled effect of every change of an axis on every demand or median capacity.
-
-    Ratios and differences share one scale: the effect in units of its margin, ratios by their
-    logarithms.
-
-    Args:
-        effects: Effects on demands, or on median capacities, with pooled rows.
-    """
-    table = effects[effects["scope"] == "pooled"]
-    demands = list(dict.fromkeys(table["demand"]))
-    changes = list(table.groupby(["axis", "from_value", "to_value"], sort=False))
-    across = min(len(changes), _PANELS)
-    down = -(-len(changes) // across)
-    with mpl.rc_context(STYLE):
-        size = 2.6 + 2.6 * across, down * (0.9 + 0.27 * len(demands)) + 0.7
-        figure = Figure(figsize=size, layout="constrained")
-        panels = figure.subplots(down, across, sharey=True, squeeze=False).ravel()
-        for axes, (change, part) in zip(panels, changes, strict=False):
-            name, start, end = change
-            axis = axes_of([str(name)])[0]
-            axes.set_title(f"{axis.label_with_unit} {start:g} to {end:g}", loc="left", fontsize=9)
-            _pooled_panel(axes, part.set_index("demand").reindex(demands))
-            axes.set_yticks(range(len(demands)), [demand_name(name) for name in demands])
-            axes.set_ylim(len(demands) - 0.5, -0.5)
-        for axes in panels[len(changes) :]:
-            axes.set_visible(False)
-        level = 100 * float(table["level"].iloc[0])
-        title = f"Effect over its margin with {level:g} % interval, same motions, all variants"
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10)
-        handles = verdict_patches("")
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
-    return figure
-
-
-def _pooled_panel(axes: Axes, part: pd.DataFrame) -> None:
-    axes.axvspan(-1.0, 1.0, color="#e9eff5", zorder=0)
-    axes.axvline(0.0, color="#777777", linewidth=0.8)
-    for y, item in enumerate(part.to_dict("records")):
-        if isinstance(item["axis"], float):  # the state has no such effect
-            continue
-        look: dict[str, Any] = {
-            "transform": axes.get_yaxis_transform(),
-            "va": "center",
-            "fontsize": 7,
-        }
-        axes.text(1.05, y, change_text(item), **look)
-        low, value, high = in_margins(item)
-        if not np.isfinite(value):
-            continue
-        axes.plot(np.clip([low, high], -_LONGEST, _LONGEST), [y, y], color="#555555", lw=1.2)
-        shown = float(np.clip(value, -_LONGEST, _LONGEST))
-        mark = "o" if abs(value) <= _LONGEST else ">" if value > 0.0 else "<"
-        colour = verdict_style(item).fill
-        axes.plot(shown, y, mark, color=colour, mec="#555555", mew=0.6, ms=5.5, clip_on=False)
-    axes.set_xscale("symlog", linthresh=1.0, linscale=1.0)
-    axes.set_xlim(-_LONGEST, _LONGEST)
-    axes.xaxis.set_major_locator(FixedLocator([-_LONGEST, -1, 0, 1, _LONGEST]))
-    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.xaxis.set_minor_locator(FixedLocator([-4, -2, 2, 4]))
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel("Effect over margin")
-    axes.grid(axis="y", visible=False)
-
-
 def verdict_map(effects: pd.DataFrame, axis: str) -> Figure:
-    """Draw the verdict on the effect of an axis and its size, for every demand and pair.
+    """Draw verdict and size of the effect of an axis, a row per median capacity and demand.
+
+    The first columns are the averages over all variants, the others the pairs of variants.
 
     Args:
-        effects: Effects on demands, or on median capacities, with pairs along the axis.
+        effects: Effects on median capacities and demands, pooled and by pair.
         axis: Column of the axis that differs.
     """
-    pairs = effects[effects["scope"] == "variant"]
-    table = pairs[pairs["axis"] == axis]
-    others = [other for other in shown_axes(pairs) if other.name != axis]
-    keys = ["bridge", "abutment", *(other.name for other in others), "from_value", "to_value"]
-    columns = table[keys].drop_duplicates().sort_values(keys).reset_index(drop=True)
+    table = effects[effects["axis"] == axis]
+    table = table.sort_values("quantity", key=lambda names: names != MEDIAN_CAPACITY, kind="stable")
+    others = [
+        other for other in shown_axes(effects[effects["scope"] == "variant"]) if other.name != axis
+    ]
+    change = ["from_value", "to_value"]
+    keys = [*BRIDGE_COLUMNS, *(other.name for other in others), *change]
+    pooled = table["scope"] == "pooled"
+    averages, pairs = (
+        part[names].drop_duplicates().sort_values(names)
+        for part, names in ((table[pooled], [*BRIDGE_COLUMNS, *change]), (table[~pooled], keys))
+    )
+    # an average has no values of the other axes; NaN would differ from itself
+    table.loc[pooled, [other.name for other in others]] = np.inf
+    columns = pd.concat([averages, pairs], ignore_index=True)[keys].fillna(np.inf)
     rows = list(dict.fromkeys(table["demand"]))
     cells = dict(zip(_keys(table, [*keys, "demand"]), _records(table), strict=True))
     labels = _column_labels(columns, others)
     with mpl.rc_context(STYLE | {"axes.grid": False}):
-        width = 2.6 + 0.72 * len(columns)
+        width = 3.4 + 0.72 * len(columns)
         figure = Figure(figsize=(max(width, 5.0), 1.9 + 0.3 * len(rows)), layout="constrained")
         axes = figure.subplots()
         for x, key in enumerate(_keys(columns, keys)):
             for y, demand in enumerate(rows):
                 if item := cells.get((*key, demand)):
                     _verdict_cell(axes, x, y, item)
+        n_medians = table.loc[table["quantity"] == MEDIAN_CAPACITY, "demand"].nunique()
+        axes.axvline(len(averages) - 0.5, color="#555555", linewidth=1.0)
+        if 0 < n_medians < len(rows):
+            axes.axhline(n_medians - 0.5, color="#555555", linewidth=1.0)
         axes.set_xlim(-0.5, len(columns) - 0.5)
         axes.set_ylim(len(rows) - 0.5, -0.5)
         margins = _records(table.drop_duplicates("demand"))
@@ -141,18 +88,17 @@ def verdict_map(effects: pd.DataFrame, axis: str) -> Figure:
             axes.tick_params(axis="x", labelsize=_SMALL_SIZE)
         for spine in axes.spines.values():
             spine.set_visible(False)
-        quantity = (
-            "median capacity" if rows and table["quantity"].iloc[0] == MEDIAN_CAPACITY else "demand"
-        )
-        change = f"{_listed(columns['from_value'])} to {_listed(columns['to_value'])}"
+        ends = f"{_listed(columns['from_value'])} to {_listed(columns['to_value'])}"
         label = axes_of([axis])[0].label_with_unit.lower()
-        title = fill(
-            f"Change of {quantity}, {label} {change}, same motions", 24 + 10 * len(columns)
-        )
+        title = fill(f"Effect of {label} {ends}, same motions", 24 + 10 * len(columns))
         figure.suptitle(title, x=0.01, ha="left", fontsize=10)
         handles = verdict_patches(usual)
-        columns = 3 if figure.get_figwidth() > _WIDE_IN else 2
-        figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=8)
+        figure.legend(
+            handles=handles,
+            loc="outside lower center",
+            ncols=3 if figure.get_figwidth() > _WIDE_IN else 2,
+            fontsize=8,
+        )
     return figure
 
 
@@ -183,6 +129,8 @@ def _verdict_cell(axes: Axes, x: int, y: int, item: Mapping[Hashable, Any]) -> N
 
 def _row_label(item: Mapping[Hashable, Any], usual: str) -> str:
     name, margin = demand_name(str(item["demand"])), margin_text(item)
+    if item["quantity"] == MEDIAN_CAPACITY:
+        name = f"Median of {name[:1].lower()}{name[1:]}"
     if item["judged_by"] == RATIO:
         return name if margin == usual else f"{name}, ±{margin}"
     return f"{name} ({item['unit']}), ±{margin.removesuffix(' ' + str(item['unit']))}"
@@ -191,7 +139,9 @@ def _row_label(item: Mapping[Hashable, Any], usual: str) -> str:
 def _column_labels(columns: pd.DataFrame, others: Sequence[Axis]) -> list[str]:
     out: list[str] = []
     for item in _records(columns):
-        texts = [short_value(axis, item[axis.name], others) for axis in others]
+        is_average = any(np.isinf(item[axis.name]) for axis in others)
+        texts = ["all variants"] if is_average else []
+        texts += [short_value(axis, item[axis.name], others) for axis in others if not is_average]
         if columns["to_value"].nunique() > 1:
             texts.append(f"→ {item['to_value']:g}")
         if columns["bridge"].nunique() > 1:
@@ -226,7 +176,7 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
                 own = intensities[
                     (intensities["demand"] == name) & (intensities["axis"] == axis.name)
                 ]
-                _intensity_panel(axes, own)
+                _intensity_panel(axes, own, with_legend=name == names[0])
             row[0].set_ylabel(fill(f"Ratio of {demand_name(name).lower()}", 24))
         for axes, axis in zip(panels[0], along, strict=True):
             axes.set_title(axis.label_with_unit, fontsize=9)
@@ -240,7 +190,7 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     return figure
 
 
-def _intensity_panel(axes: Axes, rows: pd.DataFrame) -> None:
+def _intensity_panel(axes: Axes, rows: pd.DataFrame, *, with_legend: bool) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     colours = sns.color_palette("colorblind")
     handles: list[Line2D] = []
@@ -256,7 +206,8 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame) -> None:
         for item in _records(own[own["at_reference"]]):
             inside = "white" if item["clipped"] else colour
             axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
-    axes.legend(handles=handles, fontsize=7, loc="best")
+    if with_legend:
+        axes.legend(handles=handles, fontsize=7, loc="best")
 
 
 def _keys(table: pd.DataFrame, names: Sequence[str]) -> list[tuple[Any, ...]]:

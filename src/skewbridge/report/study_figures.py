@@ -28,7 +28,6 @@ from skewbridge.report.axis_layout import plain_label
 from skewbridge.report.effect_figures import (
     effects_by_intensity,
     intensity_demands,
-    pooled_effects,
     tornado,
     tornado_text,
     verdict_map,
@@ -68,6 +67,7 @@ PNG_DPI: Final = 300
 _EVERY_SIGN: Final = "DejaVu Sans"
 #: Smallest part of its own width in which the texts of a figure do not meet.
 _NARROWEST: Final = 0.8
+_MARGIN_IN: Final = 0.1  # white margin of a figure
 _SVG_SIZE: Final = re.compile(rb'(<svg [^>]*)width="([\d.]+)pt" height="([\d.]+)pt"')
 
 type Drawing = Callable[[], Figure]
@@ -143,35 +143,18 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         yield from figures(tables)
 
 
-def _pooled_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    for name, words, table in _effect_tables(tables):
-        rows = table[table["scope"] == "pooled"]
-        if rows.empty:
-            continue
-        caption = Caption(
-            name=f"pooled_{name}",
-            section=EFFECTS,
-            title=f"Effects of {_listed(_along(rows))} on {words}, all variants",
-            text="Mean of all pairs of variants that differ in one axis only, motion by motion, in "
-            "units of the margin of each row (per cent; mm and mrad for small demands). The "
-            "numbers at the right are the changes. " + _verdict_text(rows),
-        )
-        yield caption, partial(pooled_effects, rows)
-
-
 def _verdict_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    for name, words, table in _effect_tables(tables):
-        rows = table[table["scope"] == "variant"]
-        for axis in reversed(axes_of(dict.fromkeys(rows["axis"]))):
-            own = rows[rows["axis"] == axis.name]
-            caption = Caption(
-                name=f"verdict_{axis.name}" + ("" if name == "demands" else f"_{name}"),
-                section=EFFECTS,
-                title=f"Effect of {axis.title} on {words}, by pair of variants",
-                text="Change under the same motions for each pair of variants that differ in "
-                f"{axis.title} only. {_verdict_text(own)}",
-            )
-            yield caption, partial(verdict_map, rows, axis.name)
+    rows = pd.concat([tables.medians, tables.effects], ignore_index=True)
+    for axis in reversed(axes_of(dict.fromkeys(rows["axis"]))):
+        caption = Caption(
+            name=f"verdict_{axis.name}",
+            section=EFFECTS,
+            title=f"Effect of {axis.title} on median capacities and demands",
+            text="Change under the same motions, averaged over all variants and for each pair of "
+            f"variants that differ in {axis.title} only. "
+            + _verdict_text(rows[rows["axis"] == axis.name]),
+        )
+        yield caption, partial(verdict_map, rows, axis.name)
 
 
 def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -316,7 +299,6 @@ def _motion_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 type Figures = Callable[[FigureTables], Iterator[StudyFigure]]
 #: Drawn for each bridge with each abutment model.
 MODEL_FIGURES: Final[tuple[Figures, ...]] = (
-    _pooled_figures,
     _verdict_figures,
     _intensity_figures,
     _curve_figures,
@@ -327,27 +309,15 @@ MODEL_FIGURES: Final[tuple[Figures, ...]] = (
 STUDY_FIGURES: Final[tuple[Figures, ...]] = (_history_figures, _motion_figures)
 
 
-def _effect_tables(tables: FigureTables) -> tuple[tuple[str, str, pd.DataFrame], ...]:
-    """Return name, words and table of both kinds of effects."""
-    return ("medians", "median capacities", tables.medians), ("demands", "demands", tables.effects)
-
-
-def _along(rows: pd.DataFrame) -> list[str]:
-    return [axis.label.lower() for axis in axes_of(dict.fromkeys(rows["axis"]))]
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-
-
 def _verdict_text(rows: pd.DataFrame) -> str:
     """Return the meaning of the verdicts and their counts."""
-    level, margin = (f"{100 * float(rows[name].iloc[0]):g} %" for name in ("level", "margin"))
+    level = f"{100 * float(rows['level'].iloc[0]):g} %"
+    margins = dict.fromkeys(f"{100 * margin:g} %" for margin in rows["margin"].dropna())
     counts = rows["verdict_family"].value_counts()
     found = ", ".join(f"{count} {name}" for name, count in counts.items())
     text = (
         f"Lower, higher, negligible: the {level} interval lies below, above or within the margin "
-        f"({margin} unless the row states another one), adjusted after Holm so that the verdicts "
+        f"({' or '.join(margins)}, see the rows), adjusted after Holm so that the verdicts "
         f"of a family hold together. Verdicts: {found}."
     )
     missing = int((rows["status"] != "ok").sum())
@@ -479,7 +449,11 @@ def save_figure(draw: Drawing, settings: FigureSettings, folder: Path, name: str
     with mpl.rc_context(_rc(settings)):
         figure = draw()
         scale = _fit(figure, settings)
-        tight: Any = {"bbox_inches": "tight"} if settings.width_mm is None else {}
+        figure.draw_without_rendering()  # lays the figure out once, for both files
+        figure.set_layout_engine("none")
+        tight: Any = {}
+        if settings.width_mm is None:
+            tight = {"bbox_inches": figure.get_tightbbox().padded(_MARGIN_IN)}
         vector = BytesIO()
         figure.savefig(vector, format="svg", metadata={"Date": None}, **tight)
         vector_path.write_bytes(_scaled_svg(vector.getvalue(), scale))
