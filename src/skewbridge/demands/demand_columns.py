@@ -183,7 +183,7 @@ DEMAND_COLUMNS: Final = (
            description="energy that the integrator dissipates, over the input; negative if it "
            "makes energy"),
     Column("contact_energy_ratio", label="Energy kept by contacts",
-           description="energy dissipated in the normal springs of contacts, over the input; negative "
-           "if they made energy"),
+           description="energy dissipated in the normal springs of contacts, over the input; "
+           "negative if they made energy"),
 )
 # fmt: on
