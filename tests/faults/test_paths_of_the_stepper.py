@@ -1,7 +1,7 @@
-"""Whatever way a step was got over, the history goes on as if nothing had failed.
+"""Failed attempts at a step do not change the history, whichever rung of the ladder solves it.
 
-Attempts are made to fail after two iterations, so that the trial state that they leave is far from
-the committed one. The measure is the same sequence of (sub-)steps without any failure.
+Attempts fail after two iterations, so that their trial state is far from the committed one. The
+reference is the same sequence of (sub-)steps without failures.
 """
 
 from collections.abc import Callable, Iterator
@@ -90,7 +90,7 @@ INTEGRATORS = [
 
 @dataclass(kw_only=True)
 class Driven:
-    """A stepper whose attempts fail where told, with what became of each accepted step."""
+    """Record of a stepper with prescribed failures: sizes, values and results of its steps."""
 
     node: int
     sizes: list[float] = field(default_factory=list)
@@ -98,7 +98,7 @@ class Driven:
     attempts: list[int] = field(default_factory=list)  # results of `analyze`, all in order
 
     def accept(self, size_s: float) -> bool:
-        """Hold that the attempt converged, by its result and by its own test."""
+        """Check that the attempt converged, by its result and by its test."""
         assert self.attempts[-1] == 0
         assert 0.0 <= ops.testNorms()[ops.testIter() - 1] <= TIGHT
         self.sizes.append(size_s)
@@ -116,7 +116,7 @@ def driven(
     failing: dict[int, set[int]],
     parts: Callable[[int], int] = lambda _: 1,
 ) -> tuple[Driven, list[bool], Stepper]:
-    """Take the steps by the ladder; one in which all attempts fail is taken again."""
+    """Make the steps by the ladder; repeat one in which all attempts fail."""
     ops.wipe()
     found = Driven(node=model())
     prepare()
@@ -165,7 +165,7 @@ def prepare() -> None:
 
 
 def plain(model: Model, integrator: tuple, sizes: list[float]) -> list[float]:
-    """Take steps of given sizes that do not fail; the values at the regular steps."""
+    """Make steps of given sizes without failures; return the values at the regular steps."""
     ops.wipe()
     node, values, number = model(), [], 1
     prepare()
@@ -188,9 +188,9 @@ def error(found: list[float], exact: list[float]) -> float:
 
 
 def tolerance(integrator: tuple) -> float:
-    """One-step methods go on from the committed state: only the convergence test is left.
+    """Tolerance of a history: for one-step methods that of the convergence test.
 
-    Houbolt has lost its last two steps and starts as the trapezoidal rule, at most seven times in
+    Houbolt loses its last two steps and restarts as the trapezoidal rule, at most seven times in
     these histories.
     """
     return 0.02 if integrator == ("Houbolt",) else 1e-8
@@ -199,7 +199,7 @@ def tolerance(integrator: tuple) -> float:
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("path", PATHS)
-def test_a_history_goes_on_as_if_nothing_had_failed(monkeypatch, path, integrator, model) -> None:
+def test_failed_attempts_do_not_change_a_history(monkeypatch, path, integrator, model) -> None:
     found, ended, stepper = driven(monkeypatch, model, integrator, PATHS[path])
     assert all(ended)
     assert stepper.effort.failed_attempts == sum(map(len, PATHS[path].values()))
@@ -212,7 +212,9 @@ def test_a_history_goes_on_as_if_nothing_had_failed(monkeypatch, path, integrato
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("attempts", [{0}, {0, 1, 2}, {2}, {1, 2, 3, 5}, {2, 3, 4, 6, 8}])
-def test_so_it_does_where_a_step_is_made_in_parts(monkeypatch, attempts, integrator, model) -> None:
+def test_failed_attempts_do_not_change_a_history_with_substeps(
+    monkeypatch, attempts, integrator, model
+) -> None:
     """The failed attempts are among those of a step in four parts; so are steps without failure."""
     found, ended, _ = driven(
         monkeypatch,
@@ -229,10 +231,10 @@ def test_so_it_does_where_a_step_is_made_in_parts(monkeypatch, attempts, integra
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("taken", [set(), {3}, {3, 5}, {3, 4, 5, 8}])
-def test_a_ladder_that_ends_leaves_the_last_state_that_converged(
+def test_a_failed_ladder_leaves_the_last_converged_state(
     monkeypatch, taken, integrator, model
 ) -> None:
-    """Some sub-steps converge before nothing does; the next call goes on from there."""
+    """Some sub-steps converge before the ladder fails; the next call continues from there."""
     failing = {40: set(range(1000)) - taken}
     found, ended, stepper = driven(monkeypatch, model, integrator, failing)
     assert ended.count(False) == 1
@@ -244,7 +246,7 @@ def test_a_ladder_that_ends_leaves_the_last_state_that_converged(
 
 @pytest.mark.parametrize("model", MODELS)
 def test_houbolt_survives_a_change_of_the_step(model) -> None:
-    """It starts anew as the trapezoidal rule, which is the more accurate of the two."""
+    """It restarts as the trapezoidal rule, which is the more accurate of the two."""
     exact = plain(model, ("Newmark", 0.5, 0.25), [DT_S / 20] * 20 * STEPS)
     even = plain(model, ("Houbolt",), [DT_S] * STEPS)
     parts = [DT_S / 4] * 4

@@ -1,4 +1,4 @@
-"""Demands are what the data dictionary says, on histories made by hand."""
+"""Demands of hand-made histories agree with the data dictionary."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -49,6 +49,12 @@ def rows(layout):
 
 
 @pytest.fixture
+def trace(layout, rows):
+    """The trace of `rows`, which a test may still change."""
+    return ResponseTrace(layout=layout, rows=rows)
+
+
+@pytest.fixture
 def column():
     return ColumnHandle(
         element=COLUMN,
@@ -90,46 +96,43 @@ def abutment(**changes):
     return replace(handle, **changes)
 
 
-def test_displacements_count_from_the_state_under_gravity(layout, rows):
+def test_displacements_count_from_the_state_under_gravity(layout, rows, trace):
     rows[:, layout.node(CENTRE)] = [0.01, 0.03, -0.04, 0.01]
-    trace = ResponseTrace(layout=layout, rows=rows)
     np.testing.assert_allclose(trace.disp(CENTRE)[:, 0], [0.0, 0.02, -0.05, 0.0])
 
 
-def test_a_fixed_node_does_not_move(layout, rows):
-    assert not ResponseTrace(layout=layout, rows=rows).disp(BASE).any()
+def test_a_fixed_node_does_not_move(layout, rows, trace):
+    assert not trace.disp(BASE).any()
 
 
-def test_drift_is_the_resultant_over_the_clear_height(layout, rows, column):
+def test_drift_is_the_resultant_over_the_clear_height(layout, rows, trace, column):
     rows[1, layout.node(TOP) : layout.node(TOP) + 2] = 0.3, 0.4
-    trace = ResponseTrace(layout=layout, rows=rows)
     assert peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
 
 
-def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(layout, rows, column):
+def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(layout, rows, trace, column):
     rows[:, layout.column(COLUMN)] = -2.0e6  # the base pushes back a top that has moved to +x
     rows[:, layout.column(COLUMN) + 2] = 6.0e6
     rows[1:, layout.node(TOP)] = 0.25
-    trace = ResponseTrace(layout=layout, rows=rows)
     shear = peaks.column_shear_n(column, trace)
     assert shear[:, 0].tolist() == pytest.approx([-2.0e6, -2.3e6, -2.3e6, -2.3e6])
     assert peaks.column_base_shear_n(column, trace)[:, 0].tolist() == [-2.0e6] * STEPS
 
 
-def test_capacity_remembers_the_largest_ductility_so_far(layout, rows, column):
+def test_capacity_remembers_the_largest_ductility_so_far(layout, rows, trace, column):
     rows[:, layout.column(COLUMN)] = 2.0e6, 2.3e6, 2.0e6, 2.0e6  # the section's is 2 MN throughout
     rows[:, layout.column(COLUMN) + 2] = 6.0e6
     rows[1, layout.node(TOP)] = 0.25  # drift 0.05, five times yield
-    ratio = peaks.column_shear_dcr(column, ResponseTrace(layout=layout, rows=rows))
+    ratio = peaks.column_shear_dcr(column, trace)
     undamaged, damaged = (2.0e6 / sdc_shear_strength(SECTION, 6.0e6, mu) for mu in (1.0, 5.0))
     assert ratio.tolist() == pytest.approx([undamaged, damaged, damaged, damaged])
     assert damaged > undamaged
 
 
-def test_tension_lowers_the_shear_capacity(layout, rows, column):
+def test_tension_lowers_the_shear_capacity(layout, rows, trace, column):
     rows[:, layout.column(COLUMN)] = 2.0e6
     rows[:, layout.column(COLUMN) + 2] = [6.0e6, -1.0e5, 6.0e6, 6.0e6]
-    ratio = peaks.column_shear_dcr(column, ResponseTrace(layout=layout, rows=rows))
+    ratio = peaks.column_shear_dcr(column, trace)
     assert ratio[1] > ratio[0] == pytest.approx(ratio[2])
 
 
@@ -151,12 +154,11 @@ def test_tension_lowers_the_shear_capacity(layout, rows, column):
         ([0.0, 0.03, 0.0, 0.0], [0.0, 1.0e6, 0.0, 0.0], {}, "", None),
     ],
 )
-def test_the_model_ends_where_the_first_column_reaches_its_capacity(
-    layout, rows, column, drift, shear_n, changes, mode, row
+def test_the_first_column_failure_ends_the_validity_of_the_model(
+    layout, rows, trace, column, drift, shear_n, changes, mode, row
 ):
     rows[:, layout.node(TOP)] = np.multiply(drift, 5.0)
     rows[:, layout.column(COLUMN)] = shear_n
-    trace = ResponseTrace(layout=layout, rows=rows)
     end = peaks.model_end([replace(column, **changes)], trace)
     assert end.mode == mode
     if row is None:
@@ -169,75 +171,71 @@ def test_the_model_ends_where_the_first_column_reaches_its_capacity(
         assert peaks_so_far["column_residual_drift_ratio"] == pytest.approx(drift[row])
 
 
-def test_curvature_ductility_is_the_resultant_over_yield(layout, rows, column):
+def test_curvature_ductility_is_the_resultant_over_yield(layout, rows, trace, column):
     start = layout.section(COLUMN, 6)
     rows[2, start + 1 : start + 3] = 0.003, -0.004
-    ductility = peaks.curvature_ductility(column, ResponseTrace(layout=layout, rows=rows))
+    ductility = peaks.curvature_ductility(column, trace)
     assert ductility.max() == pytest.approx(0.005 / 0.0034)
 
 
-def test_unseating_is_positive_away_from_the_backwall(layout, rows):
+def test_unseating_is_positive_away_from_the_backwall(layout, rows, trace):
     rows[1, layout.node(CORNER_1)] = -0.2
     rows[2, layout.node(CORNER_2)] = -0.3
     rows[3, layout.node(CORNER_1)] = 0.4  # towards the backwall: nobody falls
-    trace = ResponseTrace(layout=layout, rows=rows)
     assert peaks.unseating_m(abutment(), trace).tolist() == pytest.approx([0.0, 0.2, 0.3, 0.0])
     acute = peaks.unseating_m(abutment(), trace, "acute").tolist()
     assert acute == pytest.approx([0.0, 0.2, 0.0, -0.4])
 
 
-def test_unseating_is_normal_to_a_skewed_seat(layout, rows):
+def test_unseating_is_normal_to_a_skewed_seat(layout, rows, trace):
     normal = (np.cos(0.5), -np.sin(0.5))
     rows[1, layout.node(CORNER_1) : layout.node(CORNER_1) + 2] = -0.2, 0.1
-    move = peaks.unseating_m(abutment(normal=normal), ResponseTrace(layout=layout, rows=rows))
+    move = peaks.unseating_m(abutment(normal=normal), trace)
     assert move.max() == pytest.approx(0.2 * np.cos(0.5) + 0.1 * np.sin(0.5))
 
 
-def test_a_wall_is_pushed_by_what_its_nodes_move(layout, rows):
+def test_the_push_of_a_wall_is_that_of_its_nodes(layout, rows, trace):
     rows[:, layout.node(WALL)] = [0.0, 0.02, -0.01, 0.0]
-    push = peaks.wall_push_m(abutment(), ResponseTrace(layout=layout, rows=rows))
+    push = peaks.wall_push_m(abutment(), trace)
     assert push[:, 0].tolist() == pytest.approx([0.0, 0.02, -0.01, 0.0])
 
 
-def test_without_wall_nodes_the_gap_is_no_push(layout, rows):
+def test_without_wall_nodes_the_push_excludes_the_gap(layout, rows, trace):
     spring = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), nodes=(BASE, CENTRE))
     handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(spring,))
     rows[:, layout.node(CENTRE)] = [0.0, 0.04, 0.08, -0.3]
-    trace = ResponseTrace(layout=layout, rows=rows)
     push = peaks.wall_push_m(handle, trace)
     assert push[:, 0].tolist() == pytest.approx([0.0, 0.0, 0.03, 0.0])
 
 
-def test_the_force_on_a_wall_is_compression_whatever_way_its_spring_points(layout, rows):
+def test_the_force_on_a_wall_is_compression_for_either_spring_direction(layout, rows, trace):
     at = layout.spring(SpringHandle(element=SPRING, component=0, direction=(1, 0), nodes=(3, 1)))
     rows[1, at] = -5.0e5
     spring = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), nodes=(BASE, CENTRE))
     handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(spring,))
-    force = peaks.wall_force_n(handle, ResponseTrace(layout=layout, rows=rows))
+    force = peaks.wall_force_n(handle, trace)
     assert force.max() == pytest.approx(5.0e5)
 
 
-def test_the_force_on_a_wall_adds_its_contacts(layout, rows):
+def test_the_force_on_a_wall_adds_its_contacts(layout, rows, trace):
     rows[2, layout.contacts("normals")] = 1.0e5, 2.0e5
-    assert peaks.wall_force_n(abutment(), ResponseTrace(layout=layout, rows=rows)).max() == 3.0e5
+    assert peaks.wall_force_n(abutment(), trace).max() == 3.0e5
 
 
-def test_the_backfill_carries_nothing_while_the_deck_is_away(layout, rows):
+def test_the_backfill_force_is_zero_while_the_deck_does_not_touch(layout, rows, trace):
     spring = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), nodes=(BASE, WALL))
     rows[:, layout.spring(spring)] = -1.0e5  # the wall leans on the soil all the time
     rows[2, layout.contacts("normals")] = 1.0, 0.0
-    force = peaks.backfill_force_n(
-        abutment(wall_springs=(spring,)), ResponseTrace(layout=layout, rows=rows)
-    )
+    force = peaks.backfill_force_n(abutment(wall_springs=(spring,)), trace)
     assert force.tolist() == [0.0, 0.0, 1.0e5, 0.0]
 
 
-def test_a_key_counts_while_the_deck_touches_it(layout, rows):
+def test_key_forces_count_while_the_deck_touches(layout, rows, trace):
     spring = SpringHandle(element=SPRING, component=1, direction=(0.0, 1.0), nodes=(BASE, WALL))
     rows[:, layout.spring(spring)] = 3.0e5, -2.0e5, 1.0e5, 0.0
     rows[1, layout.contacts("normals")] = 0.0, 5.0
     handle = abutment(key_springs=(spring,), key_units=(1,))
-    (force,) = peaks.key_forces_n(handle, ResponseTrace(layout=layout, rows=rows))
+    (force,) = peaks.key_forces_n(handle, trace)
     assert force.tolist() == [0.0, 2.0e5, 0.0, 0.0]
 
 

@@ -1,4 +1,4 @@
-"""The cone, its return mapping and the frames: plain functions."""
+"""Friction cone, return mapping and contact frames as pure functions."""
 
 from math import cos, hypot, radians, sin
 
@@ -20,13 +20,10 @@ from skewbridge.errors import InputError
 LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 
 
-def test_compression_is_positive_and_tension_is_absent():
+def test_normal_force_and_friction_limit_act_only_in_contact():
     assert normal_force_n(-0.1, 1e5) == pytest.approx(1e4)
     assert normal_force_n(0.1, 1e5) == 0.0
     assert normal_force_n(0.0, 1e5) == 0.0
-
-
-def test_cohesion_acts_only_in_contact():
     assert friction_limit_n(1e4, 0.3, 1500.0) == pytest.approx(4500.0)
     assert friction_limit_n(0.0, 0.3, 1500.0) == 0.0
 
@@ -45,7 +42,7 @@ def test_slip_moves_the_stick_point_and_stick_leaves_it():
     assert (stuck.stick_1_m, stuck.stick_2_m) == (0.0, 0.0)
 
 
-def test_the_stick_point_of_an_open_pair_goes_along():
+def test_the_stick_point_of_an_open_pair_follows_the_node():
     opened = advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), 0.01)
     assert not opened.is_closed
     assert (opened.force_1_n, opened.force_2_n) == (0.0, 0.0)
@@ -67,11 +64,6 @@ def test_yields_without_a_direction_share_the_limit():
     assert yields_by_direction(0.0, 0.0, 1.0) == pytest.approx((0.5**0.5, 0.5**0.5))
     assert yields_on_cone(0.0, 0.0, 1.0) == pytest.approx((0.5**0.5, 0.5**0.5))
     assert yields_on_cone(0.0, 0.0, 0.0) == (0.0, 0.0)
-
-
-def test_gap_closing_shortens_the_gap():
-    law = ContactLaw(kn_n_per_m=1.0, kt_n_per_m=1.0, gap_m=0.05, gap_closing_m=0.02)
-    assert law.open_gap_m == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize("ndm", [2, 3])

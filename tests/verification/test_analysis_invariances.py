@@ -1,8 +1,9 @@
-"""What the mechanics promise whatever the numbers: no friction is no friction, mirrors mirror."""
+"""Invariances of the response: repetition, mirror images, vanishing friction, open gaps, arrays."""
 
 import numpy as np
 import pytest
 
+from bridge_motions import pulse_motion
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
@@ -11,6 +12,7 @@ from skewbridge.variant.variant import Variant
 from strong_motion import mirrored, strong_motion
 
 FIRST_5_S = slice(0, 1001)
+PEAKS = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
 NOT_COMPARED = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_closures")
 
 
@@ -70,7 +72,7 @@ def test_a_model_without_tangential_springs_has_the_same_peaks(frictionless):
     bare = run(
         variant("contact", friction_pct=0), options=ModelOptions(tangent_stiffness_n_per_m=1.0)
     )
-    for name in ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m"):
+    for name in (*PEAKS, "deck_rotation_rad"):
         assert bare.demands[name] == pytest.approx(frictionless.demands[name], rel=0.01), name
 
 
@@ -129,3 +131,15 @@ def test_friction_couples_the_axes_without_skew():
     alone = run(straight, longitudinal).demands
     assert with_friction["deck_disp_y_m"] != pytest.approx(without["deck_disp_y_m"], rel=1e-3)
     assert alone["deck_disp_y_m"] < 0.01 * with_friction["deck_disp_y_m"]
+
+
+@pytest.mark.parametrize("skew_deg", [0, 30])
+def test_corotational_arrays_give_the_demands_of_rigid_links(skew_deg):
+    motion = pulse_motion(duration_s=5.0)
+    rigid, elements = (
+        run(variant(skew_deg=skew_deg), motion, ModelOptions(arrays=arrays))
+        for arrays in ("rigid", "corotational")
+    )
+    assert rigid.status == elements.status == "ok"
+    for name in PEAKS:
+        assert elements.demands[name] == pytest.approx(rigid.demands[name], rel=0.005), name
