@@ -19,24 +19,24 @@ export OMP_NUM_THREADS ?= 1
 .PHONY: help setup study choices check-predict headline smoke test test-browser test-cluster test-exports lint bench verify verify-accuracy audit mutants docs clean
 
 help:
-	@echo "make study        install everything, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
-	@echo "                  RETRY=failed tries analyses without a result again, RETRY=crash those that ended their process"
-	@echo "                  on a Slurm cluster with PROFILE=slurm: docs/cluster.md"
-	@echo "make choices      the modeller's choices one at a time, next to friction, gap and skew"
+	@echo "make study        install, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
+	@echo "                  RETRY=failed repeats failed analyses, RETRY=crash those that ended their process"
+	@echo "                  PROFILE=slurm runs on a Slurm cluster: docs/cluster.md"
+	@echo "make choices      compare other modelling choices with friction, gap and skew"
 	@echo "make check-predict  error of predict inside the grid: three new variants, 16 motions each"
-	@echo "make test         install everything, run all checks"
-	@echo "make headline     table and picture of the README from a finished study   (RESULTS=folder)"
-	@echo "make test-browser the page in a real browser   (needs chromium)"
-	@echo "make test-cluster the smoke study through a real Slurm on this host (root, slurm-wlm, munge)"
-	@echo "make test-exports  exported curves read by pelicun and OpenQuake, in environments of their own"
-	@echo "make smoke        two variants x three motions, full report"
-	@echo "make verify       the paper's studies and statements against references, the hard set, and the slow tests"
-	@echo "make verify-accuracy  effects of friction, gap and skew at default against reference: 1 to 2 hours, goes on"
-	@echo "                  where it was broken off   (WHOLE=1 for motions of full length: 4 to 6 hours)"
-	@echo "make bench        what things cost, as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
-	@echo "make audit        known vulnerabilities of the locked packages   (skipped where PyPI cannot be asked)"
-	@echo "make mutants      do the tests notice? 200 small changes of the sources; hours, goes on where it was broken off"
-	@echo "make docs         reference pages from the code, and the documentation site in docs/_build/html"
+	@echo "make test         install, run all checks"
+	@echo "make headline     write sentences, table and picture of the README from a finished study   (RESULTS=folder)"
+	@echo "make test-browser test the page in a browser   (needs chromium)"
+	@echo "make test-cluster run the smoke study through Slurm on this host   (root, slurm-wlm, munge)"
+	@echo "make test-exports read exported curves with pelicun and OpenQuake"
+	@echo "make smoke        run two variants x three motions with the full report"
+	@echo "make verify       compare the paper's studies with references, run the stress cases and slow tests"
+	@echo "make verify-accuracy  effects at the default against the reference accuracy: 1 to 2 hours, can be resumed"
+	@echo "                  (WHOLE=1 for whole motions: 4 to 6 hours)"
+	@echo "make bench        measure costs as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
+	@echo "make audit        check locked packages for known vulnerabilities   (skipped without PyPI)"
+	@echo "make mutants      test the tests with 200 small changes of the sources: hours, can be resumed"
+	@echo "make docs         write the reference pages and build the site in docs/_build/html"
 	@echo "make setup lint clean"
 
 setup: $(STAMP)
@@ -81,7 +81,7 @@ test-browser: setup
 test-cluster: setup
 	$(BIN)/pytest -rs -m cluster tests/cluster
 
-# In .exports stand pelicun and OpenQuake; what cannot be installed is skipped.
+# pelicun and OpenQuake are installed in .exports; what cannot be installed is skipped.
 test-exports: setup
 	bash tests/exports/setup.sh "$$(command -v uv || echo .uv/bin/uv)" $(abspath $(BIN))/python .exports
 	$(BIN)/pytest -rs -m exports tests/exports
@@ -90,7 +90,7 @@ verify: setup
 	$(BIN)/skewbridge verify
 	$(BIN)/pytest -n $(CORES) --dist loadfile -m slow
 
-# Finished analyses stand in results/verification/accuracy*.jsonl and are not repeated.
+# Finished analyses are in a journal and are not repeated.
 verify-accuracy: setup
 	$(BIN)/skewbridge verify accuracy$(if $(WHOLE),-whole)
 
@@ -99,12 +99,12 @@ bench: setup
 
 audit: setup
 	@bash workflow/audit.sh $(BIN)
-# Finished changes stand in results/mutants/mutants.jsonl and are not repeated; hours for all.
+# Finished changes are in results/mutants/mutants.jsonl and are not repeated.
 mutants: setup
 	nice -n 10 $(BIN)/python benchmarks/mutants.py
 	$(BIN)/python benchmarks/mutants.py --table docs/mutants.md
 
-# The site stands in docs/_build/html; a warning is an error.
+# The site is in docs/_build/html; a warning is an error.
 docs: setup
 	$(BIN)/python docs/reference_pages.py
 	$(BIN)/python docs/commands_page.py
