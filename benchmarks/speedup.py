@@ -24,7 +24,7 @@ from skewbridge.analysis.accuracy import Accuracy, at_accuracy
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import AnalysisResult, analyse
-from skewbridge.provenance.digests import canonical, digest_of, source_digest
+from skewbridge.provenance.digests import canonical, digest_of, engine_digest
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.variant.options import ModelOptions
 
@@ -122,7 +122,7 @@ class Bench:
             canonical(asdict(settings)),
             canonical(asdict(options)),
             canonical(PLAIN_OPTIONS),
-            source_digest("skewbridge.analysis.transient"),
+            engine_digest(),
         )
         if (kept := self.store.rows.get(key)) is not None:
             return kept
@@ -166,7 +166,7 @@ class Bench:
         """Return the peaks of the reference, computed or kept."""
         settings, options = at_accuracy(SETTINGS, ModelOptions(), "reference")
         parts = (case.name, canonical(asdict(settings)), canonical(asdict(options)))
-        key = digest_of(*parts, source_digest("skewbridge.analysis.transient"))
+        key = digest_of(*parts, engine_digest())
         if (kept := self.references.rows.get(key)) is not None:
             return kept["demands"]
         found = _ours(case, settings, options).whole_history

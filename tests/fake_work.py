@@ -1,29 +1,37 @@
 """What a worker may be told to do instead of an analysis: end or stop its process, or nothing."""
 
+import ctypes
 import os
 import signal
+import time
 from pathlib import Path
 
-from skewbridge.study import capacity_search
-from skewbridge.study.capacity_search import Known, Search
+from skewbridge.study import ida
+from skewbridge.study.ida import Known, Search
 from skewbridge.study.task import Task, no_result
-from skewbridge.study.worker import Desk, Row, of_task
+from skewbridge.study.worker import Alarm, Row, row_of_task
 
 
-def done_at_once(task: Task, key: str, _desk: Desk) -> list[Row]:
+def done_at_once(task: Task, key: str, _log_folder: Path) -> list[Row]:
     """Return a row without an analysis."""
-    return [of_task({**no_result("ok", ""), "cpu_s": 0.0}, task, key)]
+    return [row_of_task({**no_result("ok", ""), "cpu_s": 0.0}, task, key)]
 
 
 def signalled(
-    task: Task, key: str, desk: Desk, *, motion_id: str, sent: signal.Signals, first: Path | None
+    task: Task,
+    key: str,
+    log_folder: Path,
+    *,
+    motion_id: str,
+    sent: signal.Signals,
+    first: Path | None,
 ) -> list[Row]:
     """Send a signal to the own process in one of the analyses.
 
     Args:
         task: The analysis.
         key: Its key.
-        desk: Not used.
+        log_folder: Not used.
         motion_id: Where to do it.
         sent: The signal.
         first: If given, it is done only until this file is there.
@@ -32,15 +40,32 @@ def signalled(
         if first:
             first.touch()
         os.kill(os.getpid(), sent)
-    return done_at_once(task, key, desk)
+    return done_at_once(task, key, log_folder)
 
 
-def searched(task: Task, key: str, desk: Desk, *, search: Search, known: Known) -> list[Row]:
+def searched(task: Task, key: str, log_folder: Path, *, search: Search, known: Known) -> list[Row]:
     """Search a capacity without analyses; the demand is the factor."""
 
-    def row_of(trial: Task, trial_key: str, _desk: Desk) -> Row:
+    def row_of(trial: Task, trial_key: str, _log_folder: Path) -> Row:
         row = {**no_result("ok", ""), "cpu_s": 0.0, search.demand: trial.motion.scale}
-        return of_task(row, trial, trial_key)
+        return row_of_task(row, trial, trial_key)
 
-    capacity_search.analysed_row = row_of  # of this worker, which ends with the batch
-    return capacity_search.search_capacity(search, known, task, key, desk)
+    ida.analysed_row = row_of  # of this worker, which ends with the batch
+    return ida.search_capacity(search, known, task, key, log_folder)
+
+
+def hanging(task: Task, key: str, log_folder: Path, *, motion_id: str) -> list[Row]:
+    """Block every signal that Python could handle and wait for ever in one of the analyses."""
+    if task.motion.motion.motion_id == motion_id:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        ctypes.CDLL(None).sleep(600)
+    return done_at_once(task, key, log_folder)
+
+
+def slow(task: Task, key: str, log_folder: Path, *, seconds: float) -> list[Row]:
+    """Take steps for some time."""
+    ends_s = time.monotonic() + seconds
+    while time.monotonic() < ends_s:
+        time.sleep(0.1)
+        Alarm.restart()
+    return done_at_once(task, key, log_folder)

@@ -10,5 +10,15 @@ override=()
 # On a cluster the profile says how many jobs there may be at once; here it is the processors.
 how=(-j"$cores")
 [ -z "$profile" ] || how=(--workflow-profile "workflow/profiles/$profile")
-# why a rule runs is long; snakemake -n tells it
-exec "$bin/snakemake" "${how[@]}" --quiet host reason --show-failed-logs --configfile "$config" "${override[@]}" -- "$target"
+# why a rule runs is long; snakemake -n shows it
+run() {
+    "$bin/snakemake" "${how[@]}" --quiet host reason --show-failed-logs --configfile "$config" "${override[@]}" "$@"
+}
+run -- "$target"
+# The page of a finished study shows what was made on request.
+if [ "$target" != all ]; then
+    report=$("$bin/python" -c "import sys, pathlib
+from skewbridge.study.config import load_config
+print(load_config(pathlib.Path(sys.argv[1]), base=pathlib.Path('config/config.yaml')).results)" "$config")/report.html
+    [ ! -f "$report" ] || run --forcerun figures report -- all
+fi

@@ -2,14 +2,10 @@
 
 import errno
 import math
-import subprocess
-import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-import psutil
 import pytest
 
 from skewbridge.errors import InputError
@@ -41,28 +37,6 @@ def test_a_second_writer_is_refused(tmp_path: Path) -> None:
 
 def test_an_empty_study_has_an_empty_journal(tmp_path: Path) -> None:
     assert read_content([tmp_path / "none.jsonl"]).rows == {}
-
-
-def test_a_process_ends_with_the_one_it_works_for() -> None:
-    owner = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
-    worker = subprocess.Popen(
-        [
-            sys.executable,
-            "-c",
-            "import sys, time; from skewbridge.study.orphans import end_with;"
-            "end_with(int(sys.argv[1])); print('ready', flush=True); time.sleep(60)",
-            str(owner.pid),
-        ],
-        stdout=subprocess.PIPE,
-    )
-    assert worker.stdout is not None
-    worker.stdout.readline()
-    owner.kill()
-    owner.wait()
-    deadline = time.monotonic() + 20
-    while psutil.pid_exists(worker.pid) and worker.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert worker.poll() == 3
 
 
 def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path: Path) -> None:

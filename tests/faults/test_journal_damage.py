@@ -18,8 +18,7 @@ from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder
 from skewbridge.provenance.tables import provenance, read_table, write_frame
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.upkeep import compact_journals, forget
+from skewbridge.study.journal import compact_journals, forget, open_journal, read_content
 
 ROWS = [
     {"run_key": "a", "status": "ok", "column_shear_kn": 1234.5, "cpu_s": math.nan},

@@ -8,12 +8,11 @@ from motions_files import make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import content
 from skewbridge.motions.levels import MotionsConfig
-from skewbridge.study.config import StudyConfig, analysis_sections
+from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.inputs import motions_digest
-from skewbridge.study.keys import run_key
-from skewbridge.study.prepare import prepare_motions
+from skewbridge.study.inputs import motions_digest, prepare_motions
 from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import run_key
 
 T1_S = 0.7
 SLUG = "osb1_cf_skew30_gap051_mu050"
@@ -66,10 +65,9 @@ def test_removed_while_the_analyses_run(study: StudyConfig, folder: StudyFolder)
     """They read the prepared motions; the next start of the study says what is missing."""
     digest(study, folder)
     prepare(study, folder)
-    sections = analysis_sections(study)
 
     def keys() -> list[str]:
-        return [run_key(each) for each in StudySetup.from_sections(sections, folder).tasks(SLUG)]
+        return [run_key(each) for each in StudySetup.of(study).tasks(SLUG)]
 
     before = keys()
     removed(study)

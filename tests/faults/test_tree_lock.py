@@ -6,7 +6,7 @@ from pathlib import Path
 
 HOLD = (
     "import sys, time; from pathlib import Path;"
-    "from skewbridge.errors import InputError; from skewbridge.study.tree_lock import hold_tree\n"
+    "from skewbridge.errors import InputError; from skewbridge.study.processes import hold_tree\n"
     "try:\n    hold_tree(Path(sys.argv[1]))\n"
     "except InputError as error:\n    sys.exit(str(error))\n"
     "print('held', flush=True); sys.stdin.read()"
@@ -23,24 +23,19 @@ def holder(folder: Path) -> subprocess.Popen[str]:
     )
 
 
-def test_the_lock_ends_with_its_process_and_clears_what_is_stale(tmp_path: Path) -> None:
+def test_the_lock_ends_with_its_process(tmp_path: Path) -> None:
     folder = tmp_path / ".snakemake"
-    stale = folder / "locks" / "0.input.lock"
     first = holder(folder)
     assert first.stdout is not None
     assert first.stdout.readline() == "held\n"
-    stale.parent.mkdir()
-    stale.touch()
     second = holder(folder)
     _, said = second.communicate()
     assert second.returncode == 1
     assert f"another study is running in {tmp_path} (process {first.pid})" in said
     assert "Traceback" not in said
-    assert stale.exists()
     first.kill()
     first.wait()
     third = holder(folder)
     assert third.stdout is not None
     assert third.stdout.readline() == "held\n"
-    assert not stale.exists()
     third.communicate()

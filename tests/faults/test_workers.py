@@ -14,15 +14,15 @@ import numpy as np
 import psutil
 import pytest
 
-from fake_work import done_at_once, searched, signalled
+from fake_work import done_at_once, hanging, searched, signalled, slow
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import motion_measures, scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.study.batch import run_tasks
-from skewbridge.study.capacity_search import Known, Search
-from skewbridge.study.guard import Workers, worker_pids
+from skewbridge.study.batch import Workers, run_tasks
+from skewbridge.study.ida import Known, Search
 from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.processes import worker_processes
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Work
 from skewbridge.variant.options import ModelOptions
@@ -66,7 +66,6 @@ def batch(folder: Path, work: Work) -> list[dict[str, Any]]:
     assert {row["run_key"]: row["status"] for row in rows} == {
         key: row["status"] for key, row in read_content([path]).rows.items()
     }
-    assert [each.name for each in folder.glob("*.workers")] == []
     return rows
 
 
@@ -127,8 +126,8 @@ def test_a_search_that_was_not_through_goes_on_from_its_journal(tmp_path: Path) 
 
 
 CHILD = (
-    "import os, time; from skewbridge.study.orphans import end_with;"
-    "end_with(os.getppid()); print(os.getpid(), flush=True); time.sleep(60)"
+    "import os, time; from skewbridge.study.processes import end_with_parent;"
+    "end_with_parent(); print(os.getpid(), flush=True); time.sleep(60)"
 )
 PARENT = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1]])"
 
@@ -147,29 +146,24 @@ def test_a_worker_ends_with_its_parent_even_when_stopped(
     assert ended(worker)
 
 
-INTERRUPTED = (
-    "import subprocess, sys, time; from skewbridge.study.orphans import end_all_on_interrupt;"
-    "end_all_on_interrupt('Interrupted.');"
-    "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)']);"
-    "print(child.pid, flush=True); time.sleep(60)"
-)
-
-
-def test_ctrl_c_ends_all_with_one_line(ended: Callable[[int], bool]) -> None:
-    main = subprocess.Popen(
-        [sys.executable, "-c", INTERRUPTED],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+def test_a_process_whose_parent_ended_before_it_asked_ends_too() -> None:
+    late = (
+        "import os, sys; from skewbridge.study import processes; processes._PARENT = -1;"
+        "processes.end_with_parent(); sys.exit(0)"
     )
-    assert main.stdout is not None
-    child = int(main.stdout.readline())
-    main.send_signal(signal.SIGINT)
-    _, said = main.communicate()
-    assert main.returncode == 130
-    assert said.strip() == "Interrupted."
-    assert ended(child)
+    assert subprocess.run([sys.executable, "-c", late], check=False).returncode == 3
+
+
+def test_a_worker_that_hangs_inside_the_solver_is_ended(tmp_path: Path) -> None:
+    """A process that takes no step and runs no Python, as in a loop of compiled code."""
+    rows = batch(tmp_path, partial(hanging, motion_id="pulse3"))
+    assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
+    assert rows[2]["collapse_criterion"] == "no progress for 2 s"
+
+
+def test_an_analysis_that_goes_on_is_not_ended(tmp_path: Path) -> None:
+    rows = batch(tmp_path, partial(slow, seconds=1.5 * STILL_S))
+    assert {row["status"] for row in rows} == {"ok"}
 
 
 def test_only_workers_count_as_such_where_none_of_them_begins() -> None:
@@ -180,8 +174,8 @@ def test_only_workers_count_as_such_where_none_of_them_begins() -> None:
         for name in names
     ]
     try:
-        assert children[0].pid in worker_pids()
-        assert children[1].pid not in worker_pids()
+        assert children[0].pid in {each.pid for each in worker_processes()}
+        assert children[1].pid not in {each.pid for each in worker_processes()}
     finally:
         for child in children:
             child.communicate()

@@ -13,12 +13,11 @@ from skewbridge.cli import build_app
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import write_demands
-from skewbridge.study.config import analysis_sections, load_config
+from skewbridge.study.config import load_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.keys import run_key
-from skewbridge.study.prepare import prepare_motions
+from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.setup import StudySetup
-from skewbridge.study.task import outcome_of
+from skewbridge.study.task import outcome_of, run_key
 from skewbridge.study.worker import identity_of
 from skewbridge.units import G_MPS2
 from strong_motion import DT_S, strong_motion
@@ -186,8 +185,7 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     parsed = load_config(study / "config" / "config.yaml")
     folder = StudyFolder(study / "elsewhere")
     prepare_motions(parsed.motions, conditioning_t1_s=0.748, t1_s={"osb1": 0.748}, folder=folder)
-    sections = analysis_sections(parsed)
-    task = StudySetup.from_sections(sections, folder).tasks("osb1_cf_skew30_gap051_mu050")[0]
+    task = StudySetup.of(parsed).tasks("osb1_cf_skew30_gap051_mu050")[0]
     result = analyse(task.variant, task.excitation, task.settings, task.options)
     times = {"wall_s": 0.0, "cpu_s": 0.0}
     row = identity_of(task, run_key(task)) | outcome_of(result) | times | {"suspect": ""}

@@ -13,9 +13,13 @@ from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.study.config import load_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.journal import open_journal
-from skewbridge.study.progress import StudyProgress, StudyState
+from skewbridge.study.progress import JobProgress
 from skewbridge.study.session import for_terminal
+from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
 runner = CliRunner()
@@ -129,12 +133,15 @@ def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:
     config = tmp_path / "mine.yaml"
     config.write_text(f"results: {tmp_path}/results\n{grid}motions: {{count: 2}}\n")
     slug = next(iter(expand_grid(load_config(config, base=BASE).grid))).slug
-    keys = {"a": "ok", "b": "timeout"}
-    planned = [
-        {"variant": slug, "number": n, "run_key": key, "cpu_s": 1.0} for n, key in enumerate(keys)
-    ]
-    (tmp_path / "results").mkdir()
-    (tmp_path / "results/plan.json").write_text(json.dumps({"sections": {}, "analyses": planned}))
+    study = load_config(config, base=BASE)
+    prepare_motions(
+        study.motions,
+        conditioning_t1_s=0.7,
+        t1_s={"osb1": 0.7},
+        folder=StudyFolder(tmp_path / "results"),
+    )
+    tasks = StudySetup.of(study).tasks(slug)
+    keys = dict(zip(map(run_key, tasks), ("ok", "timeout"), strict=True))
     with open_journal(tmp_path / "results/journal/v.jsonl") as journal:
         for key, status in keys.items():
             row = {"run_key": key, "status": status, "variant": slug, "motion_id": "m"}
@@ -148,24 +155,26 @@ def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:
     last = found["last_failure"]
     assert (last["variant"], last["status"], last["reason"]) == (slug, "timeout", "budget")
     failed = answer("status", "--failed", "--config", str(config))
-    assert [row["command"] for row in failed["analyses"]] == ["skewbridge run --row b --out row_b"]
+    assert [row["command"] for row in failed["analyses"]] == [
+        f"skewbridge run --row {key} --out row_{key}" for key in list(keys)[1:]
+    ]
 
 
-def test_a_piped_run_tells_how_far_it_is(capsys: pytest.CaptureFixture[str]) -> None:
-    state = StudyState(variants=1, analyses=6, done=4, failed=0, cpu_s=0.0)
+def test_a_run_tells_how_far_each_variant_is(capsys: pytest.CaptureFixture[str]) -> None:
     terminal = logging.StreamHandler()
     terminal.addFilter(for_terminal)
     logger = logging.getLogger("skewbridge")
     logger.setLevel(logging.INFO)
     logger.addHandler(terminal)
     try:
-        with StudyProgress(state, "analyses_1_of_1", {"v": ["a", "b"]}) as progress:
+        with JobProgress("osb1_v", ["a", "b", "c", "d", "e", "f"], 4) as progress:
             progress.advance({"run_key": "a", "status": "ok"})
+            progress.advance({"run_key": "of a search", "status": "ok"})
         logging.getLogger("skewbridge.other").info("for the log file alone")
     finally:
         logger.removeHandler(terminal)
     told = capsys.readouterr().err
-    assert "analyses_1_of_1: 5 of 6 analyses done (4 of them before), " in told
+    assert "osb1_v: 5 of 6 analyses done (4 of them before), " in told
     assert "min left" in told
     assert "per minute" in told
     assert "for the log file" not in told

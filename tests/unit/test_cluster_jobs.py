@@ -9,10 +9,9 @@ import yte
 from skewbridge.errors import InputError
 from skewbridge.provenance.files import writable_folder, written_aside
 from skewbridge.reading import merged, read_mapping
-from skewbridge.study.cluster import JobSize, cancel_left_behind
 from skewbridge.study.config import parse_config
-from skewbridge.study.folder import StudyFolder
-from skewbridge.study.forecast import forecast_study
+from skewbridge.study.processes import cancel_left_behind
+from skewbridge.study.progress import JobSize, forecast_study
 
 ROOT = Path(__file__).parents[2]
 
@@ -38,10 +37,9 @@ def test_the_size_of_a_job_comes_from_the_profile_and_its_environment(
     program(programs, "sacct", "exit 1")
     monkeypatch.chdir(ROOT)
     monkeypatch.setenv("SKEWBRIDGE_JOB_CORES", "8")
-    monkeypatch.setenv("SKEWBRIDGE_JOB_MINUTES", "20")
     monkeypatch.setenv("SKEWBRIDGE_JOBS", "7")
-    assert JobSize.of_profile("slurm") == JobSize(cores=8, cpu_minutes=160, jobs=7)
-    assert JobSize.of_profile("default") is None
+    assert JobSize.of_profile("slurm") == JobSize(cores=8, jobs=7)
+    assert JobSize.of_profile("profiles/default") is None
     with pytest.raises(InputError, match="no profile 'nowhere'"):
         JobSize.of_profile("nowhere")
 
@@ -85,41 +83,23 @@ def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("cpu_minutes", "cpu_hours", "jobs_at_once", "expected"),
+    ("jobs_at_once", "expected"),
     [
-        # 192 analyses of 4 s are 12.8 processor minutes
-        (3, None, 100, {"jobs": 5, "job_cores": 4, "job_hours": 0.01, "hours": 0.01}),
-        (1, None, 2, {"jobs": 13, "job_cores": 4, "job_hours": 0.0, "hours": 0.03}),
-        (120, None, 2, {"jobs": 1, "job_cores": 4, "job_hours": 0.05, "hours": 0.05}),
-        (120, 0.05, 100, {"jobs": 5, "job_cores": 4, "job_hours": 0.01, "hours": 0.01}),
+        # 12 variants of 16 analyses of 4 s, 64 s on each of 4 processors
+        (100, {"jobs": 12, "job_cores": 4, "job_hours": 0.0, "hours": 0.0}),
+        (2, {"jobs": 12, "job_cores": 4, "job_hours": 0.0, "hours": 0.03}),
     ],
 )
 def test_forecast_of_jobs(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    cpu_minutes: int,
-    cpu_hours: float | None,
-    jobs_at_once: int,
-    expected: dict[str, float],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs_at_once: int, expected: dict[str, float]
 ) -> None:
-    """The key of the configuration beats the profile, as it does in the workflow."""
+    """A job for each variant."""
     monkeypatch.chdir(ROOT)
-    grid = {"bridge": ["osb1"]}
-    over = {"results": str(tmp_path), "batches": {"cpu_hours": cpu_hours}}
-    over |= {"grid": grid, "motions": {"count": 16}}
+    over = {"results": str(tmp_path), "grid": {"bridge": ["osb1"]}, "motions": {"count": 16}}
     config = parse_config(merged(read_mapping(Path("config/config.yaml")), over))
-    size = JobSize(cores=4, cpu_minutes=cpu_minutes, jobs=jobs_at_once)
+    size = JobSize(cores=4, jobs=jobs_at_once)
     assert forecast_study(config, size).summary.items() >= expected.items()
     assert "jobs" not in forecast_study(config).summary
-
-
-def test_a_job_on_a_node_finds_the_parts_of_one_complete_cut(tmp_path: Path) -> None:
-    folder = StudyFolder(tmp_path)
-    assert folder.made_parts() == []
-    for number, count in [(1, 3), (3, 3), (2, 2), (1, 2)]:
-        folder.part(number, count).parent.mkdir(parents=True, exist_ok=True)
-        folder.part(number, count).touch()
-    assert folder.made_parts() == [folder.part(1, 2), folder.part(2, 2)]
 
 
 def test_two_nodes_with_equal_processes_write_beside_each_other(
@@ -141,5 +121,5 @@ def test_every_rule_of_the_profile_exists() -> None:
     """A misspelt rule would be passed over, and its job would ask for the default."""
     found = profile()
     rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
-    named = {*found["groups"], *found["set-threads"], *found["set-resources"]}
+    named = {*found["groups"], *found["set-threads"]}
     assert [name for name in sorted(named) if f"rule {name}:" not in rules] == []

@@ -17,8 +17,8 @@ from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.provenance.tables import write_frame
 from skewbridge.report.study_figures import save_figure
-from skewbridge.study.figure_settings import FigureSettings
-from skewbridge.study.starter import write_starter
+from skewbridge.study.config import FigureSettings
+from skewbridge.study.folder import write_starter
 
 RUNNER = CliRunner()
 STATE = {

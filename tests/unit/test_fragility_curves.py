@@ -30,7 +30,7 @@ from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.results import read_foreign
 from skewbridge.fragility.study_tables import DESCRIPTIONS, described, fragility_tables
 from skewbridge.fragility.system import system_curves
-from skewbridge.study.capacity_search import Search
+from skewbridge.study.ida import Search
 from skewbridge.variant import axes
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}

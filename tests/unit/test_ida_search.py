@@ -1,6 +1,5 @@
 """The search of an IDA: brackets the capacity of a motion, repeats nothing, believes collapses."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -10,17 +9,16 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.study import capacity_search
-from skewbridge.study.capacity_search import Known, Search, search_capacity
+from skewbridge.study import ida
+from skewbridge.study.ida import Known, Search, search_capacity
 from skewbridge.study.journal import read_content
-from skewbridge.study.keys import run_key
-from skewbridge.study.task import Task
-from skewbridge.study.worker import Desk, of_task
+from skewbridge.study.task import Task, run_key
+from skewbridge.study.worker import row_of_task
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 SEARCH = Search(demand="column_drift_ratio", threshold=0.025, low_g=0.1, high_g=2.0)
-DESK = Desk(log_folder=Path("unused"), heartbeats=Path("unused"), owner_pid=os.getpid())
+LOGS = Path("unused")
 JOURNAL = Path("searches.jsonl")
 AT_1_G = 0.4  # Sa_avg of the motion at factor 1
 CAPACITY_G = 0.77
@@ -51,21 +49,26 @@ class Engine:
         self.factors: list[float] = []
         self.killed_at: int | None = None
 
-    def analysed_row(self, task: Task, key: str, _desk: Desk) -> dict:
+    def analysed_row(self, task: Task, key: str, _log_folder: Path) -> dict:
         factor = task.motion.scale
         self.factors.append(factor)
         if len(self.factors) == self.killed_at:
             raise KeyboardInterrupt
         drift = SEARCH.threshold * factor / self.capacity
         status = "collapse" if factor > self.collapse else "ok"
-        row = {"column_drift_ratio": drift, "status": status, "beyond_model": ""}
-        return of_task(row, task, key)
+        row = {
+            "column_drift_ratio": drift,
+            "drift_over_capacity": drift,
+            "status": status,
+            "beyond_model": "",
+        }
+        return row_of_task(row, task, key)
 
 
 @pytest.fixture
 def engine(monkeypatch, tmp_path) -> Engine:
     made = Engine()
-    monkeypatch.setattr(capacity_search, "analysed_row", made.analysed_row)
+    monkeypatch.setattr(ida, "analysed_row", made.analysed_row)
     monkeypatch.chdir(tmp_path)
     return made
 
@@ -74,7 +77,7 @@ def searched(known=None, scale: float = 2.0) -> list[dict]:
     task = first_task(scale)
     first_key = run_key(first_task(SEARCH.first_factor(task.motion)))
     kept = Known(rows=known or {}, journal=JOURNAL)
-    return search_capacity(SEARCH, kept, task, first_key, DESK)
+    return search_capacity(SEARCH, kept, task, first_key, LOGS)
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])

@@ -1,6 +1,6 @@
 """The modeller's choices: the table of them, the pairs, the ratios, the journal, what is told."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from math import exp, log
 from pathlib import Path
@@ -15,29 +15,30 @@ from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.provenance.tables import is_made_for, read_frame
+from skewbridge.provenance.tables import provenance, read_frame, write_frame
 from skewbridge.report.effect_figures import (
     choice_findings,
     choices_left_out,
     tornado,
     tornado_text,
 )
-from skewbridge.study.choices import CHOICES, Choice
-from skewbridge.study.chosen_variants import chosen_variants
-from skewbridge.study.config import parse_config
+from skewbridge.study.batch import Workers
+from skewbridge.study.config import chosen_variants, parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.guard import Workers
-from skewbridge.study.keys import run_key
 from skewbridge.study.modelling_choices import (
     CHOICE_COLUMNS,
+    CHOICES,
+    Choice,
     axis_pairs,
     choice_pairs,
     choices_table,
     sampled,
     write_choices,
 )
+from skewbridge.study.products import rule_digest
+from skewbridge.study.session import Job
 from skewbridge.study.setup import StudySetup
-from skewbridge.study.task import Task
+from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 
@@ -211,27 +212,21 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Keys of the analyses that workers were asked for; their demands depend on the variant."""
     asked: list[str] = []
 
-    class Workers:
-        def __init__(self, **_: object) -> None:
-            pass
+    def stream(_pool: object, pending: Sequence[tuple[int, Task, str]]):
+        for number, task, key in pending:
+            asked.append(str(key))
+            value = 1.1 if task.variant.friction_pct else 1.0
+            value *= 0.8 if task.options.key_frame == "deck_edge" else 1.0
+            row = row_of(value) | {"run_key": key, "variant": task.variant.slug}
+            yield number, [row]
 
-        def __call__(self, jobs: Iterator[tuple[object, tuple[object, ...], object]]):
-            for _, (_, number, task, key, *_), _ in jobs:
-                asked.append(str(key))
-                value = 1.1 if task.variant.friction_pct else 1.0
-                value *= 0.8 if task.options.key_frame == "deck_edge" else 1.0
-                row = row_of(value) | {"run_key": key, "variant": task.variant.slug}
-                yield number, [row]
-
-    monkeypatch.setattr("skewbridge.study.batch.Parallel", Workers)
+    monkeypatch.setattr("skewbridge.study.batch._Pool.stream", stream)
     return asked
 
 
 def made(setup: StudySetup, name: str = "table") -> pd.DataFrame:
     path = setup.folder.root / f"{name}.parquet"
-    write_choices(
-        setup, [SLUG], AXES, motions=2, workers=Workers(count=1), output=path, digest="this study"
-    )
+    write_choices(setup, [SLUG], AXES, motions=2, workers=Workers(count=1), output=path)
     return read_frame(path)
 
 
@@ -259,11 +254,20 @@ def test_rows_of_the_study_are_not_run_again(tmp_path: Path, ran: list[str]) -> 
     assert len(ran) == everything - 2
 
 
-def test_a_table_tells_what_it_was_made_for(tmp_path: Path, ran: list[str]) -> None:
-    made(setup_in(tmp_path))
-    assert is_made_for(tmp_path / "table.parquet", "this study")
-    assert not is_made_for(tmp_path / "table.parquet", "another")
-    assert not is_made_for(tmp_path / "absent.parquet", "this study")
+def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
+    path, this = tmp_path / "table.parquet", {"sources": "a"}
+    job = Job(
+        study=parse_config({}),
+        folder=StudyFolder(tmp_path),
+        inputs={},
+        outputs={},
+        workers=Workers(count=1),
+        stamp={},
+    )
+    assert job.current(path, this) is None
+    write_frame(pd.DataFrame({"x": [1]}), path, provenance(rule_digest=rule_digest(this)))
+    assert job.current(path, this) == path
+    assert job.current(path, {"sources": "b"}) is None
 
 
 def test_the_page_says_which_choices_move_a_demand_more_than_friction(

@@ -12,11 +12,11 @@ from skewbridge.motions.content import content_digest
 from skewbridge.motions.levels import LEVEL_RANGE_G, MotionsConfig
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis import generate
-from skewbridge.study.config import CONDITIONING_BRIDGE, analysis_sections, parse_config
+from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.keys import run_key
-from skewbridge.study.prepare import prepare_motions
+from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
 MOTIONS = Path(__file__).parents[2] / "motions"
@@ -66,7 +66,7 @@ def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
         t1_s={"osb1": T1_S},
         folder=place,
     )
-    setup = StudySetup.from_sections(analysis_sections(study), place)
+    setup = StudySetup.of(study, place)
     return [
         [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
     ]

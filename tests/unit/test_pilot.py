@@ -15,10 +15,9 @@ from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.study import pilot
 from skewbridge.study.config import parse_config
-from skewbridge.study.keys import run_key
 from skewbridge.study.pilot import Strengths, corner_variants, propose, run_pilot
-from skewbridge.study.task import Task, no_result
-from skewbridge.study.worker import of_task
+from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.study.worker import row_of_task
 from skewbridge.variant.variant import parse_slug
 
 IM = "im_saavg_rotd50_g"
@@ -100,7 +99,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             level = task.motion.measures[IM] * (1.0 + 0.2 * (number % 3))
             demands = {column.name: 0.05 * level for column in DEMAND_COLUMNS}
             outcome = no_result("ok", "") | demands | {"wall_s": 1.0, "cpu_s": 1.0}
-            rows.append(done[key] if key in done else of_task(outcome, task, key))
+            rows.append(done[key] if key in done else row_of_task(outcome, task, key))
             if key not in done:
                 keys.append(key)
                 journal.append(rows[-1])

@@ -1,211 +1,138 @@
-"""Digests: an edit reruns what it can change, and nothing else."""
+"""Digests: an edit of a source reruns what it can change, and no analysis that it cannot."""
 
-import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import skewbridge
-from skewbridge.provenance.closure import closure
-from skewbridge.provenance.digests import digest_of, source_digest
-from skewbridge.provenance.syntax import SourceMemory
-from skewbridge.study.keys import ANALYSIS_MODULE
+from skewbridge.provenance.digests import ENGINE, digest_of, layer_digest
+from skewbridge.study.products import RECIPES
 
-ROOT = Path(skewbridge.__file__).parents[2]
-SCRIPTS = sorted((ROOT / "workflow" / "scripts").glob("*.py"))
-RULES = {path.stem for path in SCRIPTS}
-#: Rules that draw figures or write pages, as the workflow says: for them labels count.
-DRAWING = set(
-    re.findall(
-        r'script_digest\(\s*"(\w+)"(?:[^()]|\([^()]*\))*shown=True',
-        "".join(path.read_text() for path in (ROOT / "workflow" / "rules").glob("*.smk")),
-    )
-)
+PACKAGE = Path(skewbridge.__file__).parent
 ANALYSES = "the analyses themselves"
+PARTS = {ANALYSES: ENGINE, **{rule: recipe.sources for rule, recipe in RECIPES.items()}}
 #: Rules that list or run analyses; all but the last look at the journals, which say what is new.
-ANALYSING = {"plan", "analyse", "sensitivity", "friction_pair"}
-FITS = {"fit_fragility"}
+ANALYSING = {"analyse", "sensitivity", "friction_pair", "modelling_choices", "check_predict"}
+FITS = {"fit_fragility", "check_predict"}
 PAGES = {"figures", "report"}
-MAKING = {"prepare_motions", "verification"}
-ALL = {ANALYSES, *RULES}
+VERIFYING = {"verify_contact", "verification"}
+ALL = {ANALYSES, *RECIPES}
 
 #: A module or data file of every package: what its edit changes, and what it leaves alone. The
-#: rules that follow in the workflow run again, too; here it is the digest of each alone.
+#: rules that follow in the workflow run again too; here it is the digest of each alone.
 EDITS: dict[str, tuple[set[str], set[str]]] = {
-    "units.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, set()),
+    "units.py": (ALL, set()),
     "errors.py": (ALL, set()),
     "provenance/tables.py": ({*ANALYSING, *FITS, *PAGES}, {ANALYSES}),
     "variant/variant.py": ({ANALYSES, *ANALYSING}, set()),
-    # its numeric fields are axes, which the fits read, too
-    "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, {"verify_contact"}),
-    "motions/levels.py": ({"prepare_motions", *ANALYSING}, {ANALYSES, *FITS}),
-    "fragility/settings.py": (FITS, {ANALYSES, *ANALYSING, "prepare_motions"}),
-    # the methods in the page are written from the whole configuration
-    "study/config.py": ({"report"}, ALL - {"report"}),
-    "motions/record.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, FITS),
-    "motions/formats.py": ({"prepare_motions"}, {ANALYSES, *FITS}),
-    # motions without files are made when a suite is prepared, and in the paper's studies
-    "motions/synthesis/ddk18.py": (MAKING, ALL - MAKING),
-    "motions/synthesis/data/ddk18.json": (MAKING, ALL - MAKING),
-    "contact/law.py": ({ANALYSES, *ANALYSING, "verify_contact"}, {"prepare_motions", *FITS}),
-    "bridge/deck.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", *FITS}),
-    "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", *FITS}),
-    "analysis/sdc.py": (set(), {ANALYSES, *ANALYSING}),
-    "demands/columns.py": ({*ANALYSING, "collect_demands"}, {ANALYSES, "prepare_motions"}),
-    "demands/tables.py": ({"collect_demands"}, {ANALYSES, "sensitivity", "prepare_motions"}),
-    "fragility/effects.py": ({"fit_fragility"}, {ANALYSES, *ANALYSING, "collect_demands"}),
-    "study/journal.py": (ANALYSING - {"friction_pair"}, {ANALYSES, *FITS}),
-    "study/session.py": (RULES, {ANALYSES}),
+    "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, set()),
+    "fragility/settings.py": ({*FITS, *PAGES}, {ANALYSES, "analyse", "prepare_motions"}),
+    "study/config.py": ({"report"}, ALL - PAGES),
+    "motions/record.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, {"fit_fragility"}),
+    "motions/formats.py": ({"prepare_motions"}, {ANALYSES, "analyse", *FITS}),
+    "motions/synthesis/ddk18.py": ({"prepare_motions", "verification"}, {ANALYSES, *FITS}),
+    "contact/law.py": ({ANALYSES, *ANALYSING, *VERIFYING}, {"prepare_motions", "fit_fragility"}),
+    "bridge/deck.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
+    "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
+    "demands/columns.py": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
+    "fragility/effects.py": ({*FITS, *PAGES}, {ANALYSES, "analyse", "collect_demands"}),
+    "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}),
+    "study/session.py": (set(), ALL),
     "study/sensitivity.py": ({"sensitivity"}, ALL - {"sensitivity"}),
-    "report/checks.py": ({"check_results"}, {ANALYSES, *ANALYSING, *FITS}),
-    "report/html/page.py": ({"report"}, ALL - {"report"}),
-    "report/html/templates/report.html.j2": ({"report"}, ALL - {"report"}),
-    "report/fragility_figures.py": ({"figures"}, ALL - PAGES),
-    "verification/references/closed_forms.py": ({"verification"}, {ANALYSES, *ANALYSING, *FITS}),
-    "verification/studies/gate.py": ({"verify_contact"}, {ANALYSES, *ANALYSING, *FITS}),
-    "reading/tables.py": ({"prepare_motions"}, {ANALYSES}),
+    "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
+    "report/html/page.py": (PAGES, ALL - PAGES),
+    "report/html/templates/report.html.j2": (PAGES, ALL - PAGES),
+    "verification/registry.py": (VERIFYING, ALL - VERIFYING),
+    "reading/__init__.py": (ALL, set()),
     "cli/output.py": (set(), ALL),
 }
 
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the package and of the scripts."""
-    folder = tmp_path_factory.mktemp("sources")
-    shutil.copytree(ROOT / "src/skewbridge", folder / "skewbridge")
-    shutil.copytree(ROOT / "workflow/scripts", folder / "scripts")
+    """A copy of the package."""
+    folder = tmp_path_factory.mktemp("sources") / "skewbridge"
+    shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("__pycache__"))
     return folder
 
 
-def digests(tree: Path) -> dict[str, str]:
-    """Digest of every rule's script, and of the module that runs one analysis."""
-    source_digest.cache_clear()
-    package = tree / "skewbridge"
-    found = {
-        rule: source_digest(tree / "scripts" / f"{rule}.py", package=package, shown=rule in DRAWING)
-        for rule in RULES
-    }
-    return found | {ANALYSES: source_digest(ANALYSIS_MODULE, package=package)}
+def digests(package: Path) -> dict[str, str]:
+    return {name: layer_digest(parts, package) for name, parts in PARTS.items()}
 
 
 def test_every_package_is_edited_below() -> None:
-    folders = {path.parent.name for path in (ROOT / "src/skewbridge").glob("*/__init__.py")}
+    folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
     assert {name.split("/")[0] for name in EDITS if "/" in name} == folders
-    assert PAGES <= DRAWING
 
 
 @pytest.mark.parametrize("name", EDITS)
 def test_an_edit_changes_what_depends_on_it(tree: Path, name: str) -> None:
-    path = tree / "skewbridge" / name
+    path = tree / name
     text = path.read_text()
-    added = "\n\ndef added():\n    return dict(value=1.0, label='old')\n"
-    steps = [
-        added,
-        added.replace("def added():", "# why\ndef added():\n    '''What.'''"),
-        added.replace("old", "new"),
-        added.replace("1.0", "2.0"),
-    ]
-    found: list[dict[str, str]] = []
-    for step in steps:
-        path.write_text(text + step)
-        found.append(digests(tree))
+    before = digests(tree)
+    path.write_text(text + "\n\nADDED = 1.0\n")
+    after = digests(tree)
     path.write_text(text)
-    before, comment, label, constant = found
+    changed = {rule for rule in before if before[rule] != after[rule]}
     must, must_not = EDITS[name]
-    changed = {rule for rule in before if before[rule] != constant[rule]}
     assert must <= changed
     assert not must_not & changed
-    if path.suffix == ".py":
-        assert comment == before
-        assert {rule for rule in before if before[rule] != label[rule]} == changed & DRAWING
+    assert digests(tree) == before
 
 
-def test_nothing_but_the_analysis_is_in_the_key_of_an_analysis() -> None:
-    """Scheduling, journals, configuration and readers may change without new analyses."""
-    package = ROOT / "src/skewbridge"
-    inside = {path.relative_to(package).as_posix() for path in closure(ANALYSIS_MODULE)}
-    packages = {name.split("/")[0] for name in inside if "/" in name}
-    assert packages == {
-        "analysis",
-        "bridge",
-        "contact",
-        "demands",
-        "motions",
-        "reading",
-        "study",
-        "variant",
+def test_bridges_are_digested_by_their_numbers_and_caches_not_at_all(tree: Path) -> None:
+    before = digests(tree)
+    bridge = tree / "bridge/catalogue/osb1.yaml"
+    bridge.write_text(bridge.read_text() + "# a note\n")
+    cache = tree / "contact/__pycache__"
+    cache.mkdir()
+    (cache / "law.cpython-312.pyc").write_bytes(b"x")
+    assert digests(tree) == before
+
+
+def test_a_part_that_is_not_there_is_an_error(tree: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="cellar"):
+        layer_digest(("contact", "cellar"), tree)
+
+
+def test_every_module_that_an_analysis_loads_is_in_its_key() -> None:
+    """Asked of a fresh interpreter that runs one; digests are made by the caller."""
+    code = (
+        "import numpy as np, sys\n"
+        "from pathlib import Path\n"
+        "from skewbridge.analysis.settings import AnalysisSettings\n"
+        "from skewbridge.motions.record import GroundMotion, SuiteMotion\n"
+        "from skewbridge.study.task import Task, analyse_task\n"
+        "from skewbridge.variant.options import ModelOptions\n"
+        "from skewbridge.variant.variant import parse_slug\n"
+        "still = np.full(4, 0.01)\n"
+        "motion = GroundMotion(motion_id='m', dt_s=0.01, accel_1_mps2=still, accel_2_mps2=still)\n"
+        "task = Task(variant=parse_slug('osb1_cf_skew30_gap051_mu050'), incidence_deg=0.0,\n"
+        "    motion=SuiteMotion(motion=motion, scale=1.0, measures={}),\n"
+        "    settings=AnalysisSettings(), options=ModelOptions())\n"
+        "row = analyse_task(task, Path(sys.argv[1]), lambda *_: None)\n"
+        "assert row['status'] == 'ok', row\n"
+        "print('LOADED', *(m.__file__ for n, m in sys.modules.items()\n"
+        "    if n.startswith('skewbridge') and not m.__file__.endswith('__init__.py')))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "/dev/null"], capture_output=True, text=True, check=True
+    )
+    loaded = [Path(name) for name in done.stdout.split("LOADED", 1)[1].split()]
+    inside = [PACKAGE / part for part in ENGINE]
+    digested = {"provenance/digests.py"}
+    outside = {
+        path.relative_to(PACKAGE).as_posix()
+        for path in loaded
+        if not any(path == part or part in path.parents for part in inside)
     }
-    assert {name for name in inside if name.startswith(("motions/", "study/"))} == {
-        "motions/__init__.py",
-        "motions/record.py",
-        "study/__init__.py",
-        "study/task.py",
-    }
-    assert not any(name.endswith(".yaml") for name in inside)
-
-
-@pytest.fixture
-def package(tmp_path: Path) -> Path:
-    """A small package with every way to depend on something."""
-    files = {
-        "__init__.py": "",
-        "top.py": "from typing import TYPE_CHECKING\nfrom pack.part import one\n"
-        "if TYPE_CHECKING:\n    from pack import types_only\n"
-        "def f():\n    import pack.late\n",
-        "late.py": "",
-        "types_only.py": "",
-        "part/__init__.py": "",
-        "part/one.py": "STUDIES = {'a': 'pack.named:run'}\n",
-        "part/numbers.csv": "1,2\n",
-        "part/data/more.json": "{}",
-        "part/.hidden": "",
-        "named.py": "",
-        "other.py": "",
-    }
-    for name, text in files.items():
-        path = tmp_path / "pack" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return tmp_path / "pack"
-
-
-def test_the_closure_follows_every_kind_of_import(package: Path) -> None:
-    names = {path.relative_to(package).as_posix() for path in closure("pack.top", package)}
-    assert names == {
-        "__init__.py",
-        "top.py",
-        "late.py",
-        "named.py",
-        "part/__init__.py",
-        "part/one.py",
-        "part/numbers.csv",
-        "part/data/more.json",
-    }
-
-
-def test_a_module_without_source_is_an_error(package: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        closure("pack.cellar", package)
+    assert len(loaded) > 40
+    assert outside <= digested
 
 
 def test_numbers_that_differ_in_the_last_bit_have_other_keys() -> None:
     assert digest_of(0.1 + 0.2) != digest_of(0.3)
     assert digest_of(("a", 1)) == digest_of(("a", 1))
-
-
-def test_what_a_source_says_is_remembered_by_its_bytes(tmp_path: Path) -> None:
-    """Lines that are torn, and a file that cannot be written, only cost time."""
-    path = tmp_path / "sources.jsonl"
-    source = b"from skewbridge import units\nlabel = 1\n"
-    first = SourceMemory(path).content(source, "skewbridge")
-    assert first.names == ("skewbridge", "skewbridge.units")
-    path.write_bytes(path.read_bytes() + b'{"key": "cut\n\xff\n')
-    remembered = path.read_bytes()
-    again = SourceMemory(path)
-    assert again.content(source, "skewbridge") == first
-    assert path.read_bytes() == remembered
-    other = again.content(source + b"label = 2\n", "skewbridge")
-    assert other.meaning != first.meaning
-    nowhere = SourceMemory(tmp_path / "no" / "folder" / "sources.jsonl")
-    assert nowhere.content(source, "skewbridge") == first

@@ -1,8 +1,10 @@
-"""Every artefact says where it comes from, and whether it is still what would be made."""
+"""Every artefact has its provenance, and whether it is still what would be made."""
 
 import json
 import logging
+import os
 import platform
+import signal
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,21 +17,28 @@ from typer.testing import CliRunner
 
 from skewbridge.cli import build_app
 from skewbridge.errors import InputError, SolutionError
-from skewbridge.provenance.digests import source_digest
-from skewbridge.provenance.stamp import read_stamp, stamp
+from skewbridge.provenance.digests import engine_digest, layer_digest
+from skewbridge.provenance.stamp import figure_metadata, read_stamp, stamp
 from skewbridge.provenance.tables import provenance, read_frame, write_frame
-from skewbridge.study import origin
-from skewbridge.study.keys import ANALYSIS_MODULE
-from skewbridge.study.made_for import CONFIG_KEY, TOLD_TO, tell_rules
+from skewbridge.study import products
+from skewbridge.study.config import load_config
+from skewbridge.study.products import RECIPES, made_from, origin_of, rule_digest
 from skewbridge.study.session import script_session
 
+ROOT = Path(__file__).parents[2]
 SAID = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest": "0" * 16}
 FRAME = pd.DataFrame({"theta": [0.5, 0.7]})
+RULE = "collect_demands"
 runner = CliRunner()
 
 
-def artefact(folder: Path, ending: str) -> Path:
-    """Write a small file of each kind."""
+@pytest.fixture(autouse=True)
+def in_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+
+
+def artefact(folder: Path, ending: str, metadata: dict[str, str] | None = None) -> Path:
+    """Write a small file of each kind; figures have their provenance when they are saved."""
     path = folder / f"file{ending}"
     if ending == ".parquet":
         write_frame(FRAME, path, {"made_for": "another digest"})
@@ -40,28 +49,37 @@ def artefact(folder: Path, ending: str) -> Path:
     else:
         figure = Figure(figsize=(1, 1))
         figure.subplots().plot([0, 1])
-        figure.savefig(path)
+        figure.savefig(path, metadata=figure_metadata(metadata or {}))
     return path
 
 
-@pytest.mark.parametrize("ending", [".parquet", ".json", ".html", ".svg", ".png"])
-def test_a_file_tells_what_was_written_into_it_and_what_was_written_last(tmp_path, ending):
+@pytest.mark.parametrize("ending", [".parquet", ".json", ".html"])
+def test_a_file_has_what_was_written_into_it_and_what_was_written_last(tmp_path, ending):
     path = artefact(tmp_path, ending)
     stamp(path, {"rule": "an older one, longer than the newer"})
     once = path.stat().st_size
     stamp(path, SAID)
-    told = read_stamp(path)
-    assert SAID.items() <= told.items()
+    assert SAID.items() <= read_stamp(path).items()
     stamp(path, {"rule": "an older one, longer than the newer"})
     if ending != ".parquet":  # there, names that are not given again stay
         assert path.stat().st_size == once
     assert read_stamp(path)["rule"] == "an older one, longer than the newer"
 
 
-def test_what_a_file_holds_stays(tmp_path):
+@pytest.mark.parametrize("ending", [".svg", ".png"])
+def test_a_figure_has_its_provenance_in_the_metadata_of_its_format(tmp_path, ending):
+    path = artefact(tmp_path, ending, SAID)
+    before = path.read_bytes()
+    stamp(path, {"rule": "another"})
+    assert path.read_bytes() == before
+    assert read_stamp(path) == SAID
+
+
+def test_the_content_of_a_file_is_kept(tmp_path):
     image, table, content = (artefact(tmp_path, end) for end in (".png", ".parquet", ".json"))
     before = imread(image)
-    stamp(tmp_path, SAID)
+    for path in (image, table, content):
+        stamp(path, SAID)
     np.testing.assert_array_equal(imread(image), before)
     pd.testing.assert_frame_equal(read_frame(table), FRAME)
     assert read_stamp(table)["made_for"] == "another digest"
@@ -94,35 +112,52 @@ def test_the_machine_is_told_without_its_name():
     assert str(Path.cwd()) not in text
 
 
-def rules(**params):
-    config = {"grid": {"gap_mm": [25]}, "results": "here", **params.pop("config", {})}
-    tell_rules(config, {"fit": params, "part": {}}, "suite")
-    return config[CONFIG_KEY]
+def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
+    """What Snakemake gives the script of a rule."""
+    sources = layer_digest(RECIPES[RULE].sources)
+    return SimpleNamespace(
+        rule=RULE,
+        threads=1,
+        log=[folder / "rule.log"],
+        input={},
+        output=Named(table),
+        config={"motions": {"count": 3}},
+        params=SimpleNamespace(
+            results=str(folder), made_from={"sources": sources, "motions": "suite", **made}
+        ),
+    )
 
 
-def test_the_digest_of_a_rule_is_that_of_its_parameters_without_places():
-    first = rules(level=0.9, results=lambda _: "here")
-    assert first["rules"].keys() == {"fit"}
-    assert rules(level=0.9, results=lambda _: "there", config={"results": "there"}) == first
-    assert rules(level=0.95)["rules"] != first["rules"]
-    other_bridge = rules(level=0.9, config={"grid": {"gap_mm": [51]}})
-    assert other_bridge["rules"] == first["rules"]
-    assert other_bridge["config_digest"] != first["config_digest"]
+class Named(list):
+    """Outputs as Snakemake has them: a list whose items may have names."""
+
+    def __init__(self, table: Path) -> None:
+        super().__init__([str(table)])
+        self.named = {"table": str(table)}
+
+    def items(self):
+        return self.named.items()
 
 
-def job(folder: Path, table: Path, rule: str = "fit") -> SimpleNamespace:
-    log = folder / "rule.log"
-    return SimpleNamespace(rule=rule, log=[log], output=[table], config={CONFIG_KEY: rules(x=1)})
-
-
-def test_a_script_marks_its_outputs_when_it_is_through(tmp_path):
+def test_a_script_stamps_its_outputs_when_it_is_through(tmp_path):
     table = tmp_path / "table.parquet"
-    with script_session(job(tmp_path, table)):
+    given = job(tmp_path, table, suspect="x")
+    with script_session(given) as own:
+        assert own.outputs == {"table": table}
+        assert own.folder.root == tmp_path
         write_frame(FRAME, table, {})
     told = read_stamp(table)
-    assert told["rule_digest"] == rules(x=1)["rules"]["fit"]
+    assert told["rule_digest"] == rule_digest(given.params.made_from)
     assert told["suite_digest"] == "suite"
     assert {"config_digest", "openseespy_version", "git_commit"} <= set(told)
+
+
+def test_a_script_whose_sources_were_edited_meanwhile_stops(tmp_path, capsys):
+    given = job(tmp_path, tmp_path / "table.parquet", sources="as they were")
+    with pytest.raises(SystemExit) as stopped, script_session(given):
+        pytest.fail("it began")
+    assert stopped.value.code == 2
+    assert "the sources were edited while the study ran" in capsys.readouterr().err
 
 
 def test_a_script_without_messages_leaves_no_log_not_even_that_of_the_last_run(tmp_path):
@@ -146,44 +181,58 @@ def test_what_failed_ends_with_its_sentence_and_its_code(tmp_path, capsys):
         assert str(error) in capsys.readouterr().err
 
 
+def test_ctrl_c_ends_a_script_with_one_sentence(tmp_path, capsys):
+    with (
+        pytest.raises(SystemExit) as stopped,
+        script_session(job(tmp_path, tmp_path / "none.parquet")),
+    ):
+        os.kill(os.getpid(), signal.SIGINT)
+    assert stopped.value.code == 130
+    assert capsys.readouterr().err == "interrupted; what is finished is kept\n"
+
+
 @pytest.fixture
 def of_study(tmp_path, monkeypatch) -> Path:
-    """A table of a study whose workflow would make it from the parameter x = 1."""
+    """A table of a study whose workflow would make it again the same."""
     table = tmp_path / "table.parquet"
-    with script_session(job(tmp_path, table)):
+    given = job(tmp_path, table)
+    with script_session(given):
         write_frame(FRAME, table, {})
-    monkeypatch.setattr(origin, "present", lambda _config: rules(x=1))
+    monkeypatch.setattr(products, "made_from", lambda _: {RULE: given.params.made_from})
     return table
 
 
-def answered(path: Path) -> tuple[int, dict]:
-    result = runner.invoke(build_app(), ["provenance", str(path), "--json"])
+def answered(path: Path, config: str = "") -> tuple[int, dict]:
+    named = path.parent / "study.yaml"
+    named.write_text(config or "motions: {count: 3}")
+    arguments = ["provenance", str(path), "--study", str(named), "--json"]
+    result = runner.invoke(build_app(), arguments)
     return result.exit_code, json.loads(result.stdout)
 
 
 def test_a_table_is_current_until_its_rule_would_make_another(of_study, monkeypatch):
     code, answer = answered(of_study)
     assert (code, answer["current"], answer["differences"]) == (0, True, [])
-    monkeypatch.setattr(origin, "present", lambda _: rules(x=1, config={"fragility": {"level": 1}}))
-    code, answer = answered(of_study)
+    code, answer = answered(of_study, "motions: {count: 3}\nfigures: {width_mm: 85}")
     assert (code, answer["current"], answer["differences"]) == (0, True, ["config_digest"])
-    monkeypatch.setattr(origin, "present", lambda _config: rules(x=2))
+    made = {"motions": "suite", "sources": "edited"}
+    monkeypatch.setattr(products, "made_from", lambda _: {RULE: made})
     code, answer = answered(of_study)
     assert (code, answer["current"], answer["differences"]) == (1, False, ["rule_digest"])
 
 
 def test_a_file_of_another_configuration_asks_for_it(of_study, monkeypatch):
-    monkeypatch.setattr(origin, "present", lambda _: rules(x=2, config={"fragility": {"level": 1}}))
+    monkeypatch.setattr(products, "made_from", lambda _: {RULE: {"motions": "others"}})
     result = runner.invoke(build_app(), ["provenance", str(of_study)])
     assert result.exit_code == 1
     assert "compared with config/config.yaml" in result.stderr
-    assert "name another study with --study" in result.stderr
+    assert "--study" in result.stderr
 
 
 @pytest.mark.parametrize(("engine", "code"), [(None, 0), ("of older sources", 1)])
 def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path, engine, code):
     path = tmp_path / "histories.parquet"
-    digest = engine or source_digest(ANALYSIS_MODULE)
+    digest = engine or engine_digest()
     write_frame(FRAME, path, provenance(run_key="k", engine_digest=digest))
     assert answered(path)[0] == code
 
@@ -195,19 +244,35 @@ def test_a_file_that_says_too_little_is_bad_input(tmp_path):
     assert answered(tmp_path / "none.png")[0] == 2
 
 
-def test_the_workflow_tells_what_it_would_make(tmp_path, monkeypatch):
-    root = Path(__file__).parents[2]
-    monkeypatch.chdir(root)
-    monkeypatch.delenv(TOLD_TO, raising=False)
-    told = origin.present(Path("config/smoke.yaml"))
-    assert {"collect_demands", "fit_fragility", "figures", "report"} <= told["rules"].keys()
+def studied(folder: Path, text: str = "") -> dict[str, dict[str, str]]:
+    config = folder / "mine.yaml"
+    config.write_text(f"results: {folder}/results\nmotions: {{count: 2}}\n{text}")
+    return made_from(load_config(config, base=ROOT / "config/config.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("text", "changed"),
+    [
+        ("", set()),
+        ("batches: {no_progress_s: 7}", set()),
+        ("figures: {width_mm: 85}", {"figures", "report"}),
+        ("sensitivity: {rows: 1}", {"sensitivity", "report"}),
+        ("fragility: {margin: 0.07}", {"fit_fragility", "check_predict", "figures", "report"}),
+        (
+            "model: {cohesion_n: 5.0}",
+            set(RECIPES) - {"prepare_motions", "verify_contact", "verification"},
+        ),
+    ],
+)
+def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text, changed):
+    before, after = studied(tmp_path), studied(tmp_path, text)
+    assert {rule for rule in before if before[rule] != after[rule]} == changed
+
+
+def test_a_bad_configuration_is_refused(tmp_path):
     bad = tmp_path / "bad.yaml"
     bad.write_text("grid: {gap_mm: [-1]}")
+    table = tmp_path / "table.parquet"
+    write_frame(FRAME, table, provenance(rule=RULE, rule_digest="x"))
     with pytest.raises(InputError, match="gap_mm"):
-        origin.present(bad)
-
-
-def test_without_a_workflow_nothing_can_be_compared(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match="no Snakefile here"):
-        origin.present(Path("config/smoke.yaml"))
+        origin_of(table, bad)

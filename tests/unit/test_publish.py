@@ -15,7 +15,7 @@ from skewbridge.cli import build_app
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.config import load_config, parse_config
-from skewbridge.study.starter import write_starter
+from skewbridge.study.folder import write_starter
 
 RUNNER = CliRunner()
 SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"

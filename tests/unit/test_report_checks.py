@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from skewbridge.errors import SolutionError
-from skewbridge.report.checks import StudyTables, check_tables, write_checks
+from skewbridge.report.checks import StudyTables, check_tables, require_passed, write_checks
 
 CURVES = pd.DataFrame(
     {
@@ -194,10 +194,11 @@ def test_a_mirror_image_is_found_in_the_suite_and_compared():
 def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
     bad = tables(demands(unseating_m=float("nan")))
     output = tmp_path / "checks.json"
-    write_checks(bad, output, strict=False)
+    write_checks(bad, output)
     assert not json.loads(output.read_text())["passed"]
     assert "osb1_cf_skew00_gap025_mu000, m00" in caplog.text
     with pytest.raises(SolutionError, match="not a number"):
-        write_checks(bad, output, strict=True)
-    write_checks(tables(demands()), output, strict=True)
+        require_passed(output)
+    write_checks(tables(demands()), output)
+    require_passed(output)
     assert json.loads(output.read_text())["passed"]

@@ -13,22 +13,21 @@ import pytest
 from skewbridge.analysis.accuracy import NUMERICS
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.suspect import SuspectLimits
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.provenance import tables
 from skewbridge.provenance.files import written_aside
 from skewbridge.study import worker
-from skewbridge.study.batch import run_tasks
+from skewbridge.study.analyses import analyse_variant
+from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.guard import Workers
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.keys import run_key
-from skewbridge.study.plan import write_plan
 from skewbridge.study.sensitivity import CHANGES, in_window, sampled_rows, write_sensitivity
 from skewbridge.study.setup import StudySetup
-from skewbridge.study.task import Task, no_result
-from skewbridge.study.worker import identity_of
+from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.study.worker import row_of_task
 from skewbridge.variant.options import ModelOptions
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
@@ -55,7 +54,7 @@ def setup(tmp_path: Path) -> StudySetup:
 def row_of(task: Task, value: float = 1.0) -> dict[str, object]:
     demands = {column.name: value for column in DEMAND_COLUMNS}
     run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": 1.0, "cpu_s": 1.0}
-    return {**demands, **run, **identity_of(task, run_key(task))}
+    return row_of_task({**demands, **run}, task, run_key(task))
 
 
 def text(value: object) -> str:
@@ -108,9 +107,9 @@ def test_two_names_of_one_motion_are_two_rows(setup: StudySetup, tmp_path: Path)
 
 @pytest.mark.usefixtures("no_analyses")
 def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> None:
-    """The row of the study comes from the journal of its part, the changes from the own one."""
+    """The row of the study comes from the journal of its variant, the changes from the own one."""
     task = setup.tasks(SLUG)[0]
-    with open_journal(setup.folder.journal("analyses_2_of_3")) as journal:
+    with open_journal(setup.folder.journal("a_variant")) as journal:
         journal.append(row_of(task, 2.0))
     with open_journal(setup.folder.journal("sensitivity")) as journal:
         for change, value in zip(list(CHANGES)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
@@ -163,18 +162,26 @@ def test_a_sensitivity_row_no_longer_than_its_window_is_that_of_the_study(
 
 
 def test_journal_lines_of_another_version_are_said_and_not_used(
-    setup: StudySetup, caplog: pytest.LogCaptureFixture
+    setup: StudySetup, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     task = setup.tasks(SLUG)[0]
     path = setup.folder.journal(SLUG)
     path.parent.mkdir(parents=True)
     path.write_text(json.dumps(row_of(task)) + "\n")
     assert read_content([path]).rows == {}
+    monkeypatch.setattr(
+        "skewbridge.study.batch._Pool.stream",
+        lambda _, pending: ((number, [row_of(task)]) for number, task, _ in pending),
+    )
     with caplog.at_level(logging.WARNING, logger="skewbridge"):
-        write_plan(setup, [SLUG], {})
+        analyse_variant(
+            setup,
+            SLUG,
+            workers=Workers(count=1),
+            limits=SuspectLimits(),
+            output=setup.folder.variant_demands(SLUG),
+        )
     assert "The journals hold 1 line(s) of another version" in caplog.text
-    with open_journal(path) as journal:
-        journal.append(row_of(task))
     assert text(read_content([path]).rows) == text({run_key(task): row_of(task)})
 
 
@@ -233,7 +240,6 @@ def test_a_solver_that_says_nothing_leaves_no_log(
         return no_result("ok", "")
 
     monkeypatch.setattr(worker, "analyse_task", analysed)
-    desk = worker.Desk(log_folder=tmp_path / "logs", heartbeats=tmp_path, owner_pid=0)
     (task,) = setup.tasks(SLUG)
-    worker.analysed_row(task, "key", desk)
+    worker.analysed_row(task, "key", tmp_path / "logs")
     assert [path.read_text() for path in (tmp_path / "logs").iterdir()] == [said] * bool(said)

@@ -14,9 +14,8 @@ from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.motions.content import content_digest
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
-from skewbridge.study import keys
-from skewbridge.study.keys import run_key
-from skewbridge.study.task import Task
+from skewbridge.study import task as task_module
+from skewbridge.study.task import Task, run_key
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -73,7 +72,7 @@ def test_another_solver_is_another_analysis(
 ) -> None:
     task = task_of(first_motion(tmp_path))
     before = run_key(task)
-    monkeypatch.setattr(keys, "opensees_version", lambda: "9.9")
+    monkeypatch.setattr(task_module, "opensees_version", lambda: "9.9")
     assert run_key(task) != before
 
 

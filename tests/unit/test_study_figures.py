@@ -24,7 +24,7 @@ from skewbridge.report.study_figures import (
     read_captions,
     study_figures,
 )
-from skewbridge.study.figure_settings import FigureSettings
+from skewbridge.study.config import FigureSettings
 from skewbridge.variant import axes as axis_table
 
 FOURTH = "transverse_gap_mm"

@@ -12,17 +12,16 @@ from fragility_tables import paired_effects, synthetic_demands
 from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.suspect import LIMITS, SuspectLimits, count_reasons, reasons
-from skewbridge.demands.tables import write_study
+from skewbridge.demands.tables import join_variants, write_variant
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.provenance.closure import PACKAGE, closure
+from skewbridge.provenance.digests import ENGINE
 from skewbridge.report.checks import read_tables, write_checks
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.keys import ANALYSIS_MODULE
 from skewbridge.study.progress import study_state
 
 HEALTHY = {
@@ -91,7 +90,8 @@ def test_reasons_are_counted_with_their_worst_row() -> None:
 
 
 def test_no_limit_stands_in_the_key_of_an_analysis() -> None:
-    assert PACKAGE / "demands" / "suspect.py" not in closure(ANALYSIS_MODULE)
+    """Other limits run no analysis again: the key has nothing of this section."""
+    assert not {"demands", "demands/suspect.py"} & set(ENGINE)
 
 
 def test_shares_per_rung_count_steps_and_the_highest_rung_of_an_analysis() -> None:
@@ -115,10 +115,11 @@ def row(**changed: object) -> dict[str, object]:
 
 def test_the_table_of_the_study_says_what_is_suspect(tmp_path: Path) -> None:
     """Rows of analyses do not: other limits judge the same rows anew."""
-    rows = {tmp_path / "x.parquet": [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]}
+    rows = [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]
     found = []
     for limits in (LIMITS, SuspectLimits(max_rung=1)):
-        write_study(rows.items(), tmp_path / "all.parquet", limits, ["x", "x"])
+        write_variant(rows, tmp_path / "x.parquet", limits)
+        join_variants([tmp_path / "x.parquet"], tmp_path / "all.parquet")
         found.append(pd.read_parquet(tmp_path / "all.parquet")["suspect"].tolist())
         assert pd.read_parquet(tmp_path / "x.parquet")["suspect"].tolist() == found[-1]
     assert found == [["", ""], ["", "recovery rung 2"]]
@@ -126,8 +127,8 @@ def test_the_table_of_the_study_says_what_is_suspect(tmp_path: Path) -> None:
 
 def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
     whole = tmp_path / "all.parquet"
-    rows = {tmp_path / "x.parquet": [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]}
-    write_study(rows.items(), whole, SuspectLimits(max_rung=1), ["x", "x"])
+    rows = [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]
+    write_variant(rows, whole, SuspectLimits(max_rung=1))
     curves, effects, suite = (tmp_path / f"{name}.parquet" for name in ("curves", "effects", "s"))
     named = {key: ["x"] for key in ("variant", "component", "method", "demand", "limit_state")}
     fit = {"status": ["ok"], "theta": [0.5], "threshold": [1.0]}
@@ -138,7 +139,7 @@ def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
         demands=whole, curves=curves, effects=effects, suite=suite, max_unfinished_share=0.01
     )
     limits = SuspectLimits(max_rung=1)
-    write_checks(tables, tmp_path / "checks.json", strict=False, suspect=limits)
+    write_checks(tables, tmp_path / "checks.json", suspect=limits)
     checks = json.loads((tmp_path / "checks.json").read_text())
     assert checks["suspect_rows"] == 1
     (worst,) = checks["suspect"]

@@ -12,11 +12,9 @@ from study_trees import TIMES
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.study.batch import run_tasks
-from skewbridge.study.guard import Workers
+from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.keys import run_key
-from skewbridge.study.task import Task
+from skewbridge.study.task import Task, run_key
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 

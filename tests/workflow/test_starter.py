@@ -10,7 +10,7 @@ import pytest
 from hatchling.builders.wheel import WheelBuilder
 
 from skewbridge.errors import InputError
-from skewbridge.study.starter import PARTS, write_starter
+from skewbridge.study.folder import STARTER_PARTS, write_starter
 
 ROOT = Path(__file__).parents[2]
 
@@ -42,7 +42,7 @@ def test_an_installed_package_starts_a_study_that_snakemake_plans(
     where = run(installed, tmp_path, "skewbridge", "init", "mine")
     assert where.returncode == 0, where.stderr
     study = tmp_path / "mine"
-    assert all((study / part).exists() for part in PARTS)
+    assert all((study / part).exists() for part in STARTER_PARTS)
     planned = run(installed, study, "snakemake", "-n", "--configfile", "config/smoke.yaml")
     assert planned.returncode == 0, planned.stdout + planned.stderr
     assert "collect_demands" in planned.stdout

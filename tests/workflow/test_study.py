@@ -14,9 +14,7 @@ import pytest
 from study_trees import TIMES, copy_sources
 
 from skewbridge.provenance.tables import provenance, write_frame
-from skewbridge.study.costs import CPU_S_PER_MOTION_S
-from skewbridge.study.forecast import TYPICAL_MOTION_S
-from skewbridge.study.tree_lock import LOCK_NAME
+from skewbridge.study.processes import LOCK_NAME
 from small_study import SNAKEMAKE, command, journal_keys, planned_jobs, run, wait_for
 
 SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
@@ -29,7 +27,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy_sources(tree)
     smoke = tree / "config/smoke.yaml"
     text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 6.0")
-    smoke.write_text(text.replace("results: results/smoke\n", ""))
+    smoke.write_text(f"results: results\n{text}")
     process = subprocess.Popen(
         command("--configfile", "config/smoke.yaml"),
         cwd=tree,
@@ -115,36 +113,32 @@ def test_running_again_does_nothing(study: Path) -> None:
 def test_modelling_choices_are_made_on_request_only(study: Path) -> None:
     assert planned_jobs(study, "", "choices") == {"modelling_choices", "choices"}
     outdated = study / "results/modelling_choices.parquet"
-    write_frame(pd.DataFrame({"name": ["keys"]}), outdated, provenance(made_for="another study"))
+    write_frame(pd.DataFrame({"name": ["keys"]}), outdated, provenance(rule_digest="another"))
     try:
         assert planned_jobs(study) == set()
     finally:
         outdated.unlink()
 
 
-def test_how_the_analyses_are_cut_into_jobs_changes_nothing_that_is_done(study: Path) -> None:
-    assert planned_jobs(study, "batches: {cpu_hours: 0.001}") == set()
-
-
-def test_workers_parts_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study: Path) -> None:
-    """The study again: half of its grid on one core, in jobs of one or two analyses, then all."""
+def test_workers_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study: Path) -> None:
+    """The study again: half of its grid on one core, then all with two workers for a variant."""
     tables = ["demands.parquet", *(f"demands/{slug}.parquet" for slug in SLUGS)]
-    of_two_h = 2 * TYPICAL_MOTION_S * CPU_S_PER_MOTION_S / 3600
-    cut = f"batches: {{cpu_hours: {of_two_h:.9f}}}"
-    half = f"{{results: again, grid: {{friction: [0.0]}}, {cut}}}"
+    half = "{results: again, grid: {friction: [0.0]}}"
     done = run(study, "--", "again/demands.parquet", over=half, cores=1)
-    assert (done.stdout + done.stderr).count("rule analyse:") == 2
+    assert (done.stdout + done.stderr).count("rule analyse:") == 1
     first = journal_keys(study, "again")
-    run(study, "--", "again/demands.parquet", over="results: again")
+    two = ("--set-threads", "analyse=2")
+    done = run(study, *two, "--", "again/demands.parquet", over="results: again")
+    assert (done.stdout + done.stderr).count("rule analyse:") == 1
     assert len(first) == 3
-    assert journal_keys(study, "again") == [*journal_keys(study, "again")[:3], *first]
+    assert journal_keys(study, "again")[:3] == first
     assert sorted(journal_keys(study, "again")) == sorted(journal_keys(study))
     for name in tables:
         found, expected = (pd.read_parquet(study / root / name) for root in ("again", "results"))
         pd.testing.assert_frame_equal(
             found.drop(columns=TIMES), expected.drop(columns=TIMES), check_exact=True
         )
-    skewbridge = [str(SNAKEMAKE.parent / "skewbridge"), "status", "--json", "--config"]
+    skewbridge = [str(SNAKEMAKE.parent / "skewbridge"), "status", "--json", "--study"]
     (study / "merged.yaml").write_text((study / "config/smoke.yaml").read_text() + "results: again")
     state = subprocess.run(
         [*skewbridge, "merged.yaml"], cwd=study, capture_output=True, text=True, check=True
@@ -175,14 +169,14 @@ def jobs_after(tree: Path, edits: dict[str, tuple[str, str]], over: str = "") ->
             assert old in before[name]
             text = before[name].replace(old, new) if old else before[name] + new
             (tree / name).write_text(text)
-        return planned_jobs(tree, over) - {"all"}
+        return planned_jobs(tree, over) - {"study"}
     finally:
         for name, text in before.items():
             (tree / name).write_text(text)
 
 
-ANALYSES = {"plan", "analyse", "collect_demands", "sensitivity", "friction_pair"}
-FITS = {"fit_fragility", "figures", "check_results", "report"}
+ANALYSES = {"analyse", "collect_demands", "sensitivity", "friction_pair"}
+FITS = {"fit_fragility", "figures", "report"}
 
 
 def test_a_copied_tree_runs_nothing(copy: Path) -> None:
@@ -195,7 +189,6 @@ def test_notes_and_comments_run_nothing(copy: Path) -> None:
         "config/config.yaml",
         "config/limit_states.yaml",
         "src/skewbridge/bridge/catalogue/osb1.yaml",
-        "src/skewbridge/contact/law.py",
         "workflow/scripts/analyse.py",
     )
     assert jobs_after(copy, dict.fromkeys(names, ("", "\n# a comment\n"))) == set()
@@ -208,12 +201,29 @@ def test_a_changed_limit_state_reruns_the_fits_and_what_follows(copy: Path) -> N
 
 def test_width_and_font_of_the_figures_rerun_these_and_the_page(copy: Path) -> None:
     over = "figures: {width_mm: 85, font: serif}"
-    assert planned_jobs(copy, over) - {"all"} == {"figures", "report"}
+    assert planned_jobs(copy, over) - {"study"} == {"figures", "report"}
 
 
-def test_an_edited_template_reruns_the_report(copy: Path) -> None:
+def test_an_edited_template_or_figure_reruns_these_and_the_page(copy: Path) -> None:
     template = "src/skewbridge/report/html/templates/report.html.j2"
-    assert jobs_after(copy, {template: ("", "\n")}) == {"report"}
+    assert jobs_after(copy, {template: ("", "\n")}) == {"figures", "report"}
+
+
+def test_an_edited_label_reruns_the_tables_and_no_analysis(copy: Path) -> None:
+    """The jobs of the variants find all analyses in their journals: the key has no label."""
+    labels = "src/skewbridge/demands/demand_columns.py"
+    text = (copy / labels).read_text()
+    label = re.search(r'label="[^"]+"', text)
+    assert label is not None
+    before = journal_keys(copy)
+    (copy / labels).write_text(text.replace(label[0], 'label="Another"', 1))
+    try:
+        assert planned_jobs(copy) - {"study"} == ANALYSES | FITS
+        run(copy, "--", "results/demands.parquet")
+        assert journal_keys(copy) == before
+    finally:
+        (copy / labels).write_text(text)
+        run(copy, "--", "results/demands.parquet")
 
 
 def test_edited_mechanics_rerun_the_analyses_and_what_follows(copy: Path) -> None:

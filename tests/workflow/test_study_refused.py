@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from study_trees import ROOT, copy_sources
 
-from small_study import run
+from skewbridge.study.products import RECIPES
+from small_study import SNAKEMAKE, run
 
 
 @pytest.fixture(scope="module")
@@ -19,24 +20,74 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
-    """Times do not count, so the parameters of a rule must tell of the rules that it reads from.
-
-    A part of the analyses has no parameters, because it is temporary; those of the plan tell of it.
-    """
+def rule_blocks() -> dict[str, str]:
+    """Texts of all rules by name."""
     text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
     blocks = re.split(r"^rule (\w+):", text, flags=re.MULTILINE)[1:]
-    for name, block in zip(blocks[::2], blocks[1::2], strict=True):
+    return dict(zip(blocks[::2], blocks[1::2], strict=True))
+
+
+def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
+    """What a rule reads of others is in its recipe, directly or through another one.
+
+    The gate is only an input to come first: where it alone has changed, journals have everything.
+    """
+    blocks = rule_blocks()
+    assert set(blocks) == set(RECIPES)
+
+    def behind(rule: str) -> set[str]:
+        after = set(RECIPES[rule].after)
+        return after.union(*map(behind, after))
+
+    for name, block in blocks.items():
         inputs = set(re.findall(r"rules\.(\w+)\.output", block))
-        after = set(re.findall(r"rules\.(\w+)\b(?!\.)", block))
-        if name == "analyse":
-            assert "params" not in block
-            assert inputs == {"plan", "prepare_motions", "verify_contact"}
-            continue
-        only_first = {"verify_contact"} if name != "report" else set()
-        assert inputs - only_first == after, name
+        assert inputs - {"verify_contact"} <= behind(name), name
+        assert f'made_from=MADE_FROM["{name}"]' in block
+    assert "rules.verify_contact" in blocks["analyse"]
     # Snakemake forgets a job behind one that runs if all that it reads of that one is ancient
-    assert "ancient(rules." not in text
+    assert "ancient(rules." not in "".join(blocks.values())
+
+
+def test_every_rule_states_what_it_is_and_what_it_needs() -> None:
+    for name, block in rule_blocks().items():
+        assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
+        for directive in ("log:", "benchmark:", "resources:", "mem_mb=", "runtime="):
+            assert directive in block, (name, directive)
+
+
+def test_the_workflow_changes_no_setting_of_snakemake() -> None:
+    text = "".join(path.read_text() for path in (ROOT / "workflow").rglob("*.smk"))
+    text += (ROOT / "workflow/Snakefile").read_text() + (ROOT / "Snakefile").read_text()
+    assert not re.search(r"workflow\.\w+_settings(\.\w+)* *[-|]?=", text)
+    assert not re.search(r"config\[.*\] *=|signal\.|\.is_file\(\) *(and|or)|if FOLDER", text)
+
+
+@pytest.mark.parametrize(
+    "asked", [("-n",), ("--dag",), ("--rulegraph",), ("--summary",), ("--list",)]
+)
+def test_snakemake_answers_without_a_number_of_cores(tree: Path, asked: tuple[str, ...]) -> None:
+    done = subprocess.run(
+        [str(SNAKEMAKE), *asked, "--configfile", "config/smoke.yaml"],
+        cwd=tree,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "analyse" in done.stdout + done.stderr
+
+
+def test_a_copied_configuration_has_results_of_its_own(tree: Path) -> None:
+    shutil.copy(tree / "config/smoke.yaml", tree / "config/mine.yaml")
+    done = subprocess.run(
+        [str(SNAKEMAKE), "-n", "--configfile", "config/mine.yaml"],
+        cwd=tree,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "output: results/mine/report.html" in done.stdout + done.stderr
+    assert "results/smoke" not in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,9 @@
 rule fit_fragility:
+    """Fit all curves, effects, joint models and systems, and check the tables of the study."""
     input:
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
-        limit_states=ancient(STUDY.fragility.limit_states),
+        limit_states=ancient(STUDY.fragility.limit_states),  # its content is in params
     output:
         curves=FOLDER.fragility("curves"),
         medians=FOLDER.fragility("median_effects"),
@@ -13,48 +14,49 @@ rule fit_fragility:
         system=FOLDER.fragility("system"),
         measures=FOLDER.fragility("measures"),
         joint=FOLDER.fragility("joint"),
-        paper=[FOLDER.fragility("table", ending) for ending in ("csv", "tex")],
+        tex=FOLDER.fragility("table", "tex"),
+        csv=report(
+            FOLDER.fragility("table", "csv"),
+            caption="../report/table.rst",
+            category="Tables",
+        ),
+        checks=report(FOLDER.checks, caption="../report/checks.rst", category="Checks"),
     log:
         FOLDER.log("fit_fragility"),
-    threads: workflow.cores
+    benchmark:
+        FOLDER.benchmark("fit_fragility")
+    threads: 2
+    resources:
+        mem_mb=by_attempt(3000),
+        runtime=by_attempt(120),
     params:
-        fragility=section("fragility"),
-        limit_states=LIMIT_STATES,
-        digest=script_digest(
-            "fit_fragility", rules.prepare_motions, rules.collect_demands
-        ),
+        results=results_folder,
+        made_from=MADE_FROM["fit_fragility"],
     script:
         "../scripts/fit_fragility.py"
 
 
-# Error of `skewbridge predict` inside the grid, from new analyses: `make check-predict`. It is on no
-# path to the report, which quotes the table where there is one.
+# On no path to the report, which quotes its table where there is one.
 rule check_predict:
+    """Compare predicted medians with new analyses of variants inside the grid."""
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
         demands=rules.collect_demands.output.demands,
         joint=rules.fit_fragility.output.joint,
-        limit_states=ancient(STUDY.fragility.limit_states),
+        limit_states=ancient(STUDY.fragility.limit_states),  # its content is in params
     output:
         table=FOLDER.fragility("check_predict"),
     log:
         FOLDER.log("check_predict"),
-    threads: workflow.cores
+    benchmark:
+        FOLDER.benchmark("check_predict")
+    threads: 64  # at most those that Snakemake is given
     resources:
-        no_progress_s=STUDY.batches.no_progress_s,
+        mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,
+        runtime=by_attempt(240),
     params:
         results=results_folder,
-        axes=STUDY.grid.values(),
-        sections=ANALYSIS_SECTIONS,
-        bridges=BRIDGES,
-        opensees=opensees_version(),
-        fragility=section("fragility"),
-        digest=script_digest(
-            "check_predict",
-            rules.prepare_motions,
-            rules.collect_demands,
-            rules.fit_fragility,
-        ),
+        made_from=MADE_FROM["check_predict"],
     script:
         "../scripts/check_predict.py"

@@ -1,15 +1,18 @@
 rule prepare_motions:
+    """Read the motions, choose their factors and measure their intensity for every bridge."""
     output:
         suite=FOLDER.suite,
         intensities=FOLDER.intensities,
     log:
         FOLDER.log("prepare_motions"),
+    benchmark:
+        FOLDER.benchmark("prepare_motions")
+    priority: 100
+    resources:
+        mem_mb=by_attempt(1500),
+        runtime=by_attempt(30),
     params:
         results=results_folder,
-        motions=section("motions"),
-        content=MOTIONS,
-        conditioning_t1_s=CONDITIONING_T1_S,
-        t1_s=T1_S,
-        digest=script_digest("prepare_motions"),
+        made_from=MADE_FROM["prepare_motions"],
     script:
         "../scripts/prepare_motions.py"

@@ -1,4 +1,9 @@
+# Tables that are made on request are shown if they are current when the page is made.
+ON_REQUEST = {name: MADE_FROM[name] for name in ("modelling_choices", "check_predict")}
+
+
 rule figures:
+    """Draw the figures of the report."""
     input:
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
@@ -8,55 +13,31 @@ rule figures:
         effects=rules.fit_fragility.output.effects,
         intensity_effects=rules.fit_fragility.output.intensity_effects,
     output:
-        folder=directory(FOLDER.figures),
+        folder=report(
+            directory(FOLDER.figures),
+            patterns=["{name}.svg"],
+            caption="../report/figure.rst",
+            category="Figures",
+        ),
         captions=FOLDER.captions,
     log:
         FOLDER.log("figures"),
-    threads: max(1, workflow.cores // 2)  # beside `sensitivity`
+    benchmark:
+        FOLDER.benchmark("figures")
+    threads: 2
+    resources:
+        mem_mb=by_attempt(3000),
+        runtime=by_attempt(60),
     params:
-        look=section("figures"),
-        choices=SHOWN_CHOICES,
-        digest=script_digest(
-            "figures",
-            rules.prepare_motions,
-            rules.collect_demands,
-            rules.friction_pair,
-            rules.fit_fragility,
-            shown=True,
-        ),
+        results=results_folder,
+        made_from=MADE_FROM["figures"],
+        on_request=ON_REQUEST,
     script:
         "../scripts/figures.py"
 
 
-rule check_results:
-    input:
-        demands=rules.collect_demands.output.demands,
-        curves=rules.fit_fragility.output.curves,
-        effects=rules.fit_fragility.output.effects,
-        suite=rules.prepare_motions.output.suite,
-    output:
-        checks=FOLDER.checks,
-    log:
-        FOLDER.log("check_results"),
-    params:
-        asked={
-            "max_unfinished_share": STUDY.max_unfinished_share,
-            "cohesion_n": STUDY.model.cohesion_n,
-            "searched": STUDY.motions.design == "ida",
-        },
-        strict=STUDY.checks == "strict",
-        suspect=section("suspect"),
-        digest=script_digest(
-            "check_results",
-            rules.prepare_motions,
-            rules.collect_demands,
-            rules.fit_fragility,
-        ),
-    script:
-        "../scripts/check_results.py"
-
-
 rule report:
+    """Join tables and figures in one self-contained page."""
     input:
         captions=rules.figures.output.captions,
         demands=rules.collect_demands.output.demands,
@@ -72,26 +53,20 @@ rule report:
         system=rules.fit_fragility.output.system,
         measures=rules.fit_fragility.output.measures,
         joint=rules.fit_fragility.output.joint,
-        checks=rules.check_results.output.checks,
+        checks=rules.fit_fragility.output.checks,
         sensitivity=rules.sensitivity.output.table,
     output:
-        html=FOLDER.report,
+        html=report(FOLDER.report, caption="../report/page.rst", category="Report"),
     log:
         FOLDER.log("report"),
+    benchmark:
+        FOLDER.benchmark("report")
+    resources:
+        mem_mb=by_attempt(3000),
+        runtime=by_attempt(60),
     params:
-        figures=figures_folder,
-        config=STUDY.model_dump(mode="json", exclude={"batches"}),
-        choices=SHOWN_CHOICES,
-        digest=script_digest(
-            "report",
-            rules.figures,
-            rules.prepare_motions,
-            rules.verify_contact,
-            rules.collect_demands,
-            rules.fit_fragility,
-            rules.check_results,
-            rules.sensitivity,
-            shown=True,
-        ),
+        results=results_folder,
+        made_from=MADE_FROM["report"],
+        on_request=ON_REQUEST,
     script:
         "../scripts/report.py"

@@ -1,26 +1,36 @@
-# A gate: nothing is analysed with a broken contact law.
 rule verify_contact:
+    """Check the contact law; nothing is analysed with a broken one."""
     output:
         table=FOLDER.gate,
     log:
         FOLDER.log("verify_contact"),
+    benchmark:
+        FOLDER.benchmark("verify_contact")
+    priority: 100
+    resources:
+        mem_mb=by_attempt(1500),
+        runtime=by_attempt(30),
     params:
-        opensees=opensees_version(),
-        digest=script_digest("verify_contact"),
+        results=results_folder,
+        made_from=MADE_FROM["verify_contact"],
     script:
         "../scripts/verify_contact.py"
 
 
-# The paper's studies against their references; not part of the default target.
 rule verification:
+    """Compare the paper's studies with their references; not part of the default target."""
     output:
         table=FOLDER.verification / "studies.parquet",
         statements=FOLDER.verification / "statements.parquet",
     log:
         FOLDER.log("verification"),
+    benchmark:
+        FOLDER.benchmark("verification")
+    resources:
+        mem_mb=by_attempt(2000),
+        runtime=by_attempt(240),
     params:
-        bridges={name: bridge_digest(name) for name in bridge_names()},
-        opensees=opensees_version(),
-        digest=script_digest("verification", shown=True),
+        results=results_folder,
+        made_from=MADE_FROM["verification"],
     script:
         "../scripts/verification.py"

@@ -1,16 +1,11 @@
-"""Join the demands of all parts into one checked table, and one of every variant."""
+"""Join the demands of all variants into one table."""
 
 from pathlib import Path
 
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake):
-        from skewbridge.demands.suspect import SuspectLimits
-        from skewbridge.reading import checked
-        from skewbridge.study.folder import StudyFolder
-        from skewbridge.study.runs import collect_parts
+    with script_session(snakemake) as job:
+        from skewbridge.demands.tables import join_variants
 
-        folder = StudyFolder(Path(snakemake.input.plan).parent)
-        limits = checked(SuspectLimits, snakemake.params.suspect, "suspect")
-        collect_parts(folder, map(Path, snakemake.input.parts), limits)
+        join_variants(list(map(Path, snakemake.input)), job.outputs["demands"])

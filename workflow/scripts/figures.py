@@ -1,21 +1,19 @@
 """Draw the figures of the report."""
 
-from pathlib import Path
-
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake):
-        from skewbridge.reading import checked
+    with script_session(snakemake) as job:
         from skewbridge.report.study_figures import draw_study
-        from skewbridge.study.figure_settings import FigureSettings
 
-        made = snakemake.params.choices
+        on_request = snakemake.params.on_request
+        choices = job.current(job.folder.modelling_choices, on_request["modelling_choices"])
         draw_study(
-            {name: Path(path) for name, path in snakemake.input.items()},
-            choices=Path(made["table"]) if made else None,
-            folder=Path(snakemake.output.folder),
-            captions=Path(snakemake.output.captions),
-            settings=checked(FigureSettings, snakemake.params.look, "figures"),
+            job.inputs,
+            choices=choices,
+            folder=job.outputs["folder"],
+            captions=job.outputs["captions"],
+            settings=job.study.figures,
+            provenance=job.stamp,
             n_jobs=snakemake.threads,
         )

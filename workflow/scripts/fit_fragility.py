@@ -1,19 +1,23 @@
-"""Write every table of results/fragility: fits, effects, joint models, systems."""
-
-from pathlib import Path
+"""Write every table of results/fragility, and check the tables of the study."""
 
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake):
+    with script_session(snakemake) as job:
         from skewbridge.fragility.limit_states import load_limit_states
-        from skewbridge.fragility.settings import FitSettings
         from skewbridge.fragility.study_tables import fragility_tables, write_tables
         from skewbridge.provenance.tables import read_frame
-        from skewbridge.reading import checked
+        from skewbridge.report.checks import read_tables, write_checks
 
-        settings = checked(FitSettings, snakemake.params.fragility, "fragility")
-        demands, suite = (read_frame(Path(snakemake.input[name])) for name in ("demands", "suite"))
-        states = load_limit_states(Path(snakemake.input.limit_states))
-        tables = fragility_tables(demands, states, settings, suite, jobs=snakemake.threads)
-        write_tables(tables, Path(snakemake.output.curves).parent)
+        study, paths = job.study, {**job.inputs, **job.outputs}
+        demands, suite = (read_frame(paths[name]) for name in ("demands", "suite"))
+        states = load_limit_states(paths["limit_states"])
+        tables = fragility_tables(demands, states, study.fragility, suite, jobs=snakemake.threads)
+        write_tables(tables, paths["curves"].parent)
+        checked = read_tables(
+            **{name: paths[name] for name in ("demands", "curves", "effects", "suite")},
+            max_unfinished_share=study.max_unfinished_share,
+            cohesion_n=study.model.cohesion_n,
+            searched=study.motions.design == "ida",
+        )
+        write_checks(checked, paths["checks"], study.suspect)

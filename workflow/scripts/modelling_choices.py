@@ -1,26 +1,20 @@
 """Compare other choices of the modeller with the configured model on a few motions."""
 
-from pathlib import Path
-
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake):
-        from skewbridge.study.folder import StudyFolder
-        from skewbridge.study.guard import Workers
+    with script_session(snakemake) as job:
+        from skewbridge.study.config import chosen_variants
         from skewbridge.study.modelling_choices import write_choices
         from skewbridge.study.setup import StudySetup
+        from skewbridge.variant.grid import expand_grid
 
-        choices = snakemake.params.choices
-        folder = StudyFolder(Path(snakemake.params.results))
+        named = job.study.modelling_choices
         write_choices(
-            StudySetup.from_sections(choices["sections"], folder),
-            choices["variants"],
-            choices["axes"],
-            motions=choices["motions"],
-            workers=Workers(
-                count=snakemake.threads, no_progress_s=snakemake.resources.no_progress_s
-            ),
-            output=Path(snakemake.output.table),
-            digest=snakemake.params.made_for,
+            StudySetup.of(job.study),
+            chosen_variants(expand_grid(job.study.grid), named.variants),
+            job.study.grid.values(),
+            motions=named.motions,
+            workers=job.workers,
+            output=job.outputs["table"],
         )

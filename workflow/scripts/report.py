@@ -1,18 +1,23 @@
 """Join tables and figures in one self-contained page."""
 
-from pathlib import Path
-
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake):
+    with script_session(snakemake) as job:
+        from skewbridge.report.checks import require_passed
         from skewbridge.report.html.page import write_report
 
-        made = snakemake.params.choices
+        if job.study.checks == "strict":
+            require_passed(job.inputs["checks"])
+        on_request = snakemake.params.on_request
+        choices = job.current(job.folder.modelling_choices, on_request["modelling_choices"])
+        check = job.folder.fragility("check_predict")
+        check = job.current(check, on_request["check_predict"])
+        tables = {**job.inputs, **({"check_predict": check} if check else {})}
         write_report(
-            tables={name: Path(path) for name, path in snakemake.input.items()},
-            figures=Path(snakemake.params.figures),
-            config=snakemake.params.config,
-            choices=Path(made["table"]) if made else None,
-            output=Path(snakemake.output.html),
+            tables=tables,
+            figures=job.folder.figures,
+            config=job.study.model_dump(mode="json", exclude={"batches"}),
+            choices=choices,
+            output=job.outputs["html"],
         )

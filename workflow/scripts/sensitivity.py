@@ -1,25 +1,20 @@
 """Repeat a few analyses at the reference accuracy and with other penalties."""
 
-from pathlib import Path
-
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake):
-        from skewbridge.study.folder import StudyFolder
-        from skewbridge.study.guard import Workers
+    with script_session(snakemake) as job:
         from skewbridge.study.sensitivity import write_sensitivity
         from skewbridge.study.setup import StudySetup
+        from skewbridge.variant.grid import expand_grid
 
-        folder = StudyFolder(Path(snakemake.params.results))
-        setup = StudySetup.from_sections(snakemake.params.sections, folder)
+        variants = expand_grid(job.study.grid)
+        most_friction = max(variant.friction_pct for variant in variants)
         write_sensitivity(
-            setup,
-            snakemake.params.variants,
-            count=snakemake.params.rows,
-            window_s=snakemake.params.window_s,
-            workers=Workers(
-                count=snakemake.threads, no_progress_s=snakemake.resources.no_progress_s
-            ),
-            output=Path(snakemake.output.table),
+            StudySetup.of(job.study),
+            [each.slug for each in variants if each.friction_pct == most_friction],
+            count=job.study.sensitivity.rows,
+            window_s=job.study.sensitivity.window_s,
+            workers=job.workers,
+            output=job.outputs["table"],
         )

@@ -1,16 +1,15 @@
 """Repeat the studies of the paper against their references and judge its statements."""
 
 import logging
-from pathlib import Path
 
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake):
+    with script_session(snakemake) as job:
         from skewbridge.verification.registry import run_studies
 
         logger = logging.getLogger("skewbridge")
-        rows = run_studies([], Path(snakemake.output.table).parent, report_progress=logger.info)
+        rows = run_studies([], job.outputs["table"].parent, report_progress=logger.info)
         failed = [f"{row['study']}: {row['quantity']}" for row in rows if not row["pass"]]
         if failed:
             logger.error("%d of %d checks failed:\n%s", len(failed), len(rows), "\n".join(failed))

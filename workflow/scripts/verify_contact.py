@@ -1,12 +1,11 @@
 """Check the contact law and its OpenSees unit; stop the study where they are wrong."""
 
 import logging
-from pathlib import Path
 
 from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
-    with script_session(snakemake):
+    with script_session(snakemake) as job:
         from skewbridge.provenance.tables import provenance, write_frame
         from skewbridge.verification.studies.gate import verify_contact_gate
 
@@ -15,4 +14,4 @@ if __name__ == "__main__":
         if len(failed):
             logging.getLogger("skewbridge").error("the contact law is broken:\n%s", failed)
             raise SystemExit(1)
-        write_frame(checks, Path(snakemake.output.table), provenance())
+        write_frame(checks, job.outputs["table"], provenance())

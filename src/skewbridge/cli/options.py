@@ -44,11 +44,14 @@ def config_of(study: Path | None) -> Path:
     """
     if study is None or study.suffix in (".yaml", ".yml"):
         return study or DEFAULT_CONFIG
+    from skewbridge.study.folder import default_root
+
     writers: list[Path] = []
     for path in sorted(DEFAULT_CONFIG.parent.glob("*.yaml")):
-        default = "results" if path == DEFAULT_CONFIG else None
         content = read_yaml(path)
-        results = content.get("results", default) if isinstance(content, Mapping) else None
+        results = (
+            content.get("results", default_root(path)) if isinstance(content, Mapping) else None
+        )
         if isinstance(results, str) and Path(results).resolve() == study.resolve():
             writers.append(path)
     if len(writers) == 1:

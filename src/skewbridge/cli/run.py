@@ -148,11 +148,11 @@ def _task_of_row(key: str, config: Path) -> "Task":
         InputError: The study has no results, no such row, or no such analysis any more.
     """
     from skewbridge.provenance.tables import read_table
-    from skewbridge.study.config import analysis_sections, load_config
+    from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import read_journals
-    from skewbridge.study.keys import run_key
     from skewbridge.study.setup import StudySetup
+    from skewbridge.study.task import run_key
 
     study = load_config(config, base=DEFAULT_CONFIG)
     folder = StudyFolder(Path(study.results))
@@ -165,7 +165,7 @@ def _task_of_row(key: str, config: Path) -> "Task":
         row = next((row for row in rows if row["run_key"] == key), None)
         if row is None:
             raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
-    task = StudySetup.from_sections(analysis_sections(study), folder).task_of(row)
+    task = StudySetup.of(study).task_of(row)
     if task is None:
         raise InputError(
             f"row {key}: {config} has no {row['motion_id']} x {row['scale']:g} at "
@@ -182,11 +182,9 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
 
     from skewbridge.analysis.transient import analyse
     from skewbridge.demands.suspect import LIMITS, SUSPECT, reasons
-    from skewbridge.study.keys import run_key
-    from skewbridge.study.task import outcome_of
-    from skewbridge.study.worker import identity_of
+    from skewbridge.study.task import outcome_of, run_key
+    from skewbridge.study.worker import row_of_task
 
-    identity = identity_of(task, run_key(task))
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     with Progress(console=messages, transient=True) as bar:
         job = bar.add_task(task.variant.slug, total=None)
@@ -200,7 +198,7 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
             progress=lambda done_s, total_s: bar.update(job, completed=done_s, total=total_s),
         )
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
-    row = {**identity, **outcome_of(result), **times}
+    row = row_of_task({**outcome_of(result), **times}, task, run_key(task))
     return result, {**row, SUSPECT: reasons(row, LIMITS)}
 
 
@@ -211,15 +209,14 @@ def _write(
     import pandas as pd
 
     from skewbridge.demands.tables import write_demands
-    from skewbridge.provenance.digests import source_digest
-    from skewbridge.provenance.stamp import stamp
+    from skewbridge.provenance.digests import engine_digest
+    from skewbridge.provenance.stamp import figure_metadata, stamp
     from skewbridge.provenance.tables import provenance, write_frame
-    from skewbridge.study.keys import ANALYSIS_MODULE
 
     digests = provenance(
         motion_sha256=task.motion.motion.sha256,
         run_key=row["run_key"],
-        engine_digest=source_digest(ANALYSIS_MODULE),
+        engine_digest=engine_digest(),
     )
     write_demands([row], out / "demands.parquet", digests)
     histories = pd.DataFrame(result.histories)
@@ -232,8 +229,7 @@ def _write(
     title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
     for name, figure in run_figures(histories, title=title).items():
         for path in (out / f"{name}.png", out / f"{name}.svg"):
-            figure.savefig(path, dpi=150)
-            stamp(path, digests)
+            figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
         written.append(f"{name}.png and .svg")
     if result.contact_layout is not None:
         from skewbridge.report.contact_replay import replay_page

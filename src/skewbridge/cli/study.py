@@ -44,7 +44,7 @@ def init(
 
     Example: skewbridge init my_study
     """
-    from skewbridge.study.starter import write_starter
+    from skewbridge.study.folder import write_starter
 
     written = [str(path) for path in write_starter(folder)]
     emit({"written": written}, [{"written": path} for path in written], as_json=as_json)
@@ -135,7 +135,7 @@ def status(
     Example: skewbridge status --study results/smoke
     """
     from skewbridge.study.config import load_config
-    from skewbridge.study.forecast import failed_analyses
+    from skewbridge.study.progress import failed_analyses
 
     config = load_config(config_of(study), base=DEFAULT_CONFIG)
     failures = failed_analyses(config)
@@ -237,10 +237,10 @@ def provenance(
 
     Example: skewbridge provenance results/smoke/demands.parquet --study results/smoke
     """
-    from skewbridge.study.origin import origin_of
+    from skewbridge.study.products import origin_of
 
     config = config_of(study)
-    origin = origin_of(file, config)
+    origin = origin_of(file, config, DEFAULT_CONFIG)
 
     def now(name: str, value: str) -> str:
         present = origin.now.get(name, "")
@@ -284,7 +284,7 @@ def retry(
     Example: skewbridge study retry --status crash --study results
     """
     from skewbridge.study.folder import StudyFolder
-    from skewbridge.study.upkeep import forget
+    from skewbridge.study.journal import forget
 
     if status != "failed" and status not in FAILED:
         raise InputError(f"status: must be failed or one of {', '.join(FAILED)}, got {status}")
@@ -311,8 +311,7 @@ def journal(
     Example: skewbridge study journal --compact
     """
     from skewbridge.study.folder import StudyFolder
-    from skewbridge.study.journal import read_content
-    from skewbridge.study.upkeep import compact_journals
+    from skewbridge.study.journal import compact_journals, read_content
 
     folder = StudyFolder(folder_of(study))
     content = compact_journals(folder) if compact else read_content(folder.journals)
@@ -355,8 +354,7 @@ def plot(
     from skewbridge.provenance.files import writable_folder
     from skewbridge.reading import checked
     from skewbridge.report.study_figures import draw_figures, finished_figures
-    from skewbridge.study.config import load_config
-    from skewbridge.study.figure_settings import FigureSettings, check_font
+    from skewbridge.study.config import FigureSettings, check_font, load_config
 
     config = load_config(config_of(study), base=DEFAULT_CONFIG)
     given = {"width_mm": width_mm, "font": font, "font_size_pt": font_size_pt}
@@ -446,8 +444,7 @@ def archive(
 
 def _forecast(config: Any, profile: str | None = None) -> tuple[dict[str, Any], dict[str, int]]:
     """Return the forecast of a study and the number of analyses of each variant."""
-    from skewbridge.study.cluster import JobSize
-    from skewbridge.study.forecast import forecast_study
+    from skewbridge.study.progress import JobSize, forecast_study
 
     size = None if profile is None else JobSize.of_profile(profile)
     forecast = forecast_study(config, size)

@@ -1,16 +1,17 @@
 """The demands table as an Arrow table and as parquet files."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from skewbridge.demands.columns import COLUMNS, KEY, columns_with
 from skewbridge.demands.demand_columns import Column
 from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.provenance.digests import digest_of
-from skewbridge.provenance.tables import provenance, write_joined, write_table
+from skewbridge.provenance.tables import provenance, read_table, write_joined, write_table
 from skewbridge.statuses import STATUSES
 
 _TYPES: Final = {
@@ -73,35 +74,37 @@ def write_demands(
     write_table(to_table(rows, metadata), path)
 
 
-def write_study(
-    rows_of: Iterable[tuple[Path, Sequence[Mapping[str, Any]]]],
-    output: Path,
-    limits: SuspectLimits,
-    run_keys: Iterable[str],
-) -> None:
-    """Write the demands of every variant, and all of them in one table, and say what is suspect.
+def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: SuspectLimits) -> None:
+    """Write the demands of one variant, and mark the rows that are suspect.
 
     Args:
-        rows_of: File and rows of each variant, in the order of their names; held are those of one
-            row group.
-        output: Parquet file with all rows.
-        limits: What is suspect.
-        run_keys: Keys of all rows.
+        rows: Rows of its analyses.
+        path: Parquet file.
+        limits: Limits above which a row is suspect.
 
     Raises:
-        ValueError: A row is there twice or does not fit the schema.
+        ValueError: A row occurs twice or does not fit the schema.
     """
-    made_with = provenance()
+    judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
+    digest = _analyses_digest(row["run_key"] for row in rows)
+    write_table(to_table(judged, provenance(analyses_digest=digest)), path)
 
-    def written() -> Iterator[pa.Table]:
-        for path, rows in rows_of:
-            judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
-            digest = _analyses_digest(row["run_key"] for row in rows)
-            table = to_table(judged, made_with | {"analyses_digest": digest})
-            write_table(table, path)
-            yield table
 
-    write_joined(written(), output, made_with | {"analyses_digest": _analyses_digest(run_keys)})
+def join_variants(paths: Sequence[Path], output: Path) -> None:
+    """Join the demands of the variants of a study into one table; one of them is held at a time.
+
+    Args:
+        paths: Tables of `write_variant`, in the order of the names of the variants.
+        output: Parquet file.
+
+    Raises:
+        ValueError: The tables have different columns.
+    """
+    keys: list[Any] = []
+    for path in paths:
+        keys += pq.read_table(path, columns=["run_key"])["run_key"].to_pylist()
+    metadata = provenance(analyses_digest=_analyses_digest(keys))
+    write_joined(map(read_table, paths), output, metadata)
 
 
 def _analyses_digest(run_keys: Iterable[str]) -> str:

@@ -1,51 +1,73 @@
-"""Digests of sources, values and files: two that are equal stand for the same result."""
+"""Digests of sources, values and versions: two that are equal stand for the same result."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from skewbridge.provenance.closure import PACKAGE, closure
-from skewbridge.provenance.syntax import SourceMemory
+#: Folder of the package.
+PACKAGE: Final = Path(__file__).parents[1]
+#: Sources that one analysis runs. The key of an analysis contains their digest, so that an edit
+#: runs all analyses again. Readers of motions, scheduling and journals are not among them: the
+#: accelerations themselves are part of the key.
+ENGINE: Final = (
+    "errors.py",
+    "statuses.py",
+    "units.py",
+    "reading",
+    "variant",
+    "motions/record.py",
+    "contact",
+    "bridge",
+    "analysis",
+    "study/task.py",
+)
+#: Bridges are digested by their numbers (`analysis.keys.bridge_digest`), for studies that use them.
+_CATALOGUE: Final = Path("bridge", "catalogue")
 
-_READ: Final = SourceMemory()
+
+def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
+    """Return 16 hex digits over all sources and data files of some parts of the package.
+
+    Args:
+        parts: Packages or files, relative to the package.
+        package: Folder of the package.
+
+    Raises:
+        FileNotFoundError: There is no such part.
+    """
+    digest = hashlib.sha256()
+    for part in parts:
+        for path in _files(package / part):
+            name = path.relative_to(package)
+            if name.parent == _CATALOGUE and name.suffix == ".yaml":
+                continue
+            digest.update(f"\n{name.as_posix()}\n".encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 @cache
-def source_digest(
-    root: Path | str,
-    *,
-    package: Path = PACKAGE,
-    shown: bool = False,
-    memory: SourceMemory = _READ,
-) -> str:
-    """Return 16 hex digits over the meaning of everything that a script or module runs.
+def engine_digest() -> str:
+    """Return the digest of the sources that one analysis runs."""
+    return layer_digest(ENGINE)
 
-    Python files count as syntax trees without docstrings and comments, so that prose can be
-    edited without a rerun; data files count as bytes.
 
-    Args:
-        root: A Python file, or the dotted name of a module of the package.
-        package: Folder of the package.
-        shown: Whether text that is only shown counts, for what draws figures or writes pages.
-        memory: Reads the sources.
-
-    Raises:
-        FileNotFoundError: The root has no source.
-    """
-    digest = hashlib.sha256()
-    for path in closure(root, package, memory):
-        inside = path.is_relative_to(package)
-        name = path.relative_to(package).as_posix() if inside else path.name
-        content = path.read_bytes()
-        if path.suffix == ".py":
-            said = memory.content(content, package.name)
-            content = (said.meaning_shown if shown else said.meaning).encode()
-        digest.update(name.encode())
-        digest.update(content)
-    return digest.hexdigest()[:16]
+def _files(part: Path) -> Iterable[Path]:
+    if part.is_file():
+        return [part]
+    if not part.is_dir():
+        raise FileNotFoundError(f"{part} is not a part of the package")
+    return sorted(
+        path
+        for path in part.rglob("*")
+        if path.is_file()
+        and path.suffix != ".pyc"
+        and not path.name.endswith("~")
+        and not any(name.startswith(".") for name in path.relative_to(part).parts)
+    )
 
 
 def digest_of(*parts: object) -> str:

@@ -1,9 +1,7 @@
-"""Where a file comes from, written into the file itself and read from it again."""
+"""Provenance of a result, written into its file and read from it again."""
 
 import json
 import re
-import struct
-import zlib
 from collections.abc import Mapping
 from html import escape, unescape
 from pathlib import Path
@@ -13,32 +11,33 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import written_aside
+from skewbridge.provenance.files import write_text
 from skewbridge.provenance.tables import encoded, texts_of, write_table
 
-#: Key of a JSON object, identifier of an SVG or HTML element, keyword of a PNG text.
+#: Key of a JSON object and identifier of an HTML element.
 MARK: Final = "skewbridge-provenance"
-_PNG_START: Final = b"\x89PNG\r\n\x1a\n"
-_PNG_LAST: Final = struct.pack(">I", 0) + b"IEND"
-_ELEMENTS: Final = {
-    ".svg": (f'<desc id="{MARK}">', "</desc>", r"<svg\b[^>]*>"),
-    ".html": (f'<template id="{MARK}">', "</template>", r"<head\b[^>]*>"),
-}
+_ELEMENT: Final = (f'<template id="{MARK}">', "</template>")
+_SVG_DESCRIPTION: Final = re.compile(r"<dc:description>(.*?)</dc:description>", re.S)
+
+
+def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return provenance as the argument ``metadata`` of matplotlib's ``savefig``, for PNG and SVG.
+
+    Args:
+        metadata: Texts by name.
+    """
+    return {"Description": json.dumps(dict(metadata))}
 
 
 def stamp(path: Path, metadata: Mapping[str, str]) -> None:
-    """Write into a file, or into all files of a folder, where it comes from.
+    """Write provenance into a file: Parquet, a JSON object or HTML; others are left as they are.
 
-    Parquet, JSON objects, PNG, SVG and HTML take it; other files are left as they are.
+    Figures have it from `figure_metadata` when they are saved.
 
     Args:
-        path: The file or folder.
+        path: The file.
         metadata: Texts by name; they replace those of the same name.
     """
-    if path.is_dir():
-        for file in sorted(path.iterdir()):
-            stamp(file, metadata)
-        return
     match path.suffix:
         case ".parquet":
             table = pq.read_table(path)
@@ -48,20 +47,18 @@ def stamp(path: Path, metadata: Mapping[str, str]) -> None:
             content = json.loads(path.read_text(encoding="utf-8"))
             if isinstance(content, dict):
                 content[MARK] = dict(metadata)
-                _replace(path, json.dumps(content, indent=1).encode())
-        case ".png":
-            _replace(path, _png_with(path.read_bytes(), json.dumps(dict(metadata)).encode()))
-        case ".svg" | ".html":
-            _replace(path, _marked(path, json.dumps(dict(metadata))).encode())
+                write_text(path, json.dumps(content, indent=1))
+        case ".html":
+            write_text(path, _with_element(path, json.dumps(dict(metadata))))
         case _:
             pass
 
 
 def read_stamp(path: Path) -> dict[str, str]:
-    """Return what a file tells of where it comes from, by name.
+    """Return the provenance in a file, by name.
 
     Raises:
-        InputError: No such file, or one that tells nothing.
+        InputError: There is no such file, or it has no provenance.
     """
     try:
         found = _read(path)
@@ -84,49 +81,30 @@ def _read(path: Path) -> dict[str, str]:
             content = json.loads(path.read_text(encoding="utf-8"))
             return content.get(MARK, {}) if isinstance(content, dict) else {}
         case ".png":
-            content = path.read_bytes()
-            at = content.find(b"tEXt" + MARK.encode() + b"\0")
-            if at < 0:
-                return {}
-            (length,) = struct.unpack(">I", content[at - 4 : at])
-            return json.loads(content[at + 4 + len(MARK) + 1 : at + 4 + length])
-        case ".svg" | ".html" as kind:
-            before, behind, _ = _ELEMENTS[kind]
+            from PIL import Image
+
+            with Image.open(path) as image:
+                return json.loads(image.info.get("Description", "{}"))
+        case ".svg":
+            described = _SVG_DESCRIPTION.search(path.read_text(encoding="utf-8"))
+            return json.loads(unescape(described[1])) if described else {}
+        case ".html":
+            before, behind = _ELEMENT
             text = path.read_text(encoding="utf-8")
             inside = text.partition(before)[2].partition(behind)[0]
             return json.loads(unescape(inside)) if inside else {}
         case _:
-            with path.open("rb"):  # a file that is not there is told first
+            with path.open("rb"):  # a missing file is reported as such
                 return {}
 
 
-def _replace(path: Path, content: bytes) -> None:
-    with written_aside(path) as part:
-        part.write_bytes(content)
-
-
-def _marked(path: Path, said: str) -> str:
-    """Return an SVG or HTML text with the element first in its root or head."""
-    before, behind, root = _ELEMENTS[path.suffix]
+def _with_element(path: Path, provenance: str) -> str:
+    """Return the text of a page with the element first in its head."""
+    before, behind = _ELEMENT
     text = path.read_text(encoding="utf-8")
     text = re.sub(f"\n{re.escape(before)}.*?{re.escape(behind)}", "", text, count=1, flags=re.S)
-    opening = re.search(root, text)
+    opening = re.search(r"<head\b[^>]*>", text)
     if opening is None:
-        raise ValueError(f"{path} has no {root}")
+        raise ValueError(f"{path} has no head")
     at = opening.end()
-    return f"{text[:at]}\n{before}{escape(said)}{behind}{text[at:]}"
-
-
-def _png_with(content: bytes, said: bytes) -> bytes:
-    """Return a PNG with one text chunk of ours before its last chunk."""
-    # source: PNG specification (third edition), 11.3.3.2 tEXt, 5.3 chunk layout
-    if not content.startswith(_PNG_START):
-        raise ValueError("no PNG")
-    keyword = b"tEXt" + MARK.encode() + b"\0"
-    if (old := content.find(keyword)) >= 0:
-        (length,) = struct.unpack(">I", content[old - 4 : old])
-        content = content[: old - 4] + content[old + 4 + length + 4 :]
-    data = keyword + said
-    chunk = struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
-    at = content.rindex(_PNG_LAST)
-    return content[:at] + chunk + content[at:]
+    return f"{text[:at]}\n{before}{escape(provenance)}{behind}{text[at:]}"

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.closure import PACKAGE
+from skewbridge.provenance.digests import PACKAGE
 from skewbridge.provenance.files import written_aside
 from skewbridge.reading import read_bytes, shown_path
 
@@ -148,15 +148,6 @@ def _intact_table(path: Path) -> pa.Table:
         shown = shown_path(path)
         raise InputError(f"{shown} is no intact parquet table: {told}", file=str(path)) from None
     return table
-
-
-def is_made_for(path: Path, digest: str) -> bool:
-    """Return whether a table is there whose provenance tells this digest as `made_for`."""
-    try:
-        metadata = read_table(path).schema.metadata or {}
-    except InputError:  # not there, or of another version of the program
-        return False
-    return metadata.get(b"made_for") == digest.encode()
 
 
 def read_frame(path: Path) -> pd.DataFrame:

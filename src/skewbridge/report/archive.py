@@ -17,7 +17,7 @@ import yaml
 from skewbridge.bridge.catalogue.loading import own_bridge_files
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.fragility.results import load_results
-from skewbridge.provenance.closure import PACKAGE
+from skewbridge.provenance.digests import PACKAGE
 from skewbridge.provenance.files import writable_file, written_aside
 from skewbridge.provenance.licences import licence_of
 from skewbridge.provenance.stamp import read_stamp
@@ -26,7 +26,7 @@ from skewbridge.reading import read_bytes
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.origin import origin_of
+from skewbridge.study.products import origin_of
 
 #: Patterns of what is taken from the folder of a study; parquet, CSV, JSON, LaTeX and the page.
 TAKEN: Final = (
@@ -84,7 +84,7 @@ def write_archive(config: Path, base: Path, out: Path) -> Archive:
     if missing:
         raise InputError(f"{missing[0]} is not there: run the study to its end first")
     suite = read_frame(folder.suite)
-    doubts = _doubts(folder, config)
+    doubts = _doubts(folder, config, base)
     files = {
         **_inputs(study, config, base),
         **{name: path.read_bytes() for name, path in _products(folder).items()},
@@ -157,7 +157,7 @@ def _licences() -> dict[str, bytes]:
     }
 
 
-def _doubts(folder: StudyFolder, config: Path) -> tuple[str, ...]:
+def _doubts(folder: StudyFolder, config: Path, base: Path) -> tuple[str, ...]:
     """Return in what the tables are not those of one study as it is configured now."""
     told: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
@@ -165,7 +165,7 @@ def _doubts(folder: StudyFolder, config: Path) -> tuple[str, ...]:
         load_results(folder.root)
     told += [str(warning.message) for warning in caught if warning.category is UserWarning]
     try:
-        origin = origin_of(folder.demands, config)
+        origin = origin_of(folder.demands, config, base)
     except (InputError, SolutionError) as error:
         return (*told, f"not compared with the present sources and configuration: {error}")
     if not origin.is_current:

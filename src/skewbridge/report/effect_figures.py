@@ -29,7 +29,7 @@ from skewbridge.report.verdict_style import (
     margin_text,
     verdict_style,
 )
-from skewbridge.study.choices import CHOICES
+from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.variant.axes import Axis, axes_of, axis
 
 _WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map

@@ -22,6 +22,7 @@ from skewbridge.errors import InputError
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.files import write_text
+from skewbridge.provenance.stamp import figure_metadata
 from skewbridge.provenance.tables import read_frame
 from skewbridge.reading import shortened
 from skewbridge.report.axis_layout import plain_label
@@ -45,7 +46,7 @@ from skewbridge.report.run_figures import (
     hysteresis_figure,
     moving_columns,
 )
-from skewbridge.study.figure_settings import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
+from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
 from skewbridge.units import INCH, MM
@@ -352,6 +353,7 @@ def draw_study(
     captions: Path,
     settings: FigureSettings,
     choices: Path | None = None,
+    provenance: Mapping[str, str] | None = None,
     n_jobs: int = 1,
 ) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
@@ -362,12 +364,14 @@ def draw_study(
         captions: JSON file of the captions.
         settings: Width and font.
         choices: Table of modelling choices, if there is one.
+        provenance: Texts by name, kept in the metadata of the figures.
         n_jobs: Number of processes.
     """
     folder.mkdir(parents=True, exist_ok=True)
     figures = list(study_figures(read_tables(paths, choices)))
     Parallel(n_jobs=n_jobs, backend="loky")(
-        delayed(save_figure)(draw, settings, folder, caption.name) for caption, draw in figures
+        delayed(save_figure)(draw, settings, folder, caption.name, provenance)
+        for caption, draw in figures
     )
     texts = {"figures": [asdict(caption) for caption, _ in figures]}
     write_text(captions, json.dumps(texts, indent=1))
@@ -430,7 +434,13 @@ def draw_figures(
     ]
 
 
-def save_figure(draw: Drawing, settings: FigureSettings, folder: Path, name: str) -> list[Path]:
+def save_figure(
+    draw: Drawing,
+    settings: FigureSettings,
+    folder: Path,
+    name: str,
+    provenance: Mapping[str, str] | None = None,
+) -> list[Path]:
     """Draw a figure and write it as SVG, with texts as texts, and as PNG.
 
     Another font size, or a width too small for its columns, enlarges or reduces the figure as a
@@ -441,6 +451,7 @@ def save_figure(draw: Drawing, settings: FigureSettings, folder: Path, name: str
         settings: Width and font.
         folder: Folder of the files.
         name: File name without ending.
+        provenance: Texts by name, kept in the metadata of both files.
 
     Returns:
         The two files.
@@ -455,10 +466,12 @@ def save_figure(draw: Drawing, settings: FigureSettings, folder: Path, name: str
         if settings.width_mm is None:
             tight = {"bbox_inches": figure.get_tightbbox().padded(_MARGIN_IN)}
         vector = BytesIO()
-        figure.savefig(vector, format="svg", metadata={"Date": None}, **tight)
+        metadata: dict[str, str] = figure_metadata(provenance) if provenance else {}
+        figure.savefig(vector, format="svg", metadata={**metadata, "Date": None}, **tight)
         vector_path.write_bytes(_scaled_svg(vector.getvalue(), scale))
         printed = {"dpi": (PNG_DPI, PNG_DPI)}
-        figure.savefig(path, dpi=PNG_DPI * scale, pil_kwargs=printed, **tight)
+        dpi = PNG_DPI * scale
+        figure.savefig(path, dpi=dpi, metadata=metadata, pil_kwargs=printed, **tight)
     return [vector_path, path]
 
 

@@ -1,25 +1,49 @@
-"""Analyses in one pool of workers, each finished one written to the journal at once."""
+"""Analyses in a pool of worker processes, each finished one written to the journal at once."""
 
 import logging
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import signal
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
+from typing import Any, Final
 
-from joblib import Parallel, delayed
-
-from skewbridge.study.guard import Guard, Workers
 from skewbridge.study.journal import JournalWriter
-from skewbridge.study.keys import run_key
-from skewbridge.study.task import Task
-from skewbridge.study.worker import Desk, Row, Work, crashed_row, numbered, of_task, one_analysis
+from skewbridge.study.processes import stopped_workers_ended
+from skewbridge.study.task import Task, run_key
+from skewbridge.study.worker import (
+    Row,
+    Work,
+    crashed_row,
+    guarded,
+    one_analysis,
+    row_of_task,
+)
 
 logger = logging.getLogger(__name__)
 
 #: A task with its number and its key.
 type Pending = tuple[int, Task, str]
+
+#: One thread in each worker: more would compete for the processors of the others.
+_ONE_THREAD: Final = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Workers:
+    """The worker processes of a batch.
+
+    Attributes:
+        count: Number of processes.
+        no_progress_s: A worker that takes no step for so long is ended.
+    """
+
+    count: int
+    no_progress_s: float = 120.0
 
 
 def run_tasks(
@@ -34,16 +58,15 @@ def run_tasks(
 ) -> list[Row]:
     """Run what the journals do not have, and return the rows of all tasks in their order.
 
-    A worker that dies (a fault inside the solver) costs its own analysis only: it is tried once
-    more alone, and where that ends a second worker it is recorded with status ``crash``. So is, at
-    once, an analysis that stands still; its worker is ended.
+    A worker that dies (a fault inside the solver) or hangs costs its own analysis only: it is tried
+    once more alone, and where that ends a second worker it is recorded with status ``crash``.
 
     Args:
         tasks: What is needed, in the order in which to begin it; of any variants.
         journal: Open journal for the new rows.
         done: Rows that the journals have already, by `run_key`.
         workers: The worker processes.
-        log_folder: Where each analysis leaves the solver's messages, in a folder of its variant.
+        log_folder: Folder for the messages of the solver, in a folder of each variant.
         on_finished: Called with each new row.
         search: Where a task is the beginning of several analyses: gives what to do with it,
             whatever the journals have. By default a task is one analysis, run if it is new.
@@ -55,7 +78,7 @@ def run_tasks(
     rows: dict[int, list[Row]] = {}
     if search is None:
         rows = {
-            number: [of_task(done[key], tasks[number], key)]
+            number: [row_of_task(done[key], tasks[number], key)]
             for number, key in enumerate(keys)
             if key in done
         }
@@ -69,9 +92,8 @@ def run_tasks(
                 journal.append(row)
             on_finished(row)
 
-    heartbeats = journal.path.with_suffix(".workers")
-    with Guard(heartbeats, workers.no_progress_s) as guard:
-        pool = _Pool(workers.count, log_folder, heartbeats, guard, search)
+    with stopped_workers_ended(workers.no_progress_s) as ended:
+        pool = _Pool(workers=workers, log_folder=log_folder, search=search, ended=ended)
         try:
             while pending := [
                 (number, task, key)
@@ -83,75 +105,71 @@ def run_tasks(
                         finish(number, found)
                 except BrokenProcessPool:
                     left = [each for each in pending if each[0] not in rows]
-                    for number, found in pool.blamed(left):
+                    for number, found in pool.one_by_one(left[: workers.count + 1]):
                         finish(number, found)
         finally:
-            _end_workers()
+            # at once: a worker that is stopped or hangs would never come to its end
+            _loky().get_reusable_executor(reuse=True).shutdown(kill_workers=True)
     return [row for number in range(len(tasks)) for row in rows[number]]
 
 
-def _end_workers() -> None:
-    """End the workers at once: one that is stopped or hangs would never come to its end."""
-    loky = import_module("joblib.externals.loky")  # by name, because it is untyped
-    loky.get_reusable_executor(reuse=True).shutdown(kill_workers=True)
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Pool:
-    """The workers of a batch, and what to do when one of them is gone."""
+    """The workers of a batch.
 
-    count: int
+    Attributes:
+        workers: How many, and how long one may stand still.
+        log_folder: For the messages of the solver.
+        search: See `run_tasks`.
+        ended: Processes that were ended because they were stopped.
+    """
+
+    workers: Workers
     log_folder: Path
-    heartbeats: Path
-    guard: Guard
     search: Callable[[Task], Work] | None
+    ended: set[int] = field(default_factory=set[int])
 
     def stream(self, pending: Sequence[Pending]) -> Iterator[tuple[int, list[Row]]]:
-        """Yield the rows of tasks as they are finished, with their numbers."""
-        # Two workers even for one task at a time: with one, joblib would run it in this process,
-        # which a fault inside the solver would end. Tasks go singly: at the end no worker has
-        # several.
-        parallel = Parallel(
-            n_jobs=max(2, self.count),
-            pre_dispatch=1 if self.count == 1 else "2 * n_jobs",
-            batch_size=1,
-            backend="loky",
-            return_as="generator_unordered",
-        )
-        yield from parallel(
-            delayed(numbered)(
+        """Yield the rows of tasks as they are finished, with their numbers.
+
+        Raises:
+            BrokenProcessPool: A worker died.
+        """
+        count = min(self.workers.count, len(pending))
+        executor = _loky().get_reusable_executor(max_workers=count, env=_ONE_THREAD)
+        futures = {
+            executor.submit(
+                guarded,
                 one_analysis if self.search is None else self.search(task),
-                number,
                 task,
                 key,
-                Desk(
-                    log_folder=self.log_folder / task.variant.slug,
-                    heartbeats=self.heartbeats,
-                    owner_pid=os.getpid(),
-                ),
-            )
+                self.log_folder / task.variant.slug,
+                self.workers.no_progress_s,
+            ): number
             for number, task, key in pending
-        )
+        }
+        for future in as_completed(futures):
+            yield futures[future], future.result()
 
-    def blamed(self, left: Sequence[Pending]) -> Iterator[tuple[int, list[Row]]]:
-        """Yield the rows of those tasks that may have broken the pool.
+    def one_by_one(self, suspects: Sequence[Pending]) -> Iterable[tuple[int, list[Row]]]:
+        """Yield the rows of tasks that may have ended a worker, each in a worker of its own.
 
-        Args:
-            left: The tasks without rows, in the order in which they were begun.
+        Workers take the tasks in their order, so that the first ones without rows were under way.
         """
-        begun = self.guard.under_way()
-        if hung := [each for each in left if each[2] in self.guard.ended]:
-            for number, task, key in hung:
-                yield number, [crashed_row(task, key, self.guard.ended[key])]
-            return
-        # A worker may also die before it begins, when it takes the task in.
-        suspects = [each for each in left if each[2] in begun] or left[: self.count + 1]
         logger.warning("a worker died; the %d analyses under way run alone", len(suspects))
-        alone = replace(self, count=1)
+        alone = replace(self, workers=replace(self.workers, count=1))
         for number, task, key in suspects:
+            ended_before = len(self.ended)
             try:
                 yield number, next(alone.stream([(0, task, key)]))[1]
-            except BrokenProcessPool:
-                self.guard.under_way()
-                reason = self.guard.ended.get(key, "two worker processes died in it")
-                yield number, [crashed_row(task, key, reason)]
+            except BrokenProcessPool as error:
+                hung = len(self.ended) > ended_before or signal.SIGALRM.name in str(error)
+                reason = f"no progress for {self.workers.no_progress_s:g} s"
+                yield (
+                    number,
+                    [crashed_row(task, key, reason if hung else "two worker processes died in it")],
+                )
+
+
+def _loky() -> Any:
+    return import_module("joblib.externals.loky")  # by name, because it is untyped

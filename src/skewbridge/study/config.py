@@ -1,6 +1,7 @@
-"""The whole configuration: YAML in, the typed sections of the packages below out."""
+"""Configuration of a study: YAML in, typed sections out, and the variants that it names."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -10,17 +11,23 @@ from pydantic.dataclasses import dataclass
 from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.suspect import SuspectLimits
+from skewbridge.errors import InputError
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
-from skewbridge.reading import FileName, Number, Whole, checked, merged, read_mapping
-from skewbridge.study.figure_settings import FigureSettings
-from skewbridge.study.folder import DEFAULT_ROOT
+from skewbridge.reading import FileName, Number, Whole, checked, merged, read_mapping, shortened
+from skewbridge.study.folder import DEFAULT_ROOT, default_root
+from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant, parse_slug
 
 #: The bridge whose conditioning period sets the factors of every study: they belong to a motion
 #: alone, or the pairs of variants and bridges would be lost.
 CONDITIONING_BRIDGE: Final = "osb1"
+#: Families that every machine has; what they stand for is the choice of matplotlib.
+GENERIC_FONTS: Final = ("sans-serif", "serif", "monospace")
+#: Size of the labels that the figures are designed with.
+DESIGN_FONT_PT: Final = 9.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
@@ -45,21 +52,15 @@ class SensitivityConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class BatchesConfig:
-    """How the analyses are shared out among jobs; it changes no result and repeats none."""
+    """Worker processes of the analyses; it changes no result."""
 
-    cpu_hours: Number | None = Field(
-        default=None,
-        ge=1.0e-3,
-        le=1.0e5,
-        description="processor hours of one job by forecast, for a cluster; null for one job with "
-        "all cores, best on one machine",
-    )
     no_progress_s: Whole = Field(
         default=120,
         ge=1,
         le=86400,
-        description="a worker whose analysis takes no step for so long is ended, and its row is "
-        "`crash`; only time during which the study itself runs counts",
+        description="a worker whose analysis takes no step for so long is ended and the analysis "
+        "tried once more alone, after which its row is `crash`; only time during which the study "
+        "itself runs counts",
     )
 
 
@@ -81,13 +82,39 @@ class ModellingChoicesConfig:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class FigureSettings:
+    """Width and font of the figures of the report."""
+
+    width_mm: Number | None = Field(
+        default=None,
+        ge=40.0,
+        le=500.0,
+        description="width of every figure in its file, such as 85 or 175 for one or two columns "
+        "of a journal; null for as wide as the panels of each need",
+    )
+    font: Annotated[str, Field(min_length=1, max_length=100)] = Field(
+        default="sans-serif",
+        description="family of all texts: sans-serif, serif, monospace or an installed one",
+    )
+    font_size_pt: Number = Field(
+        default=DESIGN_FONT_PT,
+        ge=4.0,
+        le=24.0,
+        description="size of the labels of the axes; titles and notes are in proportion. A figure "
+        "with more columns than the width holds is made smaller as a whole",
+    )
+
+
 class StudyConfig(BaseModel):
     """The whole configuration."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     results: FileName = Field(
-        default=DEFAULT_ROOT, description="folder of everything that the study writes"
+        default=DEFAULT_ROOT,
+        description="folder of everything that the study writes; left out, it is `results` for a "
+        "file `config.yaml` and `results/NAME` for a file `NAME.yaml`",
     )
     accuracy: Accuracy = Field(
         default="default",
@@ -121,17 +148,19 @@ class StudyConfig(BaseModel):
         return tuple(dict.fromkeys((CONDITIONING_BRIDGE, *self.grid.bridge)))
 
 
-def parse_config(raw: Mapping[str, Any]) -> StudyConfig:
+def parse_config(raw: Mapping[str, Any], files: Sequence[str | Path] = ()) -> StudyConfig:
     """Return the validated configuration.
 
     Args:
         raw: The mapping as Snakemake or YAML gives it; a section left out has its defaults.
+        files: Files that it was read from, without the default one; the first names the folder of
+            the results where the configuration does not.
 
     Raises:
         InputError: A key is unknown or a value is outside its limits; every finding is one line
             with the key, the limit and the value given.
     """
-    return _checked(raw, "the configuration")
+    return _checked(raw, files, "the configuration")
 
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:
@@ -141,22 +170,65 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
         InputError: The file is missing, no YAML mapping, or invalid.
     """
     raw = read_mapping(base) if base is not None and base != path else {}
-    return _checked(merged(raw, read_mapping(path)), path)
+    return _checked(merged(raw, read_mapping(path)), (path,), path)
 
 
-def _checked(raw: Mapping[str, Any], where: str | Path) -> StudyConfig:
-    """Check a mapping with its accuracy spread over the sections."""
+def _checked(raw: Mapping[str, Any], files: Sequence[str | Path], where: str | Path) -> StudyConfig:
+    """Check a mapping with its folder named and its accuracy spread over the sections."""
+    full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     chosen = raw.get("accuracy")
-    is_known = isinstance(chosen, str) and chosen in NUMERICS
-    full = under_explicit_keys(raw, chosen) if is_known else dict(raw)
+    if isinstance(chosen, str) and chosen in NUMERICS:
+        full = under_explicit_keys(full, chosen)
     return checked(StudyConfig, full, where)
 
 
-def plain_sections(config: StudyConfig, *names: str) -> dict[str, Any]:
-    """Return sections as plain values, fit for `params` of a rule and for `parse_config`."""
-    return config.model_dump(mode="json", include=set(names))
+def check_font(name: str) -> None:
+    """Check that there is a font.
+
+    Args:
+        name: A generic family or the name of a font.
+
+    Raises:
+        InputError: It is not installed; the message names those with a like name.
+    """
+    if name in GENERIC_FONTS:
+        return
+    from matplotlib.font_manager import get_font_names  # takes a second, and few studies need it
+
+    installed = get_font_names()
+    if name not in installed:
+        like = get_close_matches(name, installed, n=3, cutoff=0.5)
+        near = f" (installed: {', '.join(like)})" if like else ""
+        told = f"{', '.join(GENERIC_FONTS)} or the name of an installed font{near}"
+        raise InputError(f"figures.font must be {told}, got {shortened(name)}")
 
 
-def analysis_sections(config: StudyConfig) -> dict[str, Any]:
-    """Return the sections that the analyses depend on, as `plain_sections` does."""
-    return plain_sections(config, "motions", "model", "analysis")
+def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
+    """Return the variants to change: those named, or two of each bridge of a grid.
+
+    These are the most complete abutment model with the largest friction and the smallest gap, at
+    the middle and the largest skew.
+
+    Raises:
+        InputError: A name is no variant, or of a bridge that the grid does not have.
+    """
+    by_bridge: dict[str, list[Variant]] = {}
+    for variant in variants:
+        by_bridge.setdefault(variant.bridge_name, []).append(variant)
+    for slug in named:
+        if (bridge := parse_slug(slug).bridge_name) not in by_bridge:
+            raise InputError(f"modelling_choices.variants: {bridge} is not a bridge of the grid")
+    return list(dict.fromkeys(named)) or [
+        variant.slug for own in by_bridge.values() for variant in _typical(own)
+    ]
+
+
+def _typical(variants: Sequence[Variant]) -> list[Variant]:
+    def rank(variant: Variant) -> tuple[float, ...]:
+        models = list(ABUTMENTS)
+        return models.index(variant.abutment), variant.friction_pct, -variant.gap_mm
+
+    hardest = max(map(rank, variants))
+    by_skew = {abs(each.skew_deg): each for each in variants if rank(each) == hardest}
+    skews = sorted(by_skew)
+    return [by_skew[skew] for skew in dict.fromkeys((skews[len(skews) // 2], skews[-1]))]

@@ -1,9 +1,34 @@
-"""Where everything of a study lies: one folder, named by the key `results` of its configuration."""
+"""Files of a study: the paths of its results, and the files that a new study begins with."""
 
+import shutil
 from pathlib import Path
 from typing import Final
 
+from skewbridge.errors import InputError
+from skewbridge.provenance.digests import PACKAGE
+
 DEFAULT_ROOT: Final = "results"
+#: As in a clone. pyproject.toml puts the same files beside the installed package.
+STARTER_PARTS: Final = (
+    "Snakefile",
+    "workflow/Snakefile",
+    "workflow/rules",
+    "workflow/scripts",
+    "workflow/report",
+    "workflow/profiles",
+    "profiles",
+    "config",
+    "motions/README.md",
+    "motions/index.csv",
+    "motions/synthetic",
+)
+_LEFT_OUT: Final = shutil.ignore_patterns("__pycache__", ".*")
+
+
+def default_root(configuration: str | Path) -> str:
+    """Return the folder of a study whose configuration does not name it, from that file's name."""
+    name = Path(configuration).stem
+    return DEFAULT_ROOT if name == "config" else f"{DEFAULT_ROOT}/{name}"
 
 
 class StudyFolder:
@@ -15,8 +40,6 @@ class StudyFolder:
 
     def __init__(self, root: Path = Path(DEFAULT_ROOT)) -> None:
         self.root: Final = root
-        #: The list of all analyses.
-        self.plan: Final = root / "plan.json"
         #: The motions with their factors.
         self.suite: Final = root / "motions" / "suite.parquet"
         #: Intensity measures at factor 1, by bridge and motion.
@@ -47,27 +70,13 @@ class StudyFolder:
         self.solver_logs: Final = root / "logs" / "solver"
 
     def journal(self, name: str) -> Path:
-        """Return the finished analyses of one job: a part of the study, or another rule."""
+        """Return the journal of one job: the analyses of a variant, or of another rule."""
         return self.root / "journal" / f"{name}.jsonl"
 
     @property
     def journals(self) -> list[Path]:
-        """The journals of all jobs so far, of earlier studies in this folder, too."""
+        """The journals of all jobs so far, including those of earlier studies in this folder."""
         return sorted(self.root.glob("journal/*.jsonl"))
-
-    def part(self, number: int | str, count: int | str) -> Path:
-        """Return the rows of one of so many parts of the study, kept until they are joined."""
-        return self.root / "demands" / "parts" / f"{number}_of_{count}.jsonl"
-
-    def made_parts(self) -> list[Path]:
-        """Return the parts of the study that are there, of one cut and complete; else none."""
-        cuts: dict[int, dict[int, Path]] = {}
-        any_part = self.part("*", "*")
-        for path in any_part.parent.glob(any_part.name):
-            number, count = map(int, path.stem.split("_of_"))
-            cuts.setdefault(count, {})[number] = path
-        complete = [cut for count, cut in cuts.items() if len(cut) == count]
-        return [path for _, path in sorted(complete[0].items())] if complete else []
 
     def variant_demands(self, variant: str) -> Path:
         """Return the demands of one variant."""
@@ -84,3 +93,44 @@ class StudyFolder:
     def benchmark(self, job: str) -> Path:
         """Return where Snakemake writes the cost of a job."""
         return self.root / "benchmarks" / f"{job}.tsv"
+
+
+def starter_files(package: Path = PACKAGE) -> Path:
+    """Return the folder of the files: beside an installed package, the root of a clone.
+
+    Args:
+        package: Folder of the package.
+
+    Raises:
+        InputError: They are in neither.
+    """
+    for folder in (package.parent / "skewbridge_starter", package.parents[1]):
+        if all((folder / part).exists() for part in STARTER_PARTS):
+            return folder
+    raise InputError(f"the files of a study are not beside {package}: install the package again")
+
+
+def write_starter(folder: Path) -> list[Path]:
+    """Write the files of a study into a folder, which is made where there is none.
+
+    Args:
+        folder: May hold other files.
+
+    Returns:
+        What was written: files and folders.
+
+    Raises:
+        InputError: Something that would be written is there already; nothing is written then.
+    """
+    source = starter_files()
+    there = [part for part in STARTER_PARTS if (folder / part).exists()]
+    if there:
+        raise InputError(f"{folder} has {', '.join(there)} already: nothing was written")
+    for part in STARTER_PARTS:
+        place = folder / part
+        place.parent.mkdir(parents=True, exist_ok=True)
+        if (source / part).is_dir():
+            shutil.copytree(source / part, place, ignore=_LEFT_OUT)
+        else:
+            shutil.copy2(source / part, place)
+    return [folder / part for part in STARTER_PARTS]

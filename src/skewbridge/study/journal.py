@@ -1,8 +1,7 @@
 """The journal of a job: append-only, one JSON line per finished analysis, with its checksum.
 
-A study that was killed repeats nothing that stands in any journal of its folder, however its
-analyses were shared out among jobs. A journal is never a declared output of a rule, so Snakemake
-does not delete it.
+A study that was killed repeats nothing that its journals have. A journal is never a declared output
+of a rule, so that Snakemake does not delete it.
 """
 
 import fcntl
@@ -11,7 +10,7 @@ import os
 import re
 import time
 import zlib
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -215,3 +214,43 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
                 "file system with locks, such as NFSv4 or Lustre mounted with the option flock"
             ) from None
         time.sleep(POLL_S)
+
+
+def compact_journals(folder: StudyFolder) -> JournalContent:
+    """Drop all lines that do not count, and return what the journals held.
+
+    Raises:
+        InputError: The study runs.
+    """
+    content = read_content(folder.journals)
+    for path in folder.journals:
+        compact(path, lambda _row: True)
+    return content
+
+
+def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
+    """Take analyses out of the journals, so that the study tries them again.
+
+    The table of demands goes, too: it is what the study then makes again, from the journals and
+    these analyses.
+
+    Args:
+        folder: Where the study lies.
+        statuses: What became of the analyses to forget.
+
+    Returns:
+        Their rows.
+
+    Raises:
+        InputError: The study runs.
+    """
+    rows = read_content(folder.journals).rows.values()
+    forgotten = [row for row in rows if row["status"] in statuses]
+    if forgotten:
+        for path in folder.journals:
+            with open_journal(path):
+                pass  # nothing is touched while one of them is written
+        folder.demands.unlink(missing_ok=True)
+        for path in folder.journals:
+            compact(path, lambda row: row["status"] not in statuses)
+    return forgotten

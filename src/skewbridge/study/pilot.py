@@ -24,12 +24,11 @@ from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_MEASURE, block_factors
 from skewbridge.motions.record import Vector
 from skewbridge.reading import records_of
-from skewbridge.study.batch import run_tasks
-from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, analysis_sections
+from skewbridge.study.batch import Workers, run_tasks
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.guard import Workers
+from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.journal import open_journal, read_journals
-from skewbridge.study.prepare import prepare_motions
 from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.worker import Row
@@ -262,7 +261,7 @@ def _setup(config: StudyConfig, folder: StudyFolder) -> StudySetup:
         t1_s={name: load_bridge(name).t1_s for name in config.grid.bridge},
         folder=folder,
     )
-    return StudySetup.from_sections(analysis_sections(config), folder)
+    return StudySetup.of(config, folder)
 
 
 def _strengths(setup: StudySetup) -> Strengths:

@@ -16,8 +16,7 @@ from skewbridge.fragility.predict import CHECK_COLUMNS, check_predict, inner_var
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import described
 from skewbridge.provenance.tables import provenance, read_frame, write_table
-from skewbridge.study.batch import run_tasks
-from skewbridge.study.guard import Workers
+from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.modelling_choices import sampled
 from skewbridge.study.progress import log_failure

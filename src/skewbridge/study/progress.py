@@ -1,32 +1,51 @@
-"""How far a study is: a live bar in a terminal, one line a minute in a log."""
+"""Progress and forecast of a study: what is done, failed and left, and what it will cost."""
 
 import logging
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import ceil
+from pathlib import Path
 from typing import Any, Final, Self
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+import yte
+from yte.exceptions import YteError
 
 from skewbridge.demands.suspect import LIMITS, SuspectLimits, reasons
+from skewbridge.errors import InputError
+from skewbridge.motions.index import list_motions
+from skewbridge.motions.levels import most_trials
 from skewbridge.statuses import FAILED
-from skewbridge.study.journal import JournalContent
-from skewbridge.study.session import PROGRESS_LOG
+from skewbridge.study.config import StudyConfig
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.journal import JournalContent, read_content, read_journals
+from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import run_key
+from skewbridge.variant.grid import expand_grid
 
 logger = logging.getLogger(__name__)
 
+#: Its lines are shown in the terminal, so that a piped run shows its progress.
+PROGRESS_LOG: Final = "skewbridge.progress"
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
 LOG_INTERVAL_S: Final = 60.0
 CRASH: Final = "crash"
 SHOWN_CRASHES: Final = 10
+#: Processor seconds per second of motion where no analysis has been measured yet.
+#: source: docs/scaling.md, 4 s for 25 s of motion, two-column bridge, default steps
+CPU_S_PER_MOTION_S: Final = 0.16
+TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
+CORES: Final = 2  # that a study works with
+COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")
+DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
+PROFILES: Final = Path("workflow/profiles")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyState:
-    """What of a study is done.
+    """Progress of a study.
 
     Attributes:
         variants: Bridge variants.
@@ -37,7 +56,8 @@ class StudyState:
         rungs: Analyses by the highest recovery rung they used.
         statuses: Analyses by status.
         suspect: Analyses that someone should look at.
-        notes: What is to be said of lines of the journals that do not count, and of analyses that
+        variants_left: Variants with analyses that are not done.
+        notes: Sentences about lines of the journals that do not count, and about analyses that
             ended their workers.
     """
 
@@ -49,6 +69,7 @@ class StudyState:
     rungs: dict[int, int] = field(default_factory=dict[int, int])
     statuses: dict[str, int] = field(default_factory=dict[str, int])
     suspect: int = 0
+    variants_left: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -78,73 +99,52 @@ def study_state(
         rungs=_counts(row["recovery_rung"] for row in rows),
         statuses=_counts(row["status"] for row in rows),
         suspect=sum(bool(reasons(row, limits)) for row in rows),
+        variants_left=tuple(
+            slug for slug, keys in run_keys.items() if not all(key in found for key in keys)
+        ),
         notes=(*content.sentences, *_crash_notes(rows)),
     )
 
 
-class StudyProgress:
-    """Shows the progress of one part of a study, which may be the whole.
+class JobProgress:
+    """Logs the progress of one job: a line a minute, and one at its end.
 
     Args:
-        state: What of the part was done when it began.
-        name: Name of the part.
-        run_keys: Its planned analyses by variant; what a search adds to them does not count.
+        name: Name of the job.
+        keys: Keys of its analyses; what a search adds to them does not count.
+        done: Analyses that were done when it began.
     """
 
-    def __init__(self, state: StudyState, name: str, run_keys: Mapping[str, Sequence[str]]) -> None:
-        self._keys = frozenset(key for keys in run_keys.values() for key in keys)
-        self._name = name
-        self._state = state
+    def __init__(self, name: str, keys: Sequence[str], done: int) -> None:
+        self._name, self._keys = name, frozenset(keys)
+        self._before = self._done = done
         self._began_s = self._logged_s = time.monotonic()
-        self._new = 0
-        console = Console(stderr=True)
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=30),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-            console=console,
-            disable=not console.is_terminal,
-        )
-        self._task = self._bar.add_task(name, total=state.analyses, completed=state.done, rate="")
 
     def __enter__(self) -> Self:
-        self._bar.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bar.stop()
         self._log()
 
     def advance(self, row: Mapping[str, Any]) -> None:
         """Count one finished analysis."""
         log_failure(row)
-        if row["run_key"] in self._keys:
-            self._new += 1
-            self._bar.update(self._task, advance=1, rate=f"{self.rate_per_min:.1f}/min")
+        self._done += row["run_key"] in self._keys
         if time.monotonic() - self._logged_s > LOG_INTERVAL_S:
             self._log()
 
-    @property
-    def rate_per_min(self) -> float:
-        """Analyses per minute since the part began."""
-        return self._new / max(time.monotonic() - self._began_s, 1e-9) * 60
-
     def _log(self) -> None:
         self._logged_s = time.monotonic()
-        left = self._state.left - self._new
-        eta = f", {left / self.rate_per_min:.0f} min left" if self._new and left else ""
-        # a bar in a terminal says the same
-        (progress_logger if self._bar.disable else logger).info(
+        new, left = self._done - self._before, len(self._keys) - self._done
+        per_min = new / max(self._logged_s - self._began_s, 1e-9) * 60
+        progress_logger.info(
             "%s: %d of %d analyses done%s%s%s",
             self._name,
-            self._state.analyses - left,
-            self._state.analyses,
-            f" ({self._state.done} of them before)" if self._state.done else "",
-            f", {self.rate_per_min:.1f} per minute" if self._new else "",
-            eta,
+            self._done,
+            len(self._keys),
+            f" ({self._before} of them before)" if self._before else "",
+            f", {per_min:.1f} per minute" if new else "",
+            f", {left / per_min:.0f} min left" if new and left else "",
         )
 
 
@@ -177,3 +177,137 @@ def _crash_notes(rows: Iterable[Mapping[str, Any]]) -> list[str]:
 
 def _counts(values: Iterable[Any]) -> dict[Any, int]:
     return dict(sorted(Counter(values).items()))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobSize:
+    """Size of the jobs of a cluster, one for each variant.
+
+    Attributes:
+        cores: Its processors.
+        jobs: Largest number in the queue at once.
+    """
+
+    cores: int
+    jobs: int
+
+    @classmethod
+    def of_profile(cls, name: str) -> Self | None:
+        """Return the size of the jobs of a profile of Snakemake; None for one of one machine.
+
+        Args:
+            name: A folder of `PROFILES`, or a path.
+
+        Raises:
+            InputError: There is no such profile, or it is none.
+        """
+        places = [Path(name), PROFILES / name]
+        found = [place / "config.yaml" for place in places if (place / "config.yaml").is_file()]
+        if not found:
+            raise InputError(f"no profile {name!r}: neither {places[0]} nor {places[1]} has one")
+        try:
+            with found[0].open(encoding="utf-8") as text:
+                profile: Any = yte.process_yaml(text, require_use_yte=True)
+            if "executor" not in profile:
+                return None
+            return cls(
+                cores=profile["set-threads"]["analyse"],
+                jobs=profile["jobs"],
+            )
+        except (YteError, KeyError, TypeError) as error:
+            raise InputError(f"{found[0]} is no profile of a cluster: {error}") from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Forecast:
+    """Summary by name, analyses by variant, and notes for the user."""
+
+    summary: dict[str, Any]
+    analyses_by_variant: dict[str, int]
+    notes: tuple[str, ...] = ()
+
+
+def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast:
+    """Return the cost of a study and its progress.
+
+    An analysis is done if a journal has its key. The keys are those of the prepared motions; before
+    motions are prepared nothing is done, and their number is the configured one.
+
+    Args:
+        config: The study.
+        size: Size of the jobs of a cluster; the summary then has `jobs` and `job_cores`, and the
+            wall time of one job and of all, `job_hours` and `hours`, with as many at once as the
+            profile allows and no waiting in the queue.
+    """
+    slugs = [variant.slug for variant in expand_grid(config.grid)]
+    folder = StudyFolder(Path(config.results))
+    keys = analysis_keys(config, slugs)
+    each = _count_motions(config) * len(config.motions.incidence_deg)
+    by_variant = {slug: len(keys[slug]) if slug in keys else each for slug in slugs}
+    state = study_state(
+        keys or dict.fromkeys(slugs, ("",) * each), read_content(folder.journals), config.suspect
+    )
+    notes, trials = state.notes, 1
+    if config.motions.design == "ida":
+        low_g, high_g = config.motions.level_range_g
+        trials = most_trials((low_g, high_g))
+        notes = (*notes, f"Counted are searches of up to {trials} analyses; the cost is of all.")
+    cpu_s = state.cpu_s / state.done if state.done else TYPICAL_MOTION_S * CPU_S_PER_MOTION_S
+    summary = {
+        **{name: getattr(state, name) for name in COUNTS},
+        "core_hours": round(trials * state.analyses * cpu_s / 3600, 3),
+        "eta_s": round(trials * state.left * cpu_s / CORES, 1),
+        "disk_mb": round(trials * state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
+        "ledger": {"status": state.statuses, "rung": state.rungs},
+    }
+    if size is not None:
+        summary |= _jobs(summary, size, state)
+    return Forecast(summary=summary, analyses_by_variant=by_variant, notes=notes)
+
+
+def analysis_keys(config: StudyConfig, slugs: Sequence[str]) -> dict[str, list[str]]:
+    """Return the keys of the analyses by variant; empty before their motions are prepared."""
+    folder = StudyFolder(Path(config.results))
+    if not (folder.suite.is_file() and folder.intensities.is_file()):
+        return {}
+    try:
+        setup = StudySetup.of(config)
+        return {slug: [run_key(task) for task in setup.tasks(slug)] for slug in slugs}
+    except (InputError, KeyError):  # prepared by another version, or for other bridges
+        return {}
+
+
+def failed_analyses(config: StudyConfig) -> list[dict[str, Any]]:
+    """Return the analyses of a study without a usable result, with the command of each alone."""
+    folder = StudyFolder(Path(config.results))
+    slugs = [variant.slug for variant in expand_grid(config.grid)]
+    rows = read_journals(folder)
+    wanted = [key for own in analysis_keys(config, slugs).values() for key in own]
+    return [
+        {
+            "variant": row["variant"],
+            "motion": row["motion_id"],
+            "status": row["status"],
+            "reason": row["collapse_criterion"],
+            "command": run_command(row),
+        }
+        for row in (rows[key] for key in wanted if key in rows)
+        if row["status"] in FAILED
+    ]
+
+
+def _jobs(summary: Mapping[str, Any], size: JobSize, state: StudyState) -> dict[str, Any]:
+    """Return the jobs of a cluster, one for each variant with analyses left."""
+    jobs = len(state.variants_left)
+    left_h = summary["eta_s"] * CORES / 3600 / size.cores
+    return {
+        "jobs": jobs,
+        "job_cores": size.cores,
+        "job_hours": round(left_h / max(jobs, 1), 2),
+        "hours": round(left_h / max(jobs, 1) * ceil(jobs / size.jobs), 2),
+    }
+
+
+def _count_motions(config: StudyConfig) -> int:
+    found = len(list_motions(Path(config.motions.folder)))
+    return found if config.motions.count is None else min(config.motions.count, found)

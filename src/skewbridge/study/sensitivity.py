@@ -17,9 +17,7 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import RAN
-from skewbridge.study.batch import run_tasks
-from skewbridge.study.costs import analysed_s
-from skewbridge.study.guard import Workers
+from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.progress import log_failure
 from skewbridge.study.setup import StudySetup
@@ -72,7 +70,7 @@ def sampled_rows(
 
 def in_window(task: Task, window_s: float | None) -> Task:
     """Return an analysis under the strongest part of its motion, or itself where it is as short."""
-    if window_s is None or analysed_s(task) <= window_s:
+    if window_s is None or task.analysed_s <= window_s:
         return task
     whole = task.motion.motion
     cut = cut_to_strongest(whole, window_s, free_vibration_s=0.0)

@@ -1,63 +1,105 @@
-"""What every script of the workflow shares: a log, clear errors, marked outputs, a bounded life."""
+"""Life of a script of the workflow: its configuration, log, clear errors and stamped outputs."""
 
 import errno
 import logging
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.errors import InputError, SolutionError
-from skewbridge.study.made_for import mark_outputs
-from skewbridge.study.orphans import end_with, workflow_pid
+from skewbridge.provenance.digests import layer_digest
+from skewbridge.provenance.stamp import read_stamp, stamp
+from skewbridge.study.batch import Workers
+from skewbridge.study.config import StudyConfig, parse_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.processes import end_with_parent
+from skewbridge.study.products import RECIPES, rule_digest, stamp_of
+from skewbridge.study.progress import PROGRESS_LOG
 
 logger = logging.getLogger("skewbridge")
 
-#: Lines of this log are shown where errors are, so that a piped run shows that it goes on.
-PROGRESS_LOG: Final = "skewbridge.progress"
 EXIT_FAILED: Final = 1
 EXIT_BAD_INPUT: Final = 2
-#: The disk or its rights, not the program.
+EXIT_INTERRUPTED: Final = 130
+#: Faults of the disk or its access rights, not of the program.
 _OF_THE_DISK: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
 )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """A job of the workflow, as its script sees it.
+
+    Attributes:
+        study: Configuration of the study.
+        folder: Its results.
+        inputs: Named inputs.
+        outputs: Named outputs.
+        workers: Worker processes that it may start.
+        stamp: Provenance of its outputs.
+    """
+
+    study: StudyConfig
+    folder: StudyFolder
+    inputs: Mapping[str, Path]
+    outputs: Mapping[str, Path]
+    workers: Workers
+    stamp: Mapping[str, str]
+
+    def current(self, path: Path, made: Mapping[str, str]) -> Path | None:
+        """Return the path of an optional table if it is there and would be made the same now.
+
+        Args:
+            path: The table, of a rule that runs on request.
+            made: What it would be made from now, see `made_from`.
+        """
+        if not path.is_file() or read_stamp(path).get("rule_digest") != rule_digest(made):
+            return None
+        return path
+
+
 @contextmanager
-def script_session(job: Any) -> Generator[None]:
-    """Log to a file (everything) and to the terminal (warnings, the progress of a long job).
+def script_session(snakemake: Any) -> Generator[Job]:
+    """Give a script its job; log to a file, and warnings and progress to the terminal too.
 
-    Bad input ends in one sentence.
-
-    So does a disk that is full or cannot be written. When the script is through, its outputs are
-    told where they come from (`mark_outputs`).
+    Bad input and a disk that is full or cannot be written end in one sentence. When the script is
+    through, its provenance is written into its outputs.
 
     Args:
-        job: The ``snakemake`` of the script.
+        snakemake: The ``snakemake`` of the script.
 
     Raises:
         SystemExit: With 2 after an `InputError` and 1 after a `SolutionError`, whose message is
-            shown alone.
+            shown alone, and with 130 after Ctrl-C.
     """
     hush_exit_message()
-    end_with(workflow_pid())
+    end_with_parent()
     logging.raiseExceptions = False  # a log that the disk has no room for ends nothing
     logger.setLevel(logging.INFO)
     to_terminal = logging.StreamHandler(sys.stderr)
     to_terminal.addFilter(for_terminal)
     logger.addHandler(to_terminal)
     try:
-        with _logging_to(job.log[0]):
-            yield
-            mark_outputs(job.rule, map(Path, job.output), job.config)
+        with _logging_to(snakemake.log[0]):
+            job = _job(snakemake)
+            yield job
+            for output in map(Path, snakemake.output):
+                if output.is_file():
+                    stamp(output, job.stamp)
     except InputError as error:
         logger.error("%s", error)
         raise SystemExit(EXIT_BAD_INPUT) from None
     except SolutionError as error:
         logger.error("%s", error)
         raise SystemExit(EXIT_FAILED) from None
+    except KeyboardInterrupt:
+        logger.error("interrupted; what is finished is kept")
+        raise SystemExit(EXIT_INTERRUPTED) from None
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
@@ -65,6 +107,21 @@ def script_session(job: Any) -> Generator[None]:
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)
+
+
+def _job(snakemake: Any) -> Job:
+    study = parse_config({**snakemake.config, "results": snakemake.params.results})
+    made = snakemake.params.made_from
+    if made["sources"] != layer_digest(RECIPES[snakemake.rule].sources):
+        raise InputError("the sources were edited while the study ran: give the same command again")
+    return Job(
+        study=study,
+        folder=StudyFolder(Path(study.results)),
+        inputs={name: Path(path) for name, path in snakemake.input.items()},
+        outputs={name: Path(path) for name, path in snakemake.output.items()},
+        workers=Workers(count=snakemake.threads, no_progress_s=study.batches.no_progress_s),
+        stamp=stamp_of(snakemake.rule, made, study),
+    )
 
 
 def for_terminal(record: logging.LogRecord) -> bool:

@@ -8,13 +8,12 @@ from typing import Any, Self
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
-from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.provenance.tables import read_table
-from skewbridge.reading import checked
-from skewbridge.study.capacity_search import Search, at_factor
+from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.ida import Search, at_factor
 from skewbridge.study.task import Task
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import parse_slug
@@ -43,17 +42,18 @@ class StudySetup:
     search: Search | None = None
 
     @classmethod
-    def from_sections(cls, sections: Mapping[str, Any], folder: StudyFolder) -> Self:
-        """Build the setup from sections of the configuration and the prepared motions.
+    def of(cls, study: StudyConfig, folder: StudyFolder | None = None) -> Self:
+        """Return the setup of a study whose motions are prepared.
 
         Args:
-            sections: ``motions``, ``model`` and ``analysis`` of the configuration.
-            folder: Where the study lies, with its motions prepared.
+            study: Its configuration.
+            folder: Folder with the prepared motions; by default that of the study.
 
         Raises:
             InputError: The motions are not prepared, or by another version of the program.
         """
-        motions = checked(MotionsConfig, sections["motions"], "motions")
+        folder = folder or StudyFolder(Path(study.results))
+        motions = study.motions
         low_g, high_g = motions.level_range_g
         search = Search(
             demand=motions.ida_demand, threshold=motions.ida_threshold, low_g=low_g, high_g=high_g
@@ -66,8 +66,8 @@ class StudySetup:
                 for row in read_table(folder.intensities).to_pylist()
             },
             incidence_deg=motions.incidence_deg,
-            settings=checked(AnalysisSettings, sections["analysis"], "analysis"),
-            options=checked(ModelOptions, sections["model"], "model"),
+            settings=study.analysis,
+            options=study.model,
             search=search if motions.design == "ida" else None,
         )
 

@@ -1,29 +1,24 @@
-"""One analysis: what it is and what it gives.
+"""One analysis: what it is given, its key, and what it gives.
 
-The digest of this module with all that it imports is part of the key of every analysis, so that an
-edit that can change a result makes all analyses run again. Nothing else belongs here: scheduling,
-journals, configuration and the readers of motions are kept out.
+The sources of this module are part of the key of every analysis (`provenance.digests.ENGINE`), so
+that an edit runs all analyses again. Scheduling, journals and configuration are kept out of it.
 """
 
 import logging
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.keys import input_digest
 from skewbridge.analysis.recovery import steps_as_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Progress
 from skewbridge.analysis.transient import AnalysisResult, analyse
-from skewbridge.demands.completeness import (
-    BEYOND_MODEL,
-    COLUMN_FAILURE_RATIO,
-    COMPLETE,
-    column_failure_ratio,
-    completed,
-)
 from skewbridge.errors import InputError
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.provenance.digests import digest_of, engine_digest, opensees_version
 from skewbridge.statuses import RAN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -50,11 +45,28 @@ class Task:
     options: ModelOptions
 
     @property
+    def analysed_s(self) -> float:
+        """Seconds of the motion that are analysed at most."""
+        longest = self.settings.duration_s
+        return min(self.motion.motion.duration_s, inf if longest is None else longest)
+
+    @property
     def excitation(self) -> Excitation:
         """What the model is shaken with."""
         return Excitation(
             motion=self.motion.motion, scale=self.motion.scale, incidence_deg=self.incidence_deg
         )
+
+
+def run_key(task: Task) -> str:
+    """Return the digest of everything that the result of an analysis depends on."""
+    return digest_of(
+        input_digest(task.variant, task.motion.motion, task.settings, task.options),
+        float(task.motion.scale),
+        float(task.incidence_deg),
+        engine_digest(),
+        opensees_version(),
+    )
 
 
 def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, Any]:
@@ -91,11 +103,9 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
     reason = "" if result.status in RAN else "; ".join(result.messages)
     return {
         **result.demands,
-        COLUMN_FAILURE_RATIO: float(column_failure_ratio(result.demands)),
         "status": result.status,
-        COMPLETE: bool(completed(result.status, result.model_end.mode)),
         "collapse_criterion": result.collapse_criterion or reason,
-        BEYOND_MODEL: result.model_end.mode,
+        "beyond_model": result.model_end.mode,
         "beyond_model_s": result.model_end.time_s,
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
@@ -111,9 +121,8 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
     """Return the columns, other than demands, of an analysis that has no result."""
     return {
         "status": status,
-        COMPLETE: bool(completed(status, "")),
         "collapse_criterion": reason,
-        BEYOND_MODEL: "",
+        "beyond_model": "",
         "beyond_model_s": float("nan"),
         "time_reached_s": 0.0,
         "duration_s": float("nan"),

@@ -1,100 +1,109 @@
-"""What a worker process runs: one analysis and its row, whatever becomes of it.
+"""Work of one worker process: an analysis and its row, ended by the system when it hangs.
 
-A worker imports this module and what stands below it: no tables, no pools of workers.
+A worker imports this module and the packages below it: no tables, no pools of workers.
 """
 
 import math
+import signal
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.demands.columns import key_values
+from skewbridge.demands.completeness import (
+    BEYOND_MODEL,
+    COLUMN_FAILURE_RATIO,
+    COMPLETE,
+    column_failure_ratio,
+    completed,
+)
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
-from skewbridge.study.heartbeat import heartbeat
-from skewbridge.study.orphans import end_with
+from skewbridge.study.processes import end_with_parent
 from skewbridge.study.task import Task, analyse_task, no_result
 
 type Row = dict[str, Any]
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Desk:
-    """Where a worker leaves what is not a result.
-
-    Attributes:
-        log_folder: For the solver's messages, in a file named after motion and key.
-        heartbeats: For the sign of life of the process.
-        owner_pid: The process that the results are for; when it ends, so does the worker.
-    """
-
-    log_folder: Path
-    heartbeats: Path
-    owner_pid: int
-
-
-#: Makes the rows of a task with a key.
-type Work = Callable[[Task, str, Desk], list[Row]]
+#: Makes the rows of a task with a key; the folder is for messages of the solver.
+type Work = Callable[[Task, str, Path], list[Row]]
 
 _WITHOUT_RESULT: Final = ("invalid_input", "crash")
 _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
 
 
-def one_analysis(task: Task, key: str, desk: Desk) -> list[Row]:
+class Alarm:
+    """Ends this process by SIGALRM when it takes no step for some time.
+
+    Time during which the machine sleeps does not count.
+    """
+
+    limit_s: float = 0.0
+
+    @classmethod
+    def restart(cls, *_: object) -> None:
+        """Begin to count again; to be called at every step. Without a limit nothing is ended."""
+        if cls.limit_s:
+            signal.setitimer(signal.ITIMER_REAL, cls.limit_s)
+
+
+def guarded(work: Work, task: Task, key: str, log_folder: Path, no_progress_s: float) -> list[Row]:
+    """Return the rows of a task in a worker process that ends with its parent or when it hangs."""
+    hush_exit_message()
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
+    Alarm.limit_s = no_progress_s
+    Alarm.restart()
+    try:
+        return work(task, key, log_folder)
+    finally:
+        Alarm.limit_s = 0.0
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def one_analysis(task: Task, key: str, log_folder: Path) -> list[Row]:
     """Return the one row of the analysis that a task describes."""
-    return [analysed_row(task, key, desk)]
+    return [analysed_row(task, key, log_folder)]
 
 
-def analysed_row(task: Task, key: str, desk: Desk) -> Row:
+def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
     """Run one analysis in this process and return its row of the demands table.
 
     Args:
         task: The analysis.
-        key: Its `run_key`; it is the caller's, whose sources may be older than this process.
-        desk: Where messages and signs of life go.
+        key: Its `run_key`, made by the parent, whose sources may be older than this process.
+        log_folder: Folder for the messages of the solver, in a file named after motion and key.
     """
-    desk.log_folder.mkdir(parents=True, exist_ok=True)
+    log_folder.mkdir(parents=True, exist_ok=True)
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    log = desk.log_folder / f"{task.motion.motion.motion_id}_{key}.log"
-    outcome = analyse_task(task, log, heartbeat(desk.heartbeats).go_on)
+    log = log_folder / f"{task.motion.motion.motion_id}_{key}.log"
+    outcome = analyse_task(task, log, Alarm.restart)
     if log.is_file() and log.stat().st_size == 0:  # OpenSees had nothing to say
         log.unlink()
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
     if outcome["status"] in _WITHOUT_RESULT:
         outcome = {**_NO_DEMANDS, **outcome}
-    return of_task({**outcome, **times}, task, key)
-
-
-def numbered(work: Work, number: int, task: Task, key: str, desk: Desk) -> tuple[int, list[Row]]:
-    """Return the rows of a task with its number, by which an unordered stream is sorted.
-
-    The process tells what it is at, and ends with its owner.
-    """
-    hush_exit_message()
-    end_with(desk.owner_pid)
-    sign = heartbeat(desk.heartbeats)
-    sign.begin(key)
-    rows = work(task, key, desk)
-    sign.begin("")
-    return number, rows
+    return row_of_task({**outcome, **times}, task, key)
 
 
 def crashed_row(task: Task, key: str, reason: str) -> Row:
-    """Return the row of an analysis that has ended its process, or stood still."""
+    """Return the row of an analysis that ended its process."""
     crash = no_result("crash", reason)
     times = {"wall_s": math.nan, "cpu_s": math.nan}
-    return of_task({**_NO_DEMANDS, **crash, **times}, task, key)
+    return row_of_task({**_NO_DEMANDS, **crash, **times}, task, key)
 
 
-def of_task(row: Row, task: Task, key: str) -> Row:
-    """Return a row as that of a task: which analysis it is, is told by the task alone."""
-    return {**row, **identity_of(task, key)}
+def row_of_task(row: Row, task: Task, key: str) -> Row:
+    """Return a row with the columns that identify its analysis and those derived from others."""
+    derived = {
+        COMPLETE: bool(completed(row["status"], row.get(BEYOND_MODEL) or "")),
+        COLUMN_FAILURE_RATIO: float(column_failure_ratio(row)),
+    }
+    return {**row, **derived, **identity_of(task, key)}
 
 
 def identity_of(task: Task, key: str) -> Row:
-    """Return the columns of a row that say which analysis it is, with its `run_key`."""
+    """Return the columns of a row that identify its analysis, with its `run_key`."""
     motion = task.motion
     return {
         **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),

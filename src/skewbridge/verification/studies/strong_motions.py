@@ -40,8 +40,7 @@ from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.motions.suite import read_entry
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.keys import run_key
-from skewbridge.study.task import Task
+from skewbridge.study.task import Task, run_key
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

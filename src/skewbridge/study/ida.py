@@ -11,9 +11,8 @@ from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE, bracket_capacity
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.study.journal import open_journal
-from skewbridge.study.keys import run_key
-from skewbridge.study.task import Task
-from skewbridge.study.worker import Desk, Row, analysed_row, of_task
+from skewbridge.study.task import Task, run_key
+from skewbridge.study.worker import Row, analysed_row, row_of_task
 
 #: How long a worker waits while others write what they have found.
 _PATIENCE_S: Final = 60.0
@@ -71,7 +70,7 @@ class Known:
 
 
 def search_capacity(
-    search: Search, known: Known, task: Task, first_key: str, desk: Desk
+    search: Search, known: Known, task: Task, first_key: str, log_folder: Path
 ) -> list[Row]:
     """Return the rows of all analyses that it took to bracket the capacity of one motion.
 
@@ -80,7 +79,7 @@ def search_capacity(
         known: What is analysed already, and where more of it is kept.
         task: The first analysis of the search; this and what follows is given by the batch.
         first_key: Its `run_key`.
-        desk: Where messages and signs of life go.
+        log_folder: Folder for the messages of the solver.
 
     Raises:
         InputError: The journal cannot be written.
@@ -91,7 +90,11 @@ def search_capacity(
         trial = at_factor(task, factor)
         key = run_key(trial)
         found = known.rows.get(key)
-        row = analysed_row(trial, key, desk) if found is None else of_task(found, trial, key)
+        row = (
+            analysed_row(trial, key, log_folder)
+            if found is None
+            else row_of_task(found, trial, key)
+        )
         rows.append(row)
         if found is None and key != first_key:
             with open_journal(known.journal, _PATIENCE_S) as journal:

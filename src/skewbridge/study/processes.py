@@ -1,0 +1,133 @@
+"""Processes of a study: none outlives it, stands still in it, or runs it twice in one tree."""
+
+import ctypes
+import fcntl
+import logging
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+import psutil
+
+from skewbridge.errors import InputError
+
+logger = logging.getLogger(__name__)
+
+LOCK_NAME: Final = "study.lock"
+_EXIT_ORPHANED: Final = 3
+_PR_SET_PDEATHSIG: Final = 1  # source: linux/prctl.h
+_PARENT: Final = os.getppid()
+_POLL_S: Final = 0.5
+
+
+@cache
+def end_with_parent() -> None:
+    """Let the kernel end this process with its parent, even while it is stopped.
+
+    A killed parent cannot end its children, and an orphan would work beside its successor.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != _PARENT:  # it ended before
+        os._exit(_EXIT_ORPHANED)
+
+
+@contextmanager
+def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
+    """End workers of this process that are stopped (SIGSTOP) for some time, while it is entered.
+
+    Only time during which this process runs counts, so that a study that is stopped as a whole
+    (Ctrl-Z) loses nothing.
+
+    Args:
+        limit_s: How long a worker may be stopped.
+
+    Yields:
+        Process numbers of the workers that were ended, added as they are.
+    """
+    stopped_s: dict[int, float] = {}
+    ended: set[int] = set()
+    poll_s = min(_POLL_S, limit_s / 4.0)
+
+    def look(*_: object) -> None:
+        for child in worker_processes():
+            with suppress(psutil.Error):
+                stopped = child.status() == psutil.STATUS_STOPPED
+                stopped_s[child.pid] = stopped_s.get(child.pid, 0.0) + poll_s if stopped else 0.0
+                if stopped_s[child.pid] >= limit_s and child.pid not in ended:
+                    ended.add(child.pid)
+                    child.kill()
+
+    before = signal.signal(signal.SIGALRM, look)
+    signal.setitimer(signal.ITIMER_REAL, poll_s, poll_s)
+    try:
+        yield ended
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def worker_processes() -> list[psutil.Process]:
+    """Return the workers of this process, whether or not they have begun anything."""
+    found: list[psutil.Process] = []
+    for child in psutil.Process().children():
+        with suppress(psutil.Error):
+            if any("popen_loky" in part for part in child.cmdline()):
+                found.append(child)
+    return found
+
+
+def hold_tree(folder: Path) -> None:
+    """Take the lock of a tree for the rest of this process: one study at a time in a tree.
+
+    The kernel releases the lock when the process ends, unlike Snakemake's own lock files, which a
+    killed run leaves behind.
+
+    Args:
+        folder: ``.snakemake`` of the tree.
+
+    Raises:
+        InputError: Another study runs there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    # Not closed: the lock ends with the process. No child inherits it.
+    descriptor = os.open(folder / LOCK_NAME, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        holder = os.read(descriptor, 32).decode(errors="replace").strip()
+        os.close(descriptor)
+        raise InputError(
+            f"another study is running in {folder.parent.resolve()} (process {holder}): wait for "
+            "it or end it, then give the same command again"
+        ) from None
+    with suppress(OSError):  # the number is for the message above; a full disk need not have it
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, str(os.getpid()).encode(), 0)
+
+
+def cancel_left_behind(prefix: str) -> None:
+    """Cancel the Slurm jobs that a killed workflow of this tree left in the queue.
+
+    They would work beside their successors. What they have finished is in their journals.
+
+    Args:
+        prefix: Beginning of the names of the jobs of this tree.
+    """
+    listed = subprocess.run(
+        ["squeue", "--me", "--noheader", "--format=%i %j"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    names = dict(line.split(maxsplit=1) for line in listed.stdout.splitlines())
+    jobs = [job for job, name in names.items() if name.startswith(prefix)]
+    if jobs:
+        logger.warning("cancelling %d job(s) that an earlier run left behind", len(jobs))
+        subprocess.run(["scancel", *jobs], check=True)

@@ -1,0 +1,225 @@
+"""Digests of what each product of a study is made from; is a file still what would be made?"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from skewbridge.analysis.keys import bridge_digest
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.errors import InputError
+from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.provenance.digests import (
+    ENGINE,
+    canonical,
+    digest_of,
+    engine_digest,
+    layer_digest,
+    opensees_version,
+)
+from skewbridge.provenance.stamp import read_stamp
+from skewbridge.provenance.tables import provenance
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, load_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.inputs import motions_digest
+from skewbridge.variant.grid import expand_grid
+
+type MadeFrom = dict[str, str]
+
+#: Of the configuration, without influence on any result.
+_NO_RESULT: Final = {"results", "batches"}
+_TABLES: Final = ("errors.py", "units.py", "reading", "provenance", "variant", "demands")
+_ANALYSES: Final = (
+    *ENGINE,
+    "provenance",
+    "demands",
+    *(f"study/{name}.py" for name in ("batch", "ida", "journal", "setup", "worker")),
+)
+_SCREEN: Final = (*_TABLES, "motions", "fragility", "report", "study/config.py")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recipe:
+    """What the outputs of a rule depend on.
+
+    Attributes:
+        sources: Packages and files of the package whose code makes them.
+        sections: Keys of the configuration.
+        after: Rules whose outputs it reads.
+        inputs: Inputs besides the motions, which count for all, see `_input_digests`.
+    """
+
+    sources: tuple[str, ...]
+    sections: tuple[str, ...] = ()
+    after: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+
+
+#: By rule, in the order in which one reads the other.
+RECIPES: Final[Mapping[str, Recipe]] = {
+    "prepare_motions": Recipe(
+        sources=(*_TABLES[:-1], "motions", "study/inputs.py"),
+        sections=("motions",),
+        inputs=("periods",),
+    ),
+    "verify_contact": Recipe(sources=(*ENGINE, "verification"), inputs=("opensees",)),
+    "verification": Recipe(sources=(*ENGINE, "motions", "verification"), inputs=("opensees",)),
+    "analyse": Recipe(
+        sources=(*_ANALYSES, "study/analyses.py"),
+        sections=("motions", "model", "analysis", "suspect"),
+        after=("prepare_motions",),
+        inputs=("bridges", "opensees"),
+    ),
+    "collect_demands": Recipe(sources=_TABLES, after=("analyse",), inputs=("variants",)),
+    "sensitivity": Recipe(
+        sources=(*_ANALYSES, "study/sensitivity.py"),
+        sections=("motions", "model", "analysis", "sensitivity"),
+        after=("prepare_motions",),
+        inputs=("bridges", "opensees", "variants"),
+    ),
+    "modelling_choices": Recipe(
+        sources=(*_ANALYSES, "study/modelling_choices.py"),
+        sections=("grid", "motions", "model", "analysis", "modelling_choices"),
+        after=("prepare_motions",),
+        inputs=("bridges", "opensees"),
+    ),
+    "friction_pair": Recipe(
+        sources=(*_ANALYSES, "study/friction_pair.py"), after=("collect_demands",)
+    ),
+    "fit_fragility": Recipe(
+        sources=(*_TABLES, "fragility", "report/checks.py"),
+        sections=("fragility", "max_unfinished_share", "suspect"),
+        after=("collect_demands",),
+        inputs=("limit_states",),
+    ),
+    "check_predict": Recipe(
+        sources=(*_ANALYSES, "fragility", "study/predict_check.py"),
+        sections=("grid",),
+        after=("fit_fragility",),
+    ),
+    "figures": Recipe(
+        sources=_SCREEN,
+        sections=("figures",),
+        after=("friction_pair", "fit_fragility"),
+    ),
+    "report": Recipe(
+        sources=_SCREEN,
+        sections=tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT),
+        after=("verify_contact", "figures", "sensitivity"),
+    ),
+}
+
+
+def made_from(study: StudyConfig) -> dict[str, MadeFrom]:
+    """Return for each rule what its outputs are made from, as digests by name.
+
+    Equal digests mean equal outputs. They are parameters of the rules, so that Snakemake makes
+    again what changed, and are kept in the outputs.
+
+    Raises:
+        InputError: An input of the study is missing or wrong.
+    """
+    inputs = _input_digests(study)
+    values = study.model_dump(mode="json")
+    found: dict[str, MadeFrom] = {}
+    for rule, recipe in RECIPES.items():
+        found[rule] = {
+            "sources": layer_digest(recipe.sources),
+            **{name: digest_of(canonical(values[name])) for name in recipe.sections},
+            **{name: inputs[name] for name in ("motions", *recipe.inputs)},
+            **{name: rule_digest(found[name]) for name in recipe.after},
+        }
+    return found
+
+
+def _input_digests(study: StudyConfig) -> dict[str, str]:
+    folder = StudyFolder(Path(study.results))
+    periods = {name: load_bridge(name).t1_s for name in study.bridges_with_periods()}
+    bridges = {Path(name).stem: bridge_digest(name) for name in study.grid.bridge}
+    return {
+        "motions": motions_digest(study, folder.motions_digest),
+        "periods": digest_of(canonical(periods), periods[CONDITIONING_BRIDGE]),
+        "bridges": digest_of(canonical(bridges)),
+        "opensees": opensees_version(),
+        "variants": digest_of(*sorted(variant.slug for variant in expand_grid(study.grid))),
+        "limit_states": digest_of(load_limit_states(Path(study.fragility.limit_states))),
+    }
+
+
+def rule_digest(made: Mapping[str, str]) -> str:
+    """Return the digest of all that the outputs of a rule are made from."""
+    return digest_of(canonical(made))
+
+
+def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str, str]:
+    """Return the provenance of the outputs of a rule, by name.
+
+    Args:
+        rule: Name of the rule.
+        made: What they are made from, see `made_from`.
+        study: The configuration.
+    """
+    values = study.model_dump(mode="json", exclude=_NO_RESULT)
+    return provenance(
+        rule=rule,
+        rule_digest=rule_digest(made),
+        config_digest=digest_of(canonical(values)),
+        suite_digest=made["motions"],
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """Provenance of a file, compared with what would be made now.
+
+    Attributes:
+        told: Provenance in the file, by name.
+        now: The same of what would be made now, where it is known.
+        is_current: Whether the present sources and configuration would give the file.
+    """
+
+    told: dict[str, str]
+    now: dict[str, str]
+    is_current: bool
+
+    @property
+    def differences(self) -> list[str]:
+        """Names of what differs now."""
+        return [name for name, value in self.now.items() if self.told.get(name) != value]
+
+
+def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
+    """Return the provenance of a file of a study or of ``skewbridge run``: is it still current?
+
+    A product of the workflow is current if its rule would make it from the same sources, motions
+    and sections of the configuration; what its rule does not use may differ. A result of
+    ``skewbridge run`` is current if the sources of an analysis and OpenSees are the same.
+
+    Args:
+        path: The file.
+        config: Configuration of the study.
+        base: Configuration that it is merged over.
+
+    Raises:
+        InputError: The file has no provenance, or the configuration is bad.
+    """
+    told = read_stamp(path)
+    now = {name: value for name, value in provenance().items() if name in told}
+    decisive = ["openseespy_version"]
+    if "rule" in told:
+        study = load_config(config, base=base)
+        made: MadeFrom = made_from(study).get(told["rule"], {"motions": "unknown"})
+        present: dict[str, Any] = stamp_of(told["rule"], made, study)
+        now |= {name: present[name] for name in ("rule_digest", "config_digest", "suite_digest")}
+        decisive = ["rule_digest"]
+    elif "engine_digest" in told:
+        now["engine_digest"] = engine_digest()
+        decisive += ["engine_digest"]
+    else:
+        raise InputError(
+            f"{path} says with which versions it was made, but not for what: it was written "
+            "before results were marked with it",
+            file=str(path),
+        )
+    is_current = all(told.get(name) == now[name] for name in decisive)
+    return Origin(told=told, now=now, is_current=is_current)

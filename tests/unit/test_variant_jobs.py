@@ -1,0 +1,197 @@
+"""The job of a variant, its journal as a cache, and the table that joins all variants."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
+from skewbridge.demands.tables import join_variants, to_table
+from skewbridge.errors import InputError
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.provenance import tables as provenance_tables
+from skewbridge.study.analyses import analyse_variant
+from skewbridge.study.batch import Workers
+from skewbridge.study.config import parse_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.ida import Search, at_factor
+from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.progress import forecast_study, study_state
+from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.study.worker import row_of_task
+from skewbridge.variant.options import ModelOptions
+
+SLUGS = (
+    "osb1_cf_skew30_gap025_mu000",
+    "osb1_cf_skew30_gap025_mu050",
+    "osb1_ro_skew30_gap000_mu000",
+)
+
+
+def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0)) -> StudySetup:
+    suite: list[SuiteMotion] = []
+    for length_s in lengths_s:
+        t_s = np.arange(0.0, length_s, 0.01)
+        motion = GroundMotion(
+            motion_id=f"m{length_s:g}",
+            dt_s=0.01,
+            accel_1_mps2=np.cos(t_s * length_s),
+            accel_2_mps2=np.sin(t_s),
+        )
+        measures = motion_measures(motion, 0.7)
+        suite.append(SuiteMotion(motion=motion, scale=1.0, measures=measures))
+    return StudySetup(
+        folder=StudyFolder(folder),
+        suite=tuple(suite),
+        measures={("osb1", each.motion.motion_id): each.measures for each in suite},
+        incidence_deg=(0.0,),
+        settings=AnalysisSettings(),
+        options=ModelOptions(),
+    )
+
+
+def row_of(task: Task, cpu_s: float = 1.0) -> dict[str, object]:
+    demands = {column.name: 1.0 for column in DEMAND_COLUMNS}
+    run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": cpu_s, "cpu_s": cpu_s}
+    return row_of_task({**demands, **run}, task, run_key(task))
+
+
+def test_a_row_tells_its_analysis_that_of_a_search_at_its_own_factor(tmp_path: Path) -> None:
+    plain = setup_in(tmp_path)
+    search = Search(demand="deck_disp_m", threshold=0.1, low_g=0.1, high_g=2.0)
+    searching = replace(plain, search=search)
+    first = searching.tasks(SLUGS[1])[1]
+    for setup, task in (
+        (plain, plain.tasks(SLUGS[1])[2]),
+        (searching, first),
+        (searching, at_factor(first, 1.37)),
+    ):
+        found = setup.task_of(row_of(task))
+        assert found is not None
+        assert run_key(found) == run_key(task)
+        assert found.motion.measures == task.motion.measures
+    assert plain.task_of(row_of(at_factor(first, 1.37))) is None
+    with pytest.raises(InputError, match=r"osb2s_.*: the study has the bridges osb1"):
+        plain.tasks("osb2s_cf_skew30_gap025_mu050")
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the motions that workers were asked for, in their order."""
+    asked: list[str] = []
+
+    def stream(
+        _pool: object, pending: Sequence[tuple[int, Task, str]]
+    ) -> Iterator[tuple[int, list[dict[str, object]]]]:
+        asked.extend(task.motion.motion.motion_id for _, task, _ in pending)
+        yield from ((number, [row_of(task)]) for number, task, _ in reversed(pending))
+
+    monkeypatch.setattr("skewbridge.study.batch._Pool.stream", stream)
+    return asked
+
+
+def analyse(setup: StudySetup, slug: str) -> Path:
+    output = setup.folder.variant_demands(slug)
+    analyse_variant(setup, slug, workers=Workers(count=1), limits=SuspectLimits(), output=output)
+    return output
+
+
+def test_the_longest_analyses_of_a_variant_begin_first(tmp_path: Path, ran: list[str]) -> None:
+    setup = setup_in(tmp_path)
+    table = pd.read_parquet(analyse(setup, SLUGS[0]))
+    assert ran == ["m3", "m2", "m1"]
+    assert table["motion_id"].tolist() == ["m1", "m2", "m3"]
+
+
+def test_a_job_repeats_nothing_that_its_journal_has(tmp_path: Path, ran: list[str]) -> None:
+    setup = setup_in(tmp_path)
+    (shorter, *_) = (setup_in(tmp_path, (1.0, 3.0)).tasks(SLUGS[0]),)
+    with open_journal(setup.folder.journal(SLUGS[0])) as journal:
+        journal.append(row_of(shorter[1]))
+    first = pd.read_parquet(analyse(setup, SLUGS[0]))
+    assert ran == ["m2", "m1"]
+    again = pd.read_parquet(analyse(setup, SLUGS[0]))
+    assert ran == ["m2", "m1"]
+    pd.testing.assert_frame_equal(first, again)
+
+
+def test_a_variant_that_another_process_analyses_is_refused(
+    tmp_path: Path, ran: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("skewbridge.study.analyses.PREDECESSOR_S", 0.0)
+    setup = setup_in(tmp_path)
+    with (
+        open_journal(setup.folder.journal(SLUGS[0])),
+        pytest.raises(InputError, match="being written by another process"),
+    ):
+        analyse(setup, SLUGS[0])
+    assert not ran
+
+
+def test_the_joined_table_is_that_of_all_rows_at_once(
+    tmp_path: Path, ran: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However few rows are held at a time, the file has all of them in the order of the key."""
+    monkeypatch.setattr(provenance_tables, "_GROUP_ROWS", 4)
+    setup, limits = setup_in(tmp_path), SuspectLimits()
+    join_variants([analyse(setup, slug) for slug in SLUGS], setup.folder.demands)
+    rows = [row_of(task) for slug in reversed(SLUGS) for task in setup.tasks(slug)]
+    whole = to_table([{**row, SUSPECT: reasons(row, limits)} for row in rows], {})
+    file = pq.ParquetFile(setup.folder.demands)
+    assert file.num_row_groups == 2
+    pd.testing.assert_frame_equal(file.read().to_pandas(), whole.to_pandas(), check_exact=True)
+    assert [field.metadata for field in file.schema_arrow] == [
+        field.metadata for field in whole.schema
+    ]
+
+
+def test_the_digest_of_the_analyses_is_that_of_their_keys(tmp_path: Path, ran: list[str]) -> None:
+    digests: set[bytes] = set()
+    for order in (SLUGS, SLUGS[::-1]):
+        setup = setup_in(tmp_path / order[0])
+        join_variants([analyse(setup, slug) for slug in sorted(order)], setup.folder.demands)
+        digests.add(pq.read_schema(setup.folder.demands).metadata[b"analyses_digest"])
+    assert len(digests) == 1
+
+
+def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
+    """What is done is done, by whatever job."""
+    setup = setup_in(tmp_path)
+    tasks = setup.tasks(SLUGS[0])
+    for name, task in zip((SLUGS[0], "pilot", "sensitivity"), tasks, strict=True):
+        with open_journal(setup.folder.journal(name)) as journal:
+            journal.append(row_of(task))
+    keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in SLUGS[:2]}
+    state = study_state(keys, read_content(setup.folder.journals))
+    assert (state.analyses, state.done, state.left) == (6, 3, 3)
+    assert state.variants_left == (SLUGS[1],)
+
+
+def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])
+    given, searching = (
+        forecast_study(
+            parse_config(
+                {
+                    "results": str(tmp_path),
+                    "motions": {"design": design, "level_range_g": [0.05, 5.0]},
+                }
+            )
+        )
+        for design in ("scaled_cloud", "ida")
+    )
+    assert searching.summary["analyses"] == given.summary["analyses"]
+    assert searching.summary["core_hours"] == pytest.approx(
+        10 * given.summary["core_hours"], rel=1e-3
+    )
+    assert searching.notes == ("Counted are searches of up to 10 analyses; the cost is of all.",)
