@@ -158,8 +158,8 @@ def _draw_medians(axes: Axes, joint: pd.DataFrame, states: Sequence[str]) -> Non
         limits = model.axis_range.limits
         if "skew_deg" not in limits:
             continue
-        middle = {name: 0.5 * (low + high) for name, (low, high) in limits.items()}
         skew = np.linspace(*limits["skew_deg"], _POINTS)
+        middle = model.axis_range.middle
         curve = np.array([model.median(middle | {"skew_deg": value}) for value in skew])
         axes.plot(skew, curve[:, 0], color=_COLOURS[number], label=effect_name(state))
         axes.fill_between(skew, curve[:, 1], curve[:, 2], color=_COLOURS[number], alpha=0.15, lw=0)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from pyarrow.parquet import read_schema
 
 from fragility_tables import (
     IM,
@@ -28,7 +29,7 @@ from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.results import read_foreign
-from skewbridge.fragility.study_tables import DESCRIPTIONS, described, fragility_tables
+from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables, write_described
 from skewbridge.fragility.system import system_curves
 from skewbridge.study.ida import Search
 from skewbridge.variant import axes
@@ -448,12 +449,14 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(with_new_axis, tmp_pat
 # --- descriptions and units
 
 
-def test_every_column_of_every_table_has_a_description():
+def test_every_column_of_every_table_has_a_description(tmp_path):
     table = synthetic_demands(skews=(0, 30), gaps=(51,), motions=12)
     suite = table[["motion_id"]].drop_duplicates().assign(magnitude=7.0, distance_km=8.0)
     tables = fragility_tables(table, STATES, SETTINGS, suite)
     for name, frame in tables.items():
-        for field in described(frame, DESCRIPTIONS[name]).schema:
+        path = tmp_path / f"{name}.parquet"
+        write_described(frame, path, DESCRIPTIONS[name])
+        for field in read_schema(path):
             assert (field.metadata or {}).get(b"description"), f"{name}.{field.name}"
 
 

@@ -18,13 +18,12 @@ if TYPE_CHECKING:
 
 #: Column of the demands table with the failure mode of a column; empty where none failed.
 BEYOND_MODEL: Final = "beyond_model"
-#: Failure modes of a column.
-KINDS: Final = ("shear", "flexure")
+#: Demand over capacity of a column by failure mode; a column fails at 1.
+FAILURE_DEMANDS: Final = {"shear": "column_shear_dcr", "flexure": "drift_over_capacity"}
 #: Column of the demands table that is true where all demands are peaks of the whole motion.
 COMPLETE: Final = "complete"
 #: Column of the demands table with the demand over capacity of a column, whatever the mode.
 COLUMN_FAILURE_RATIO: Final = "column_failure_ratio"
-_RATIOS: Final = ("column_shear_dcr", "drift_over_capacity")
 
 
 def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
@@ -73,8 +72,8 @@ def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[n
         table: Demands table, or one row of it by column.
     """
     unknown = np.full(() if isinstance(table, Mapping) else len(table), np.nan)
-    shear, flexure = (np.asarray(table.get(name, unknown), dtype=np.float64) for name in _RATIOS)
-    return np.fmax(shear, flexure)
+    ratios = (np.asarray(table.get(name, unknown), float) for name in FAILURE_DEMANDS.values())
+    return np.fmax(*ratios)
 
 
 def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
@@ -86,6 +85,7 @@ def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
     derived: dict[str, Any] = {}
     if COMPLETE not in table.columns:
         derived[COMPLETE] = is_complete(table)
-    if COLUMN_FAILURE_RATIO not in table.columns and any(name in table for name in _RATIOS):
+    has_ratios = any(name in table for name in FAILURE_DEMANDS.values())
+    if COLUMN_FAILURE_RATIO not in table.columns and has_ratios:
         derived[COLUMN_FAILURE_RATIO] = column_failure_ratio(table)
     return table.assign(**derived)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from skewbridge.demands.completeness import (
     BEYOND_MODEL,
+    COLUMN_FAILURE_RATIO,
     COMPLETE,
     is_complete,
     with_derived_columns,
@@ -19,7 +20,6 @@ from skewbridge.demands.completeness import (
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import SUSPECT
 from skewbridge.errors import InputError
-from skewbridge.fragility.limit_states import ANY_FAILURE_DEMAND
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES, Status
 from skewbridge.variant.axes import axes_of
@@ -103,7 +103,7 @@ class PreparedDemands:
     """A checked demands table.
 
     Attributes:
-        table: Rows to fit, numbered from 0, with `ANY_FAILURE_DEMAND`.
+        table: Rows to fit, numbered from 0, with `COLUMN_FAILURE_RATIO`.
         notes: Rejected rows, missing demands and repeated motions (`NOTE_COLUMNS`).
     """
 
@@ -124,7 +124,7 @@ def prepared(
         InputError: A column is missing, a status unknown, or a completed run has an infinite or
             negative demand; names row and column.
     """
-    wanted = [name for name in columns if name != ANY_FAILURE_DEMAND]
+    wanted = [name for name in columns if name != COLUMN_FAILURE_RATIO]
     need_columns(demands, (*KEY_COLUMNS, settings.im, *wanted))
     table = demands.reset_index(drop=True)
     status = table["status"].to_numpy(dtype=str)

@@ -46,7 +46,7 @@ from skewbridge.fragility.mixed import (
 from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, axis
 
 TOO_FEW_MOTIONS: Final = "too_few_motions"
@@ -332,11 +332,8 @@ def _rows(
 ) -> list[dict[str, Any]]:
     """Return the rows of the states of one demand: of model columns, runs, states and clouds."""
     model, runs, states, clouds = item
-    abutment = str(model["abutment"])
-    names = axis_names(runs)
-    if abutment in ABUTMENTS:
-        lacking = {each.name for each in AXES} - {SKEW} - ABUTMENTS[abutment].axes
-        names = [name for name in names if name not in lacking]
+    lacking = lacking_axes(str(model["abutment"]))
+    names = [name for name in axis_names(runs) if name not in lacking]
     codes = np.unique(runs["variant"].to_numpy(dtype=str), return_inverse=True)[1]
     first = np.unique(codes, return_index=True)[1]
     variants = runs.iloc[first][["variant", *names]].reset_index(drop=True)

@@ -16,6 +16,7 @@ from pydantic import (
 )
 
 from skewbridge.demands.columns import column_of
+from skewbridge.demands.completeness import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.errors import InputError, raise_all
 from skewbridge.reading import checked, read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
@@ -103,10 +104,6 @@ HEADLINE_STATES: Final = (
     "unseating/slight",
     "bearing/slight",
 )
-#: Demands whose states at 1 and above a column failure decides, by mode (`beyond_model`).
-FAILURE_DEMANDS: Final = {"shear": "column_shear_dcr", "flexure": "drift_over_capacity"}
-#: The larger of both ratios.
-ANY_FAILURE_DEMAND: Final = "column_failure_ratio"
 # source: Sezen and Moehle (2004), J. Struct. Eng. 130(11):1692-1703: coefficient of variation 0.15
 # of measured over computed shear strength of columns.
 # ASSUME the scatter of the SDC formula is the same; its bias is not corrected here
@@ -131,7 +128,7 @@ def with_column_failure(states: Sequence[LimitState], columns: Collection[str]) 
             DRIFT_CAPACITY_DISPERSION,
             "Mackie and Stojadinovic, PEER 2005/12",
         ),
-        "any": (ANY_FAILURE_DEMAND, DRIFT_CAPACITY_DISPERSION, "the larger of both"),
+        "any": (COLUMN_FAILURE_RATIO, DRIFT_CAPACITY_DISPERSION, "the larger of both"),
     }
     return [
         *states,

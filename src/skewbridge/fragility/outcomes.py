@@ -13,15 +13,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from skewbridge.demands.completeness import failure_kinds, is_complete
+from skewbridge.demands.completeness import (
+    COLUMN_FAILURE_RATIO,
+    FAILURE_DEMANDS,
+    failure_kinds,
+    is_complete,
+)
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.existence import ALL_EXCEED, FITTED, NO_EXCEEDANCE
-from skewbridge.fragility.limit_states import (
-    ANY_FAILURE_DEMAND,
-    COLLAPSE_EXCEEDS,
-    FAILURE_DEMANDS,
-    LimitState,
-)
+from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.fragility.lines import Lines, fit_lines
 from skewbridge.statuses import COLLAPSE
 
@@ -151,7 +151,8 @@ def peak_outcomes(peak: FloatArray, ends: RunEnds, states: Sequence[LimitState])
         decided[ends.collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
     # ASSUME a column that failed has passed the states of its own mode at 1 and above
     failed = [s.threshold for s in states if s.threshold >= 1.0]
-    modes = [kind for kind, name in FAILURE_DEMANDS.items() if demand in (name, ANY_FAILURE_DEMAND)]
+    names = FAILURE_DEMANDS.items()
+    modes = [kind for kind, name in names if demand in (name, COLUMN_FAILURE_RATIO)]
     if failed and modes:
         decided[np.isin(ends.failure, modes)] = np.nextafter(max(failed), np.inf)
     lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak), decided))

@@ -2,15 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 
 from skewbridge.demands.columns import demands_for
+from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
-from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, NOTE_COLUMNS, prepared
+from skewbridge.fragility.demand_table import (
+    BRIDGE_COLUMNS,
+    KEY_COLUMNS,
+    NOTE_COLUMNS,
+    need_columns,
+    prepared,
+)
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
 from skewbridge.fragility.limit_states import LimitState, with_column_failure
@@ -21,7 +27,7 @@ from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
 from skewbridge.fragility.verdicts import NEEDED_COLUMNS, needed_motions
 from skewbridge.provenance.files import write_text
-from skewbridge.provenance.tables import encoded, provenance, write_table
+from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.variant.axes import AXES, axes_of
 
 PAPER_TABLE: Final = "table"
@@ -63,8 +69,8 @@ def fragility_tables(
     Raises:
         InputError: A column is missing or a value unusable; names row and column.
     """
-    columns = set(demands.columns)
-    states = with_column_failure(limit_states, {*columns, *_derived(columns)})
+    need_columns(demands, KEY_COLUMNS)
+    states = with_column_failure(limit_states, with_derived_columns(demands.head(0)).columns)
     checked = prepared(demands, list(dict.fromkeys(state.demand for state in states)), settings)
     rows = checked.table
     curves = fit_study(rows, states, settings, jobs=jobs)
@@ -89,12 +95,6 @@ def fragility_tables(
     }
 
 
-def _derived(columns: set[str]) -> set[str]:
-    """Return the demand columns that `demand_table.prepared` derives from others."""
-    sources = {"column_shear_dcr", "drift_over_capacity"}
-    return {"column_failure_ratio"} if columns & sources else set()
-
-
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     """Return per bridge and abutment model the intensity at which effects are stated.
 
@@ -114,19 +114,10 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     return found
 
 
-def described(frame: pd.DataFrame, descriptions: Mapping[str, str]) -> pa.Table:
-    """Return a table whose fields have the descriptions of their columns as metadata.
-
-    Axes of the study that are no usual axes are described by their own label.
-    """
-    table = pa.Table.from_pandas(frame, preserve_index=False)
-    axes = {axis.name: f"{axis.description}, {axis.unit}" for axis in axes_of(table.column_names)}
-    texts = {**axes, **descriptions}
-    fields = [
-        field.with_metadata({"description": texts[field.name]}) if field.name in texts else field
-        for field in table.schema
-    ]
-    return table.cast(pa.schema(fields).with_metadata(table.schema.metadata))
+def write_described(frame: pd.DataFrame, path: Path, descriptions: Mapping[str, str]) -> None:
+    """Write a table with its provenance and the descriptions of its columns, axes included."""
+    axes = {axis.name: f"{axis.description}, {axis.unit}" for axis in axes_of(map(str, frame))}
+    write_frame(frame, path, provenance(), axes | dict(descriptions))
 
 
 def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
@@ -135,7 +126,5 @@ def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
         if name == PAPER_TABLE:
             write_text(folder / f"{name}.csv", frame.to_csv(index=False, float_format="%.6g"))
             write_text(folder / f"{name}.tex", latex_table(frame))
-            continue
-        table = described(frame, DESCRIPTIONS.get(name, {}))
-        metadata: dict[Any, Any] = {**(table.schema.metadata or {}), **encoded(provenance())}
-        write_table(table.replace_schema_metadata(metadata), folder / f"{name}.parquet")
+        else:
+            write_described(frame, folder / f"{name}.parquet", DESCRIPTIONS.get(name, {}))

@@ -88,9 +88,20 @@ def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, 
             writer.write_table(pa.concat_tables(held))
 
 
-def write_frame(frame: pd.DataFrame, path: Path, metadata: Mapping[str, str]) -> None:
-    """Write a data frame with provenance in the file metadata."""
+def write_frame(
+    frame: pd.DataFrame,
+    path: Path,
+    metadata: Mapping[str, str],
+    descriptions: Mapping[str, str] | None = None,
+) -> None:
+    """Write a data frame with provenance in the file metadata and descriptions in its fields."""
     table = pa.Table.from_pandas(frame, preserve_index=False)
+    texts = descriptions or {}
+    fields = [
+        field.with_metadata({"description": texts[field.name]}) if field.name in texts else field
+        for field in table.schema
+    ]
+    table = table.cast(pa.schema(fields).with_metadata(table.schema.metadata))
     found = {**(table.schema.metadata or {}), **encoded(metadata)}
     write_table(table.replace_schema_metadata(found), path)
 

@@ -23,6 +23,7 @@ from skewbridge.fragility.verdicts import (
     LOWER,
     MEDIAN_CAPACITY,
     NEGLIGIBLE,
+    NOT_ESTIMABLE,
     OK,
     RATIO,
     UNDECIDED,
@@ -67,7 +68,6 @@ ANSWER_COLUMNS: Final[dict[str, str]] = {
     "n_motions": "motions behind the effect",
 }
 NOT_REACHED: Final = "not_reached"
-_NOT_ESTIMABLE: Final = "not_estimable"
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "demand")
 #: States of the sentences of the headline.
 _LEADING: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
@@ -194,7 +194,7 @@ def answer_table(
                 row |= {name: found[name] for name in ANSWER_COLUMNS if name in found}
                 row |= {"claim": found["verdict_family"], "pooled_verdict": found["verdict"]}
             else:
-                row["status"] = _NOT_ESTIMABLE if reached[model] > 0 else NOT_REACHED
+                row["status"] = NOT_ESTIMABLE if reached[model] > 0 else NOT_REACHED
             rows.append(row)
         same = (pooled[list(place)] == pd.Series(place)).all(axis=1)
         for effect in records_of(pooled[same]):
@@ -529,7 +529,7 @@ def _grouped(medians: Sequence[Mapping[str, Any]]) -> list[str]:
             texts.append(start.format(margin=margin, names=names))
     for status, start in (
         (NOT_REACHED, "No run reaches {names}."),
-        (_NOT_ESTIMABLE, "Median capacities not estimable: {names}."),
+        (NOT_ESTIMABLE, "Median capacities not estimable: {names}."),
     ):
         names = [effect_name(row["demand"]) for row in medians if row["status"] == status]
         if names:

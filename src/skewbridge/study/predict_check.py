@@ -6,16 +6,17 @@ under some of its motions, and the medians of their own clouds are compared with
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pandas as pd
 
+from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, prepared
 from skewbridge.fragility.limit_states import load_limit_states, with_column_failure
 from skewbridge.fragility.predict import CHECK_COLUMNS, check_predict, inner_variants
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.study_tables import described
-from skewbridge.provenance.tables import provenance, read_frame, write_table
+from skewbridge.fragility.study_tables import write_described
+from skewbridge.provenance.tables import read_frame
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.modelling_choices import sampled
@@ -70,12 +71,9 @@ def write_predict_check(
             on_finished=log_failure,
         )
     states = with_column_failure(
-        load_limit_states(tables["limit_states"]), {*study.columns, "column_failure_ratio"}
+        load_limit_states(tables["limit_states"]), with_derived_columns(study.head(0)).columns
     )
     columns = list(dict.fromkeys(state.demand for state in states))
     grid, inner = (prepared(t, columns, settings).table for t in (study, pd.DataFrame(rows)))
-    table = described(
-        check_predict(read_frame(tables["joint"]), grid, inner, states, settings), CHECK_COLUMNS
-    )
-    metadata: dict[Any, Any] = {**(table.schema.metadata or {}), **provenance()}
-    write_table(table.replace_schema_metadata(metadata), output)
+    checked = check_predict(read_frame(tables["joint"]), grid, inner, states, settings)
+    write_described(checked, output, CHECK_COLUMNS)

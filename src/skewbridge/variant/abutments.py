@@ -44,6 +44,12 @@ class AbutmentTraits:
         return "friction" in self.axes
 
 
+def lacking_axes(abutment: str) -> frozenset[str]:
+    """Return the axes of other abutment models that one lacks; none for a foreign model."""
+    known = frozenset[str]().union(*(traits.axes for traits in ABUTMENTS.values()))
+    return known - ABUTMENTS[abutment].axes if abutment in ABUTMENTS else frozenset()
+
+
 #: From the simplest to the most complete.
 ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
     "roller": AbutmentTraits(code="ro", description="on rollers", backfill="none"),
