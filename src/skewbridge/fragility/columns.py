@@ -1,6 +1,6 @@
 """Checks of columns of numbers; errors name the row and the column."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Sized
 from typing import Any, cast
 
 import numpy as np
@@ -26,8 +26,8 @@ def as_column(values: ArrayLike, name: str) -> FloatArray:
         try:
             out[row] = np.nan if item is None else float(item)
         except (TypeError, ValueError, OverflowError) as error:
-            message = f"must be a number, got {shortened(item)}"
-            raise row_error(name, row, message) from error
+            text = f"{name} must be a number, got {shortened(item)} (row {row})"
+            raise InputError(text, row=row, rows=[row], column=name) from error
     return out
 
 
@@ -42,42 +42,21 @@ def as_list(values: object, name: str) -> Sequence[Any]:
     return list(cast("Iterable[Any]", values))
 
 
-def require(good: NDArray[np.bool_], name: str, rule: str, values: FloatArray) -> None:
-    """Raise an error that names every row in which ``good`` is False.
-
-    Raises:
-        InputError: Some row is not good.
-    """
-    bad = np.flatnonzero(~good)
-    if bad.size == 0:
-        return
-    shown = ", ".join(str(row) for row in bad[:10]) + (" ..." if bad.size > 10 else "")
-    plural = "rows" if bad.size > 1 else "row"
-    raise InputError(
-        f"{name} {rule} ({plural} {shown}); got {values[bad[0]]:g}",
-        row=int(bad[0]),
-        rows=[int(row) for row in bad],
-        column=name,
-    )
-
-
-def require_all(
+def require(
     good: NDArray[np.bool_], name: str, rule: str, values: FloatArray | None = None
 ) -> None:
-    """Raise an error that names the first row in which ``good`` is False, and its value if given.
+    """Check a rule for a column; the error names the rows that break it and the first value.
 
     Raises:
-        InputError: Some row is not good.
+        InputError: ``good`` is False in some row.
     """
-    if not np.all(good):
-        row = int(np.argmin(good))
-        shown = "" if values is None else f", got {values[row]:g}"
-        raise InputError(f"{name} {rule} (row {row}){shown}", row=row, column=name)
-
-
-def row_error(name: str, row: int, text: str) -> InputError:
-    """Return an error about one row of one column."""
-    return InputError(f"{name} {text} (row {row})", row=row, rows=[row], column=name)
+    if np.all(good):
+        return
+    bad = np.flatnonzero(~good).tolist()
+    rows = ", ".join(map(str, bad[:10])) + (" ..." if len(bad) > 10 else "")
+    shown = "" if values is None else f"; got {values[bad[0]]:g}"
+    text = f"{name} {rule} (row{'s' if len(bad) > 1 else ''} {rows}){shown}"
+    raise InputError(text, row=bad[0], rows=bad, column=name)
 
 
 def positive(values: ArrayLike, name: str) -> FloatArray:
@@ -91,17 +70,17 @@ def positive(values: ArrayLike, name: str) -> FloatArray:
     return column
 
 
-def same_length(**columns: FloatArray) -> int:
+def same_length(**columns: Sized) -> int:
     """Return the common length of the columns.
 
     Raises:
         InputError: They differ, or there are no rows.
     """
-    lengths = {name: column.size for name, column in columns.items()}
+    lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) != 1:
         text = ", ".join(f"{name} has {size}" for name, size in lengths.items())
         raise InputError(f"columns differ in length: {text}", row=min(lengths.values()))
-    size = next(iter(lengths.values()))
+    size = min(lengths.values())
     if size == 0:
         raise InputError(f"no rows in {', '.join(lengths)}", row=0)
     return size

@@ -177,16 +177,12 @@ def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[st
     """Return a note per pair of motions whose runs are equal in every variant."""
     if table.empty or len(columns) < 2:
         return []
-    values = table[["variant", "motion_id", "scale", *columns]]
-    rows = pd.util.hash_pandas_object(values.drop(columns=["motion_id", "scale"]), index=False)
-    order = np.lexsort((rows.to_numpy(), table["motion_id"].to_numpy(dtype=str)))
-    signature = pd.Series(rows.to_numpy()[order]).groupby(
-        table["motion_id"].to_numpy(dtype=str)[order], sort=True
-    )
+    rows = pd.util.hash_pandas_object(table[["variant", *columns]], index=False).sort_values()
+    signature = rows.groupby(table["motion_id"].astype(str), sort=True)
     seen: dict[tuple[int, ...], str] = {}
     notes: list[tuple[str, int, str, str]] = []
     for motion, part in signature:
-        first = seen.setdefault(tuple(part.tolist()), str(motion))
+        first = seen.setdefault(tuple(part), str(motion))
         if first != motion:
             text = f"motions {first} and {motion} have equal runs: entered twice, they narrow the "
             notes.append(("equal_motions", -1, "motion_id", f"{text}intervals without new data"))

@@ -24,11 +24,13 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.verdicts import (
     DEMAND,
     DIFFERENCE,
+    DIFFERENCES,
     MAX_WIDTH,
     MEDIAN_CAPACITY,
     NOT_ESTIMABLE,
     OK,
     RATIO,
+    RATIOS,
     VERDICTS,
     judged,
     may_be_negligible,
@@ -72,9 +74,8 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "judged_by": f"{RATIO} | {DIFFERENCE}: quantity of the verdict",
         "verdict": _VERDICTS,
         "direction": "-1 or 1 where the interval excludes no change, else 0",
-        "verdict_family": "verdict that holds together with those of its family (Holm): rows of "
-        "the same bridge, abutment, axis, scope and quantity, of the headline demands or of the "
-        "others",
+        "verdict_family": "verdict adjusted for its family of comparisons (Holm): rows of the same "
+        "bridge, abutment, axis, scope and quantity, either headline demands or other demands",
         "im_low": "smallest intensity of a pair with an exact change (unit of the intensity "
         "measure of the fits)",
         "im_high": "largest intensity of a pair with an exact change (same unit)",
@@ -85,12 +86,11 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "n_cells": "pairs of variants averaged, of a pooled row",
         "from_mean": "geometric mean of the demand at from_value (unit of the demand), or median "
         "capacity at from_value",
-        "scatter": "standard deviation over motions of what is judged (ln ratio, or difference in "
-        "`unit`)",
+        "scatter": "standard deviation over motions of ln ratio, or of the difference in `unit`",
         "dof": "degrees of freedom of the interval",
         "n_motions": "motions with a usable pair",
         "n_pairs": "pairs of runs",
-        "n_bounds": "pairs that give a bound: one run collapsed, failed or lost a column",
+        "n_bounds": "pairs that give a bound: one run stopped early or a column failed in it",
         "n_left_out": "pairs not used: both runs ended early, or a demand is zero and has no ratio",
         "n_discordant": "of these, pairs with a demand on one side only",
         "n_beyond_model": "pairs in which a column failed",
@@ -125,9 +125,8 @@ class EffectTables(NamedTuple):
     """Effects on demands.
 
     Attributes:
-        effects: Rows with the columns `effect_columns`, pooled ones first.
-        intensities: Pooled effects by intensity, of demands judged by their ratio, rows with the
-            columns `INTENSITY_COLUMNS`.
+        effects: Columns `effect_columns`, pooled rows first.
+        intensities: Columns `INTENSITY_COLUMNS`, of demands judged by their ratio.
     """
 
     effects: pd.DataFrame
@@ -200,19 +199,14 @@ def effect_row(
         settings: Level.
         line: Its regression on ln intensity, of shape (2,); without it there is no slope.
     """
-    low, high = estimate.interval(settings.effect_confidence)
-    row = {
-        "ratio": float(np.exp(estimate.estimate)),
-        "ci_low": float(np.exp(low)),
-        "ci_high": float(np.exp(high)),
-        "level": settings.effect_confidence,
-        **_scatter(estimate),
-    }
+    level = settings.effect_confidence
+    ends = (estimate.estimate, *estimate.interval(level))
+    row = dict(zip(RATIOS, map(float, np.exp(ends)), strict=True))
+    row |= {"level": level, **_scatter(estimate)}
     if line is not None:
-        low, high = line.interval(settings.effect_confidence)
-        ends = {"slope": line.estimate, "slope_low": low, "slope_high": high}
-        row |= {name: float(end[1]) for name, end in ends.items()}
-        row["p_slope"] = float(line.p_value()[1])
+        ends = (line.estimate, *line.interval(level), line.p_value())
+        names = ("slope", "slope_low", "slope_high", "p_slope")
+        row |= {name: float(end[1]) for name, end in zip(names, ends, strict=True)}
     return row
 
 
@@ -293,7 +287,9 @@ def demand_effects(
                 margin = settings.margins.get(name, difference.margin)
                 row |= {"judged_by": DIFFERENCE, "unit": difference.unit}
                 row |= {"difference_margin": margin}
-                row |= _difference(differences[cell], settings)
+                mean = differences[cell]
+                ends = (mean.estimate, *mean.interval(settings.effect_confidence))
+                row |= dict(zip(DIFFERENCES, map(float, ends), strict=True)) | _scatter(mean)
             known = own[exact[own]]
             positive = reference[known][reference[known] > 0.0]
             row |= {
@@ -313,17 +309,6 @@ def demand_effects(
             level = np.polyfit(x, y, 1) if np.unique(x).size > 1 else np.full(2, nan)
             by_intensity += _by_intensity(pooled, lines[0], level, at)
     return rows, by_intensity
-
-
-def _difference(mean: Jackknifed, settings: FitSettings) -> dict[str, Any]:
-    """Return the difference of a demand with its interval and scatter."""
-    low, high = mean.interval(settings.effect_confidence)
-    return {
-        "difference": float(mean.estimate),
-        "difference_low": float(low),
-        "difference_high": float(high),
-        **_scatter(mean),
-    }
 
 
 def _by_intensity(
@@ -347,23 +332,24 @@ def _by_intensity(
     if reference_im is not None:
         im = np.append(im, np.clip(reference_im, low, high))
     effect = line.combined(np.stack([np.ones(im.size), np.log(im)]))
-    value, ends = effect.estimate, np.stack(effect.interval(pooled["level"]))
-    wide = ~(ends[1] - ends[0] <= np.log(MAX_WIDTH))
-    value, ends = np.where(wide, nan, value), np.where(wide, nan, ends)
+    value = np.stack([effect.estimate, *effect.interval(pooled["level"])])
+    value[:, ~(value[2] - value[1] <= np.log(MAX_WIDTH))] = nan
     below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
     possible = np.repeat(may_be_negligible(pd.DataFrame([pooled])), im.size)
-    verdicts = verdicts_of(ends[0], below, zero, above, ends[1], possible=possible)
+    verdicts = verdicts_of(value[1], below, zero, above, value[2], possible=possible)
     ln_demand = np.polyval(level, np.log(im))
+    place = {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled}
     for k in range(im.size):
-        yield {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled} | {
-            "im": float(im[k]),
-            "ratio": float(np.exp(value[k])),
-            "ci_low": float(np.exp(ends[0][k])),
-            "ci_high": float(np.exp(ends[1][k])),
-            "from_demand": float(np.exp(ln_demand[k])),
-            "to_demand": float(np.exp(ln_demand[k] + value[k])),
-            "n_motions": int(np.count_nonzero(effect.exact)),
-            "verdict": str(verdicts[k]),
-            "at_reference": k == _INTENSITIES,
-            "clipped": k == _INTENSITIES and im[k] != reference_im,
-        }
+        yield (
+            place
+            | dict(zip(RATIOS, map(float, np.exp(value[:, k])), strict=True))
+            | {
+                "im": float(im[k]),
+                "from_demand": float(np.exp(ln_demand[k])),
+                "to_demand": float(np.exp(ln_demand[k] + value[0, k])),
+                "n_motions": int(np.count_nonzero(effect.exact)),
+                "verdict": str(verdicts[k]),
+                "at_reference": k == _INTENSITIES,
+                "clipped": k == _INTENSITIES and im[k] != reference_im,
+            }
+        )

@@ -23,9 +23,10 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.columns import positive, require, same_length
+from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.paper_table import METHODS, chosen_curves, latex_table, paper_table
+from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table
 from skewbridge.fragility.results import read_table
 from skewbridge.provenance.digests import digest_of
 from skewbridge.provenance.files import write_text
@@ -108,13 +109,8 @@ class CsvContent:
                 f"the range of intensities must rise above 0, with two points or more: got "
                 f"{low:g} to {high:g}, {self.points} points"
             )
-        if self.count > 1:
+        if sum([self.hazard is not None, self.im_range is not None, self.skew_factors]) > 1:
             raise InputError("a csv is one table: give one of --hazard, --im-range, --skew-factors")
-
-    @property
-    def count(self) -> int:
-        """Number of kinds of content asked for."""
-        return sum([self.hazard is not None, self.im_range is not None, self.skew_factors])
 
 
 CURVE_PARAMETERS: Final = CsvContent()
@@ -144,7 +140,7 @@ def export_curves(
     if form not in FORMATS:
         advice = ": spreadsheets open csv" if form == "xlsx" else ""
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}{advice}")
-    if content.count and form != "csv":
+    if content != CURVE_PARAMETERS and form != "csv":
         raise InputError(
             f"format {form} holds the parameters of curves only: --im-range, --hazard and "
             "--skew-factors need --format csv"
@@ -154,8 +150,7 @@ def export_curves(
     fitted = curves[has_estimate]
     if fitted.empty and form != "csv":
         raise InputError(f"{source.name}: no curve has an estimate: nothing to write")
-    names = ["variant", "component", "limit_state", "status"]
-    unfitted = curves.loc[~has_estimate, names].astype(str)
+    unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
     notes = ["the dispersion of a curve is beta_total, including capacity; beta: record-to-record"]
     if lacking := int(fitted["beta_total"].isna().sum()):
         notes.append(
@@ -164,19 +159,19 @@ def export_curves(
         )
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
-    report: dict[str, Any] = {"format": form, "files": [str(out)]}
-    report |= {"curves": len(fitted), "left_out": len(unfitted)}
+    report: dict[str, Any] = {"format": form, "files": [str(out)], "curves": len(fitted)}
+    report["left_out"] = len(unfitted)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         if form == "nrml":
-            report["models"] = write_nrml(curves, out)
-            report["files"] = [model["file"] for model in report["models"]]
+            models = write_nrml(curves, out)
+            report |= {"models": models, "files": [model["file"] for model in models]}
             if str(out) not in report["files"]:
                 notes.append(
                     f"{out.name} was not written: a file has one list of limit states, but the "
-                    f"functions differ in theirs; {len(report['files'])} files replace it"
+                    f"functions differ in theirs; {len(models)} files replace it"
                 )
-            if crossing := sum(len(model["crossing"]) for model in report["models"]):
+            if crossing := sum(len(model["crossing"]) for model in models):
                 notes.append(
                     f"curves cross in {crossing} functions (their dispersions differ): OpenQuake "
                     "gets negative fractions of damage there"
@@ -193,10 +188,8 @@ def export_curves(
         else:
             table = csv_table(curves, content)
             if content.hazard is not None and not fitted.empty:
-                least, most = (
-                    (table[f"annual_frequency_above_{end}"] / table["annual_frequency"]).max()
-                    for end in ("least", "most")
-                )
+                above = table.filter(like="_above_").div(table["annual_frequency"], axis=0).max()
+                least, most = above
                 notes.append(
                     f"annual frequencies are of the intensities in {content.hazard.name}; stronger "
                     f"ones add at most {most:.1%} (at least {least:.1%}) to a curve"
@@ -204,7 +197,7 @@ def export_curves(
             write_csv(table, out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error}") from error
-    return report | {"notes": notes, "unfitted": unfitted.to_dict("records")}
+    return report | {"notes": notes, "unfitted": unfitted.astype(str).to_dict("records")}
 
 
 def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
@@ -250,13 +243,11 @@ def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> p
     """
     fitted = curves[curves["status"] == FITTED]
     if content.im_range is not None:
-        im = np.geomspace(*content.im_range, content.points)
-        u = np.log(im / fitted["theta"].to_numpy()[:, None])
-        p = special.ndtr(u / fitted["curve_beta"].to_numpy()[:, None])
         names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
-        long = fitted[names].loc[fitted.index.repeat(im.size)].reset_index(drop=True)
-        values = (np.tile(im, len(fitted)), p.ravel())
-        return long.assign(**dict(zip(SAMPLED_COLUMNS, values, strict=True)))
+        im = pd.DataFrame({"intensity": np.geomspace(*content.im_range, content.points)})
+        long = fitted[[*names, "theta", "curve_beta"]].merge(im, how="cross")
+        u = np.log(long["intensity"] / long["theta"]) / long["curve_beta"]
+        return long.assign(probability=special.ndtr(u))[[*names, *SAMPLED_COLUMNS]]
     if content.skew_factors:
         return _skew_factors(fitted)
     columns = [name for name in (*variant_columns(curves), *PARAMETERS) if name in curves]
@@ -266,15 +257,11 @@ def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> p
     need_columns(hazard, ("im", "rate"), content.hazard.name)
     if fitted["im"].nunique() > 1:
         raise InputError(f"one hazard table cannot serve {', '.join(fitted['im'].unique())}")
-    frequencies = pd.DataFrame(
-        [
-            annual_frequency(theta, beta, hazard["im"].to_numpy(), hazard["rate"].to_numpy())
-            for theta, beta in zip(fitted["theta"], fitted["curve_beta"], strict=True)
-        ],
-        index=fitted.index,
-        columns=list(FREQUENCY_COLUMNS),
-    )
-    return curves[columns].join(frequencies)
+    im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
+    pairs = zip(fitted["theta"], fitted["curve_beta"], strict=True)
+    rows = [annual_frequency(theta, beta, im, rate) for theta, beta in pairs]
+    names = list(FREQUENCY_COLUMNS)
+    return curves[columns].join(pd.DataFrame(rows, index=fitted.index, columns=names))
 
 
 def _skew_factors(fitted: pd.DataFrame) -> pd.DataFrame:
@@ -287,11 +274,8 @@ def _skew_factors(fitted: pd.DataFrame) -> pd.DataFrame:
     if both.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
     angle = np.radians(90.0 - both[skew].abs().to_numpy(dtype=np.float64))
-    factors = {
-        "factor": both["theta"] / both["theta_straight"],
-        "hazus_factor": np.sin(angle) ** 0.5,
-    }
-    return both.assign(**factors)[[*keys, skew, *columns]]
+    both["factor"] = both["theta"] / both["theta_straight"]
+    return both.assign(hazus_factor=np.sin(angle) ** 0.5)[[*keys, skew, *columns]]
 
 
 def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) -> dict[str, float]:

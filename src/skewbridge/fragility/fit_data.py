@@ -156,10 +156,10 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         else as_column(need(name), name)
         for name in ("im", "edp")
     )
-    given = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))[:1]
+    given = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))
     if len(given) == 0:
         raise InputError("the column threshold is empty: one number is needed")
-    threshold = float(positive(list(given), "threshold")[0])
+    threshold = float(positive(list(given[:1]), "threshold")[0])
     censored, collapse = (
         as_column(columns.get(name, np.zeros(im.size)), name) for name in ("censored", "collapse")
     )
@@ -194,7 +194,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
     lists = {name: each for name, each in columns.items() if isinstance(each, list | pd.Series)}
-    same_length(**{name: np.empty(len(each)) for name, each in lists.items()})
+    same_length(**lists)
     data = pd.DataFrame(lists)
     demand_table.need_columns(data, (options.im, options.edp), "the table")
     im = positive(data[options.im].to_numpy(), options.im)

@@ -1,10 +1,11 @@
 """Limit states as data: read, checked, converted to the unit of their demand column."""
 
+from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import (
     BaseModel,
@@ -121,44 +122,29 @@ def with_column_failure(states: Sequence[LimitState], columns: Collection[str]) 
     if any(state.component == COLUMN_FAILURE for state in states):
         return list(states)
     # ASSUME the wider of the two capacity models for a failure of either kind
-    modes = {
-        "shear": (FAILURE_DEMANDS["shear"], SHEAR_MODEL_DISPERSION, "Sezen and Moehle (2004)"),
-        "flexure": (
-            FAILURE_DEMANDS["flexure"],
-            DRIFT_CAPACITY_DISPERSION,
-            "Mackie and Stojadinovic, PEER 2005/12",
-        ),
-        "any": (COLUMN_FAILURE_RATIO, DRIFT_CAPACITY_DISPERSION, "the larger of both"),
+    dispersions = {
+        "shear": (SHEAR_MODEL_DISPERSION, "Sezen and Moehle (2004)"),
+        "flexure": (DRIFT_CAPACITY_DISPERSION, "Mackie and Stojadinovic, PEER 2005/12"),
+        "any": (DRIFT_CAPACITY_DISPERSION, "the larger of both"),
     }
-    return [
-        *states,
-        *(
-            LimitState(
-                component=COLUMN_FAILURE,
-                name=mode,
-                demand=demand,
-                threshold=1.0,
-                dispersion=dispersion,
-                unit="ratio",
-                # ASSUME a collapse by unseating does not decide whether a column had failed
-                collapse="peak",
-                citation=f"demand over capacity of 1 (Caltrans SDC 2.0); dispersion: {source}",
-                degree="complete" if mode == "any" else "",
-            )
-            for mode, (demand, dispersion, source) in modes.items()
-            if demand in columns
-        ),
+    failures = [
+        LimitState(
+            component=COLUMN_FAILURE,
+            name=mode,
+            demand=demand,
+            threshold=1.0,
+            dispersion=dispersions[mode][0],
+            unit="ratio",
+            # ASSUME a collapse by unseating does not decide whether a column had failed
+            collapse="peak",
+            citation="demand over capacity of 1 (Caltrans SDC 2.0); dispersion: "
+            + dispersions[mode][1],
+            degree="complete" if mode == "any" else "",
+        )
+        for mode, demand in {**FAILURE_DEMANDS, "any": COLUMN_FAILURE_RATIO}.items()
+        if demand in columns
     ]
-
-
-def _unit_that_is_known(unit: Any) -> Any:
-    if not isinstance(unit, str) or unit not in _UNITS:
-        raise ValueError(f"must be one of {', '.join(_UNITS)}")
-    return unit
-
-
-def _median_alone(value: Any) -> Any:
-    return value if isinstance(value, dict | StateEntry) else {"median": value}
+    return [*states, *failures]
 
 
 # Names of states become parts of file names and identifiers of other tools.
@@ -167,7 +153,7 @@ type Dispersion = Annotated[float, Field(ge=0.0, le=MAX_DISPERSION)]
 
 
 class StateEntry(BaseModel):
-    """Median capacity of one degree of damage, with a dispersion of its own if it has one."""
+    """Median capacity of one degree of damage, and its dispersion if it differs."""
 
     model_config = _STRICT
 
@@ -182,7 +168,7 @@ class LimitStateEntry(BaseModel):
 
     component: Name = Field(description="what is damaged")
     demand: str = Field(min_length=1, max_length=100, description="column of the demands table")
-    unit: Annotated[str, BeforeValidator(_unit_that_is_known)] = Field(
+    unit: str = Field(
         description=f"unit of the medians: {', '.join(_UNITS)}",
         json_schema_extra={"enum": list(_UNITS)},
     )
@@ -199,7 +185,11 @@ class LimitStateEntry(BaseModel):
     states: dict[
         Name,
         Annotated[
-            StateEntry, BeforeValidator(_median_alone, json_schema_input_type=float | StateEntry)
+            StateEntry,
+            BeforeValidator(
+                lambda value: value if isinstance(value, dict | StateEntry) else {"median": value},
+                json_schema_input_type=float | StateEntry,
+            ),
         ],
     ] = Field(min_length=1, description="median by degree of damage")
     degrees: dict[str, str] | None = Field(
@@ -211,17 +201,19 @@ class LimitStateEntry(BaseModel):
 
     @field_validator("degrees")
     @classmethod
-    def _of_states_that_are_there(
+    def _names_existing_states(
         cls, degrees: dict[str, str] | None, info: ValidationInfo
     ) -> dict[str, str] | None:
         unknown = set(degrees or {}) - set(info.data.get("states", {}))
         if unknown:
-            raise ValueError(f"names no state of the entry: {', '.join(sorted(unknown))}")
+            raise ValueError(f"the entry has no state {', '.join(sorted(unknown))}")
         return degrees
 
     @field_validator("unit")
     @classmethod
-    def _of_the_dimension_of_the_demand(cls, unit: str, info: ValidationInfo) -> str:
+    def _has_dimension_of_demand(cls, unit: str, info: ValidationInfo) -> str:
+        if unit not in _UNITS:
+            raise ValueError(f"must be one of {', '.join(_UNITS)}")
         demand = info.data.get("demand")
         if demand is None:
             return unit
@@ -239,12 +231,11 @@ class LimitStateEntry(BaseModel):
         own_unit = demand_unit(self.demand)
         factor = _UNITS[self.unit][1] / _UNITS[own_unit][1]
         out: list[LimitState] = []
-        for mild, severe in pairwise(self.states):
-            if self.states[severe].median <= self.states[mild].median:
+        for (mild, before), (severe, state) in pairwise(self.states.items()):
+            if state.median <= before.median:
                 raise InputError(
-                    f"{where}: states.{severe}: median {self.states[severe].median:g} must be "
-                    f"above {self.states[mild].median:g} of {mild}: write the states from mild to "
-                    "severe"
+                    f"{where}: states.{severe}: median {state.median:g} must be above "
+                    f"{before.median:g} of {mild}: write the states from mild to severe"
                 )
         for name, state in self.states.items():
             dispersion = self.dispersion if state.dispersion is None else state.dispersion
@@ -291,12 +282,8 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
             out += checked(LimitStateEntry, entry, where).limit_states(where)
         except InputError as error:
             faults.append(error)
-    seen: set[tuple[str, str]] = set()
-    for state in out:
-        key = (state.component, state.name)
-        if key in seen:
-            faults.append(InputError(f"{place}limit state {state.key} is defined twice"))
-        seen.add(key)
+    twice = (key for key, count in Counter(state.key for state in out).items() if count > 1)
+    faults += [InputError(f"{place}limit state {key} is defined twice") for key in twice]
     raise_all(faults)
     return out
 

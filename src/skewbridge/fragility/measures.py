@@ -17,7 +17,7 @@ from scipy import special
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.completeness import is_complete
 from skewbridge.fragility import existence
-from skewbridge.fragility.columns import FloatArray, require_all
+from skewbridge.fragility.columns import FloatArray, require
 from skewbridge.fragility.demand_table import models_of, motion_codes, need_columns
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.lines import fit_lines, tested_line
@@ -82,7 +82,7 @@ def rank_measures(
     need_columns(demands, (column, "motion_id", "status", *names))
     table = demands[is_complete(demands)].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
-    require_all(demand > 0.0, column, "must be > 0 in completed runs", demand)
+    require(demand > 0.0, column, "must be > 0 in completed runs", demand)
     y, codes = np.log(demand), motion_codes(table)
     count = int(codes.max()) + 1
     rng = np.random.default_rng(settings.seed)

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import isnan, nan
 from typing import Any, Final
 
+import numpy as np
 import pandas as pd
 
 from skewbridge.fragility.demand_table import axis_names
@@ -12,13 +13,11 @@ from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.reading import records_of
 from skewbridge.units import split_unit
-from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, Axis, axes_of
 
 #: Name of the rows of a joint model.
 JOINT: Final = "joint"
-#: Methods of the curves of a variant.
-METHODS: Final = ("cloud", "exceedance", "ida_interval")
 _ENDS: Final = ("", "_low", "_high")
 _STATE: Final = ("bridge", "abutment", "component", "limit_state")
 _NONE: Final = "--"
@@ -31,7 +30,7 @@ def ratio_name(axis: Axis) -> str:
 
 def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
     """Return names and descriptions of the columns for a study with these axes."""
-    ends = dict(zip(_ENDS, ("estimate", "lower end", "upper end"), strict=True))
+    ends = {"": "estimate", "_low": "lower end", "_high": "upper end"}
     return {
         "bridge": "catalogue entry",
         "abutment": "abutment model",
@@ -96,11 +95,7 @@ def paper_table(
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
     order = {key: place for place, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
     places = [order.get(key, len(order)) for key in map(tuple, table[[*_STATE]].to_numpy())]
-    return (
-        table.assign(_place=places)
-        .sort_values("_place", kind="stable", ignore_index=True)
-        .drop(columns="_place")
-    )
+    return table.iloc[np.argsort(places, kind="stable")].reset_index(drop=True)
 
 
 def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:
@@ -132,13 +127,12 @@ def _variant_rows(
 def _joint_rows(joint: pd.DataFrame, level: float) -> Iterator[dict[str, Any]]:
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel.of_row(row)
-        limits = model.axis_range.limits
-        middle = {name: 0.5 * (low + high) for name, (low, high) in limits.items()}
+        limits, middle = model.axis_range.limits, model.axis_range.middle
         out = {name: value for name, value in row.items() if name in PAPER_COLUMNS}
         out |= {"row": JOINT, "method": JOINT}
-        for axis, (low, high) in limits.items():
-            if low < high:
-                out |= _ratio(axis, model.ratio(middle | {axis: low}, middle | {axis: high}, level))
+        for axis in middle:
+            low, high = limits[axis]
+            out |= _ratio(axis, model.ratio(middle | {axis: low}, middle | {axis: high}, level))
         yield out
 
 
@@ -155,9 +149,7 @@ def ratio_names(table: pd.DataFrame) -> list[str]:
 
 def variant_in_words(row: Mapping[str, Any]) -> str:
     """Return the axes of a variant, such as ``skew 30 deg, gap 51 mm, friction 0.5``."""
-    traits = ABUTMENTS.get(str(row["abutment"]))
-    optional = {axis for known in ABUTMENTS.values() for axis in known.axes}
-    lacking = set() if traits is None else optional - traits.axes
+    lacking = lacking_axes(str(row["abutment"]))
     return ", ".join(
         f"{axis.label.lower()} {row[axis.name]:g} {axis.unit}".removesuffix(" -")
         for axis in axes_of(row)
@@ -176,14 +168,11 @@ def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
             "model": f"{row['bridge']} {row['abutment']}".replace("_", " "),
             "variant": "joint model" if row["row"] == JOINT else variant_in_words(row),
             "state": f"{row['component']}, {row['limit_state']}".replace("_", " "),
-            "theta": with_interval([row[f"theta{end}"] for end in _ENDS])
-            + (" *" if row["methods_differ"] is True else ""),
-            "total": with_interval([row[f"beta_total{end}"] for end in _ENDS]),
+            "theta": _interval(row, "theta") + (" *" if row["methods_differ"] is True else ""),
+            "total": _interval(row, "beta_total"),
             "beta": _number(row["beta"]),
             "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
-            **{
-                name: with_interval([row[f"{name}_ratio{end}"] for end in _ENDS]) for name in ratios
-            },
+            **{name: _interval(row, f"{name}_ratio") for name in ratios},
         }
         for row in records_of(table)
     ]
@@ -230,6 +219,10 @@ def with_interval(values: Sequence[float]) -> str:
     """Return an estimate with its interval as text, from the value and both ends."""
     middle, low, high = map(_number, values)
     return middle if _NONE in (middle, low) else f"{middle} [{low}, {high}]"
+
+
+def _interval(row: Mapping[str, Any], name: str) -> str:
+    return with_interval([row[f"{name}{end}"] for end in _ENDS])
 
 
 def _number(value: float) -> str:

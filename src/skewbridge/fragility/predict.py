@@ -73,8 +73,9 @@ class Point:
 def predict_states(results: Path, point: Point) -> list[dict[str, Any]]:
     """Return a row per limit state that has a joint model.
 
-    Rows have component, state, theta, beta (from record to record), beta_total (with the capacity),
-    ci_theta, p (probability of exceedance with beta_total), p_records (with beta), loo_error, im.
+    Rows have component, state, theta, ci_theta, beta (record-to-record), beta_total (including the
+    capacity), p and p_records (probability of exceedance with beta_total and with beta), loo_error
+    and im.
 
     Raises:
         InputError: The table, bridge, abutment model or state does not exist, or the point is
@@ -99,7 +100,19 @@ def predict_states(results: Path, point: Point) -> list[dict[str, Any]]:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
     JointModel.of_row(usable[0]).axis_range.check(point.values)
-    return [_row(row, point) for row in usable]
+    rows: list[dict[str, Any]] = []
+    for row in usable:
+        model = JointModel.of_row(row)
+        theta, low, high = model.median(point.values)
+        p, p_records = (
+            None if point.at is None else float(special.ndtr(np.log(point.at / theta) / beta))
+            for beta in (model.beta_total, model.beta)
+        )
+        found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
+        found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": [low, high]}
+        found |= {"p": p, "p_records": p_records, "loo_error": row["loo_error"], "im": row["im"]}
+        rows.append(found)
+    return rows
 
 
 def _chosen(
@@ -112,27 +125,6 @@ def _chosen(
         problem = "is missing" if name is None else f"got {name!r}"
         raise InputError(f"{column} must be one of {', '.join(names)}; {problem}", column=column)
     return table[table[column] == name]
-
-
-def _row(row: Mapping[str, Any], point: Point) -> dict[str, Any]:
-    model = JointModel.of_row(row)
-    theta, low, high = model.median(point.values)
-    p, p_records = (
-        None if point.at is None else float(special.ndtr(np.log(point.at / theta) / beta))
-        for beta in (model.beta_total, model.beta)
-    )
-    return {
-        "component": row["component"],
-        "state": row["limit_state"],
-        "theta": theta,
-        "beta": model.beta,
-        "beta_total": model.beta_total,
-        "ci_theta": [low, high],
-        "p": p,
-        "p_records": p_records,
-        "loo_error": row["loo_error"],
-        "im": row["im"],
-    }
 
 
 def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:

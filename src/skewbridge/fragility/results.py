@@ -13,10 +13,10 @@ from joblib import cpu_count
 from pydantic import BaseModel, ConfigDict, Field
 
 from skewbridge.demands.columns import demands_for, unit_of
-from skewbridge.demands.completeness import BEYOND_MODEL, is_complete
+from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE, is_complete
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
-from skewbridge.fragility.columns import as_column, require_all
+from skewbridge.fragility.columns import as_column, require
 from skewbridge.fragility.demand_table import (
     BRIDGE_COLUMNS,
     IDENTITY_COLUMNS,
@@ -45,8 +45,6 @@ from skewbridge.provenance.tables import read_table as read_parquet
 from skewbridge.reading import checked, read_csv, read_yaml, records_of
 from skewbridge.statuses import OK, STATUSES
 
-#: Column that is true where every demand is a peak over the whole motion.
-COMPLETE: Final = "complete"
 #: Provenance that all tables of one study share.
 _STUDY_KEYS: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
 _UNIT: Final = b"unit"
@@ -100,15 +98,14 @@ def load_results(folder: Path) -> Results:
     """
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
+    origin = {name: t.attrs["provenance"] for name, t in {"demands": demands, **fits}.items()}
     mixed: list[str] = []
-    for name in _STUDY_KEYS:
-        tables: dict[str, list[str]] = {}
-        for table, frame in {"demands": demands, **fits}.items():
-            value = frame.attrs["provenance"].get(name, "unknown")
-            tables.setdefault(value, []).append(table)
-        if len(tables) > 1:
+    for key in _STUDY_KEYS:
+        values = pd.Series({name: texts.get(key, "unknown") for name, texts in origin.items()})
+        if values.nunique() > 1:
+            tables = values.index.groupby(values)
             shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
-            mixed.append(f"{name} {', '.join(shown)}")
+            mixed.append(f"{key} {', '.join(shown)}")
     if mixed:
         warnings.warn(f"{folder}: tables of different origin: {'; '.join(mixed)}", stacklevel=3)
     return Results(folder=folder, demands=demands, fragility=fits)
@@ -122,9 +119,8 @@ def demands_file(folder: Path) -> Path:
     """
     path = folder / "demands.parquet"
     if not path.is_file():
-        raise InputError(
-            f"{folder} has no demands.parquet: give the folder of a study that has run"
-        )
+        text = f"{folder} has no demands.parquet: give the folder of a study that has run"
+        raise InputError(text)
     return path
 
 
@@ -155,10 +151,10 @@ class ColumnMap(BaseModel):
 
 
 def read_mapped(path: Path, column_file: Path) -> pd.DataFrame:
-    """Read runs of another program by a YAML file with columns, factors and constants.
+    """Read runs of another program by a YAML file with the content of `ColumnMap`.
 
     Raises:
-        InputError: As `read_foreign`; or the file of columns is wrong, names the key.
+        InputError: As `read_foreign`, or a key of the file of columns is wrong.
     """
     chosen = checked(ColumnMap, read_yaml(column_file), column_file.name)
     return read_foreign(path, chosen.columns, factors=chosen.factors, constants=chosen.constants)
@@ -199,13 +195,11 @@ def read_foreign(
     for name, value in (_NEUTRAL | dict(constants or {})).items():
         if name not in out:
             out[name] = value
-    if COMPLETE in out:
-        out[COMPLETE] = as_column(out[COMPLETE].to_numpy(), columns.get(COMPLETE, COMPLETE)) > 0.0
-    for name in out.columns.difference([*_TEXTS, COMPLETE]):
+    for name in out.columns.difference(_TEXTS):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
-        out[name] = numbers * (factors or {}).get(name, 1.0)
+        out[name] = numbers > 0.0 if name == COMPLETE else numbers * (factors or {}).get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
-        require_all(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
+        require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     if "variant" not in out:
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
@@ -213,16 +207,14 @@ def read_foreign(
         out[name] = (out[name].fillna("") if name == BEYOND_MODEL else out[name]).astype(str)
     known = out["status"].isin(STATUSES).to_numpy()
     wrong = repr(out["status"].iloc[int(np.argmin(known))]) if len(out) else ""
-    require_all(known, "status", f"{wrong} is not known")
-    for name in [c for c in out if str(c).startswith("im_")]:
-        values = out[name].to_numpy()
-        require_all(np.isnan(values) | (values > 0.0), str(name), "must be > 0 and finite")
+    require(known, "status", f"{wrong} is not known")
+    for name in out.filter(regex="^im_"):
+        require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
     doubled = out.duplicated(["variant", *LOADING_COLUMNS])
     if doubled.any():
-        row = int(np.flatnonzero(doubled.to_numpy())[0])
-        raise InputError(
-            f"row {row} repeats variant, motion_id, scale and incidence_deg of another row", row=row
-        )
+        row = int(np.argmax(doubled))
+        text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
+        raise InputError(text, row=row)
     if COMPLETE not in out:
         out[COMPLETE] = is_complete(out)
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
@@ -253,7 +245,7 @@ def _usable_states(
     if not usable:
         wanted = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {wanted}")
-    measures = [str(name) for name in table.columns if str(name).startswith("im_")]
+    measures = list(table.filter(regex="^im_"))
     if im is None and DEFAULTS.im not in measures and len(measures) != 1:
         raise InputError(f"name the intensity by --im, one of {', '.join(measures)}", column="im")
     chosen = im or (DEFAULTS.im if DEFAULTS.im in measures else measures[0])
@@ -326,11 +318,11 @@ STUDY: Final = "study"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """Changes from a first study to a second one.
+    """Changes from a first study to a second one; effects have the columns `effect_columns`.
 
     Attributes:
-        demands: Effects on demands, pooled rows first (`effect_columns`).
-        medians: Effects on median capacities, pooled rows first (`effect_columns`).
+        demands: Effects on demands, pooled rows first.
+        medians: Effects on median capacities, pooled rows first.
         counts: Pairs, runs of one study alone, variants and motions in both, equal pairs.
     """
 
@@ -370,9 +362,8 @@ def compare_demands(
     key = [*BRIDGE_COLUMNS, *axis_names(both), *LOADING_COLUMNS]
     paired = both.merge(table[key].drop_duplicates(), on=key)
     runs = prepared(paired, [state.demand for state in states], settings).table
-    ends = ([f"{name}_{end}" for name in names] for end in ("to", "from"))
-    top, bottom = (table[end].to_numpy(dtype=np.float64) for end in ends)
-    equal = np.all((top == bottom) | (np.isnan(top) & np.isnan(bottom)), axis=1)
+    top, bottom = (table[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
+    equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
     return Comparison(
         demands=demands,
         medians=median_effects(runs, states, settings, axes=[STUDY]),
@@ -382,7 +373,7 @@ def compare_demands(
             "only_second": len(second) - len(table),
             "variants": len(table[[*BRIDGE_COLUMNS, *axis_names(both)]].drop_duplicates()),
             "motions": int(table["motion_id"].nunique()),
-            "equal_pairs": int(equal.sum()),
+            "equal_pairs": int(equal.all(axis=1).sum()),
         },
     )
 
@@ -396,11 +387,8 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
     }
     shared: list[str] = []
     for name, columns in kinds.items():
-        one, other = (
-            set(map(tuple, table.reindex(columns=columns).to_numpy().tolist()))
-            for table in (first, second)
-        )
-        shared.append(f"{len(one & other)} {name}")
+        one, other = (t.reindex(columns=columns).drop_duplicates() for t in (first, second))
+        shared.append(f"{len(one.merge(other))} {name}")
     return (
         f"the studies have no run in common; they share {', '.join(shared)} (the scale of a motion "
         "follows from the number of motions and the range of levels)"

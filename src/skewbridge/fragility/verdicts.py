@@ -6,7 +6,7 @@ References:
 """
 
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import ceil, isfinite, nan
 from typing import Any, Final
 
@@ -33,6 +33,7 @@ VERDICTS: Final = {
     DETECTABLE: "the interval excludes no change; whether the change exceeds the margin is open",
     UNDECIDED: "none of these",
 }
+_IN_ORDER: Final = (LOWER, HIGHER, NEGLIGIBLE, DETECTABLE)
 #: Verdicts that place an effect against its margin.
 DECIDED: Final = (LOWER, HIGHER, NEGLIGIBLE)
 OK: Final = "ok"
@@ -45,8 +46,8 @@ RATIO: Final = "ratio"
 DIFFERENCE: Final = "difference"
 DEMAND: Final = "demand"
 MEDIAN_CAPACITY: Final = "median_capacity"
-_RATIOS: Final = ("ratio", "ci_low", "ci_high")
-_DIFFERENCES: Final = ("difference", "difference_low", "difference_high")
+RATIOS: Final = ("ratio", "ci_low", "ci_high")
+DIFFERENCES: Final = ("difference", "difference_low", "difference_high")
 
 #: Probability that the needed motions decide an effect of the size estimated now.
 POWER: Final = 0.8
@@ -64,7 +65,7 @@ NEEDED_COLUMNS: Final[dict[str, str]] = {
     "axis": "axis of the effect, pooled over all others",
     "from_value": "value of the axis in the denominator",
     "to_value": "value of the axis in the numerator",
-    "verdict": "verdict of the interval with the motions of the study",
+    "verdict": "verdict with the motions of the study",
     "forecast": f"{DECIDED_NOW} | {MORE} | {ON_MARGIN} (more than {MOST_MOTIONS} motions) | "
     f"{UNKNOWN} (no interval)",
     "n_motions": "motions of the suite",
@@ -90,7 +91,7 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     kept.
     """
     wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
-    table = table.assign(**{name: table[name].mask(wide) for name in _RATIOS})
+    table = table.assign(**{name: table[name].mask(wide) for name in RATIOS})
     by_difference = (table["judged_by"] == DIFFERENCE).to_numpy()
     missing = np.where(by_difference, table["difference_low"].isna(), table["ci_low"].isna())
     status = pd.Series(np.where(missing, NOT_ESTIMABLE, OK), index=table.index, dtype=object)
@@ -106,17 +107,13 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
         claim: p.groupby(family, group_keys=False).transform(_holm).to_numpy() <= tail * share
         for claim, (p, share) in _p_values(table, value, low, high, below, above).items()
     }
+    outside, zero = holds["outside"], np.zeros_like(value)
+    sides = [outside & (value < 0.0), outside & (value > 0.0)]
     in_family = np.select(
-        [
-            holds["outside"] & (value < 0.0),
-            holds["outside"] & (value > 0.0),
-            holds["inside"] & possible,
-            holds["direction"],
-        ],
-        [LOWER, HIGHER, NEGLIGIBLE, DETECTABLE],
+        [*sides, holds["inside"] & possible, holds["direction"]],
+        _IN_ORDER,
         default=UNDECIDED,
     )
-    zero = np.zeros_like(value)
     return table.assign(
         status=status,
         verdict=verdicts_of(low, below, zero, above, high, possible=possible),
@@ -144,16 +141,9 @@ def verdicts_of(
 
     ``possible`` states where an effect may be called negligible.
     """
-    return np.select(
-        [
-            high < below,
-            low > above,
-            (low >= below) & (high <= above) & possible,
-            (low > zero) | (high < zero),
-        ],
-        [LOWER, HIGHER, NEGLIGIBLE, DETECTABLE],
-        default=UNDECIDED,
-    )
+    inside = (low >= below) & (high <= above) & possible
+    claims = [high < below, low > above, inside, (low > zero) | (high < zero)]
+    return np.select(claims, _IN_ORDER, default=UNDECIDED)
 
 
 def _on_scale(
@@ -162,15 +152,12 @@ def _on_scale(
     """Return estimate, interval ends and margins around zero: ln ratio, or the difference."""
     plain = (table["judged_by"] == DIFFERENCE).to_numpy()
     with np.errstate(divide="ignore"):
-        logs = [np.log(table[name].to_numpy(dtype=np.float64)) for name in _RATIOS]
-    differences = [table[name].to_numpy(dtype=np.float64) for name in _DIFFERENCES]
+        logs = [np.log(table[name].to_numpy(dtype=np.float64)) for name in RATIOS]
+    differences = [table[name].to_numpy(dtype=np.float64) for name in DIFFERENCES]
     margin = table["margin"].to_numpy(dtype=np.float64)
     limit = table["difference_margin"].to_numpy(dtype=np.float64)
     value, low, high = (np.where(plain, d, r) for d, r in zip(differences, logs, strict=True))
-    below, above = (
-        np.where(plain, -limit, np.log1p(-margin)),
-        np.where(plain, limit, np.log1p(margin)),
-    )
+    below, above = (np.where(plain, sign * limit, np.log1p(sign * margin)) for sign in (-1, 1))
     return value, low, high, below, above
 
 
@@ -189,16 +176,16 @@ def _p_values(
     dof = np.maximum(table["dof"].to_numpy(dtype=np.float64), 1.0)
     t = special.stdtrit(dof, 0.5 + 0.5 * table["level"].to_numpy(dtype=np.float64))
 
-    def steps(distance: FloatArray, error: FloatArray) -> FloatArray:
-        """Return distances in standard errors; 0 for no distance, even without an error."""
+    def tail(distance: FloatArray, error: FloatArray) -> FloatArray:
+        """Return p-values of distances; 1/2 for no distance, even without an error."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(distance == 0.0, 0.0, distance / error)
+            return special.stdtr(dof, np.where(distance == 0.0, 0.0, distance / error))
 
     def is_below(limit: FloatArray) -> FloatArray:
-        return special.stdtr(dof, steps(value - limit, (high - value) / t))
+        return tail(value - limit, (high - value) / t)
 
     def is_above(limit: FloatArray) -> FloatArray:
-        return special.stdtr(dof, steps(limit - value, (value - low) / t))
+        return tail(limit - value, (value - low) / t)
 
     zero = np.zeros_like(value)
     inside = np.maximum(is_below(above), is_above(below))
@@ -233,11 +220,7 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
         effects["quantity"] == MEDIAN_CAPACITY
     )
     headline = effects[asked & (effects["scope"] == "pooled")]
-    return pd.DataFrame(_forecasts(headline, demands), columns=list(NEEDED_COLUMNS))
-
-
-def _forecasts(headline: pd.DataFrame, demands: pd.DataFrame) -> Iterator[dict[str, Any]]:
-    """Yield the rows of `NEEDED_COLUMNS`."""
+    rows: list[dict[str, Any]] = []
     for model, runs in models_of(demands):
         suite = int(runs["motion_id"].nunique())
         cpu_s = float(runs["cpu_s"].mean()) if "cpu_s" in runs else nan
@@ -250,13 +233,15 @@ def _forecasts(headline: pd.DataFrame, demands: pd.DataFrame) -> Iterator[dict[s
             forecast = MORE if isfinite(needed) else UNKNOWN if np.isnan(needed) else ON_MARGIN
             if row["verdict"] in DECIDED:
                 forecast, more = DECIDED_NOW, 0.0
-            yield {str(name): row[name] for name in NEEDED_COLUMNS if name in row} | {
+            cost = {
                 "forecast": forecast,
                 "n_motions": suite,
                 "needed_motions": needed if isfinite(needed) else nan,
                 "more_analyses": more if isfinite(more) else nan,
                 "more_core_hours": more * cpu_s / 3600 if isfinite(more) else nan,
             }
+            rows.append({name: row[name] for name in NEEDED_COLUMNS if name in row} | cost)
+    return pd.DataFrame(rows, columns=list(NEEDED_COLUMNS))
 
 
 def motions_to_decide(effect: Mapping[Any, Any]) -> float:
