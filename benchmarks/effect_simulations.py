@@ -24,8 +24,7 @@ from scipy import special, stats
 
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import BEYOND_MODEL
-from skewbridge.fragility.effects import demand_effects, effect_table
-from skewbridge.fragility.pairs import AT_LEAST, AT_MOST, Pairs
+from skewbridge.fragility.effects import AT_LEAST, AT_MOST, Pairs, demand_effects, effect_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import HIGHER, LOWER
 

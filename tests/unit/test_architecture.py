@@ -39,7 +39,6 @@ FRAGILITY_ORDER = (
     "outcomes",
     "curves",
     "verdicts",
-    "pairs",
     "effects",
     "median_effects",
     "mixed",

@@ -5,21 +5,33 @@ detected with 16 motions where an unpaired comparison would need hundreds.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from math import nan
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from skewbridge.demands.columns import column_of, demands_for
+from skewbridge.demands.completeness import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.demands.demand_columns import Difference
+from skewbridge.errors import InputError
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import KEY_COLUMNS, need_columns, spread
+from skewbridge.fragility.demand_table import (
+    BRIDGE_COLUMNS,
+    KEY_COLUMNS,
+    LOADING_COLUMNS,
+    axis_names,
+    models_of,
+    motion_codes,
+    need_columns,
+    spread,
+    varying_axes,
+)
 from skewbridge.fragility.motion_means import Jackknifed, average, line_by_motion, mean_by_motion
-from skewbridge.fragility.pairs import EXACT, UNKNOWN, Pairs, study_pairs
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.verdicts import (
     DEMAND,
@@ -36,8 +48,14 @@ from skewbridge.fragility.verdicts import (
     may_be_negligible,
     verdicts_of,
 )
+from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import AXES, Axis, axes_of
 
+#: What a pair shows of the change of a demand: the change, a lower or an upper bound, or nothing.
+EXACT: Final = 0
+AT_LEAST: Final = 1
+AT_MOST: Final = -1
+UNKNOWN: Final = 2
 _VERDICTS: Final = "; ".join(f"{name}: {meaning}" for name, meaning in VERDICTS.items())
 #: Intensities of the table of effects by intensity, without the reference intensity.
 _INTENSITIES: Final = 9
@@ -119,6 +137,133 @@ INTENSITY_COLUMNS: Final[dict[str, str]] = {
     "at_reference": "the row is that of the reference intensity of the bridge",
     "clipped": "the reference intensity is outside the range of the pairs; the row is at its end",
 }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pairs:
+    """All pairs of runs from one value of an axis to another, of one bridge and abutment model.
+
+    Attributes:
+        place: bridge, abutment, axis, from_value and to_value.
+        table: The pairs of `run_pairs`.
+        cells: For each pair of variants the values of the other axes, and the numbers of its rows.
+        motions: Number of the motion of each pair, (n,).
+        count: Motions of the pairs.
+        side: `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`, (n,). A run that collapsed, failed or
+            lost a column has peaks up to then, so its demands are at least so large.
+        differ: The two runs have another status, or one of them alone lost a column, (n,).
+        counted: Columns that count pairs, by name, each (n,).
+    """
+
+    place: Mapping[str, Any]
+    table: pd.DataFrame
+    cells: Sequence[tuple[Mapping[str, Any], NDArray[np.intp]]]
+    motions: NDArray[np.intp]
+    count: int
+    side: NDArray[np.int_]
+    differ: NDArray[np.bool_]
+    counted: Mapping[str, NDArray[np.bool_]]
+
+    @classmethod
+    def of(cls, place: Mapping[str, Any], table: pd.DataFrame) -> Self:
+        """Return the pairs of `run_pairs` with the values of ``place``."""
+        names = other_axes(table, str(place["axis"]))
+        groups = table.groupby(names, sort=True, dropna=False).indices if names else {}
+        cells: list[tuple[Mapping[str, Any], NDArray[np.intp]]] = []
+        for key, rows in groups.items():
+            values = key if isinstance(key, tuple) else (key,)
+            cells.append((dict(zip(names, values, strict=True)), np.asarray(rows, dtype=np.intp)))
+        (top, bottom), (status_to, status_from), (failed_to, failed_from) = (
+            (table[f"{name}_to"].to_numpy(), table[f"{name}_from"].to_numpy())
+            for name in ("complete", "status", BEYOND_MODEL)
+        )
+        motions = motion_codes(table)
+        return cls(
+            place=place,
+            table=table,
+            cells=cells or [({}, np.arange(len(table)))],
+            motions=motions,
+            count=int(motions.max()) + 1,
+            side=np.select(
+                [top & bottom, bottom, top], [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN
+            ),
+            differ=(status_to != status_from) | (failed_to != failed_from),
+            counted={
+                "n_beyond_model": failed_to | failed_from,
+                "n_collapse_from": status_from == COLLAPSE,
+                "n_collapse_to": status_to == COLLAPSE,
+            },
+        )
+
+    def ends(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Return a column at to_value and at from_value, each of shape (n,)."""
+        to, start = (self.table[f"{name}_{end}"] for end in ("to", "from"))
+        return to.to_numpy(dtype=np.float64), start.to_numpy(dtype=np.float64)
+
+    def counts(
+        self, rows: NDArray[np.intp], used: NDArray[np.bool_], discordant: NDArray[np.bool_]
+    ) -> dict[str, int]:
+        """Return the counts of some of the pairs: all columns ``n_`` of an effect but n_cells.
+
+        ``used`` are the pairs that enter the effect, ``discordant`` those with a demand on one side
+        only, both of shape (n,).
+        """
+        own, apart, outcomes = used[rows], discordant[rows], self.counted.items()
+        return {
+            "n_motions": int(np.unique(self.motions[rows][own]).size),
+            "n_pairs": int(rows.size),
+            "n_bounds": int(np.count_nonzero(own & (self.side[rows] != EXACT))),
+            "n_left_out": int(np.count_nonzero(~own)),
+            "n_discordant": int(np.count_nonzero(apart)),
+            **{name: int(np.count_nonzero(values[rows])) for name, values in outcomes},
+        }
+
+
+def study_pairs(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[Pairs]:
+    """Yield the pairs of runs along each axis, of each bridge and abutment model.
+
+    An axis in which the variants of a model do not differ has no pairs.
+
+    Raises:
+        InputError: A run occurs twice.
+    """
+    for model, rows in models_of(demands):
+        for axis in varying_axes(rows):
+            keys = ["from_value", "to_value"]
+            for values, part in run_pairs(rows, axis, columns).groupby(keys, sort=True):
+                place = model | {"axis": axis} | dict(zip(keys, values, strict=True))
+                yield Pairs.of(place, part)
+
+
+def other_axes(table: pd.DataFrame, axis: str) -> list[str]:
+    """Return the axis columns of a table but one."""
+    return [name for name in axis_names(table) if name != axis]
+
+
+def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
+    """Pair the runs of variants that differ in ``axis`` only, the smallest value as reference.
+
+    Returns:
+        One row per pair: bridge, abutment, the other axes, motion_id, scale, incidence_deg,
+        from_value, to_value; status, beyond_model and complete (truth values) and the columns with
+        ``_from`` and ``_to``.
+
+    Raises:
+        InputError: A run occurs twice.
+    """
+    group = [*BRIDGE_COLUMNS, *other_axes(demands, axis)]
+    key = [*group, *LOADING_COLUMNS]
+    table = demands[[*key, axis, "status", *columns]].assign(
+        **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
+    )
+    once = ~table.duplicated([*key, axis]).to_numpy()
+    if not once.all():
+        row = demands.index[int(np.argmin(once))]
+        raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
+    lowest = table.groupby(group, dropna=False)[axis].transform("min")
+    reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
+    others = table[table[axis] > lowest].rename(columns={axis: "to_value"})
+    return others.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
 
 
 class EffectTables(NamedTuple):
@@ -232,15 +377,13 @@ class _Changes(NamedTuple):
     @classmethod
     def of(cls, pairs: Pairs, name: str, difference: Difference | None) -> "_Changes":
         """Return the differences of a demand, or its ln ratios where ``difference`` is None."""
-        top, bottom = pairs.ends(name)
+        ends = pairs.ends(name)
         least = 0.0 if difference is None else -np.inf
-        has_top, has_bottom = (np.isfinite(end) & (end > least) for end in (top, bottom))
+        has_top, has_bottom = (np.isfinite(end) & (end > least) for end in ends)
         used = (pairs.side != UNKNOWN) & has_top & has_bottom
-        values = np.full(top.size, nan)
-        if difference is None:
-            values[used] = np.log(top[used] / bottom[used])
-        else:
-            values[used] = (top[used] - bottom[used]) * difference.per_unit
+        top, bottom = (np.where(used, end, nan) for end in ends)
+        by_ratio = difference is None
+        values = np.log(top / bottom) if by_ratio else (top - bottom) * difference.per_unit
         return cls(values, used, has_top != has_bottom)
 
     def estimates(self, pairs: Pairs, x: FloatArray | None = None) -> list[Jackknifed]:

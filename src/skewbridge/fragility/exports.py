@@ -10,7 +10,7 @@ References:
 
 import json
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
@@ -140,7 +140,7 @@ def export_curves(
     if form not in FORMATS:
         advice = ": spreadsheets open csv" if form == "xlsx" else ""
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}{advice}")
-    if content != CURVE_PARAMETERS and form != "csv":
+    if form != "csv" and replace(content, points=CURVE_PARAMETERS.points) != CURVE_PARAMETERS:
         raise InputError(
             f"format {form} holds the parameters of curves only: --im-range, --hazard and "
             "--skew-factors need --format csv"

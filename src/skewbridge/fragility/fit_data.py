@@ -220,14 +220,13 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     count = int(np.unique(motions).size)
     details: dict[str, Any] = {"n_records": count, "n_unknown": int(np.sum(unknown))}
     if np.any(unknown):
-        bounds = {
-            name: _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
-            for name in TREATMENTS
-        }
-        for name, bound in bounds.items():
+        thetas: list[float] = []
+        for name in TREATMENTS:
+            bound = _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
+            thetas.append(bound.theta)
         fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes"))
-        low, high = sorted(bounds[name].theta for name in TREATMENTS[1:])
+        low, high = sorted(thetas[1:])
         if fit.status == FITTED and not (options.accept_bounds or high <= MAX_BOUNDS_RATIO * low):
             fit = fit.without_estimate(BOUNDS_TOO_WIDE)
     return replace(fit, details={**fit.details, **details})

@@ -6,7 +6,6 @@ References:
     Jalayer, Beck and Zareian (2012), J. Eng. Mech. 138(3):307-316: relative sufficiency.
 """
 
-from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -64,7 +63,6 @@ _CONSTANT: Final = 1e-6
 def rank_measures(
     demands: pd.DataFrame,
     column: str,
-    measures: Sequence[str] | None = None,
     motions: pd.DataFrame | None = None,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
@@ -77,9 +75,7 @@ def rank_measures(
     Raises:
         InputError: A column is missing or the demand is not positive.
     """
-    names = [c for c in demands if str(c).startswith("im_")] if measures is None else measures
-    names = [str(name) for name in names]
-    need_columns(demands, (column, "motion_id", "status", *names))
+    need_columns(demands, (column, "motion_id", "status"))
     table = demands[is_complete(demands)].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
     require(demand > 0.0, column, "must be > 0 in completed runs", demand)
@@ -92,7 +88,7 @@ def rank_measures(
     rows: list[dict[str, Any]] = []
     replicates: dict[str, FloatArray] = {}
     scores: dict[str, float] = {}
-    for name in names:
+    for name in map(str, table.filter(regex="^im_")):
         im = table[name].to_numpy(dtype=np.float64)
         bad = bool(np.any(~(im > 0.0)))
         if bad or np.ptp(im) == 0.0:
@@ -103,9 +99,8 @@ def rank_measures(
         line = tested_line(x, y)
         residual = y - line.ln_a - line.b * x
         again = fit_lines(x, y, y, weights)
-        falls = ~np.isfinite(again.b)
-        replicates[name] = np.stack([again.sigma, again.sigma / again.b])
-        replicates[name][:, falls] = np.inf
+        ranks = np.stack([again.sigma, again.sigma / again.b])
+        replicates[name] = np.where(np.isfinite(again.b), ranks, np.inf)
         scores[name] = float(np.mean(-0.5 * (residual / line.sigma) ** 2) - np.log(line.sigma))
         row: dict[str, Any] = {
             "im": name,
@@ -123,10 +118,11 @@ def rank_measures(
         rows.append(row)
     if replicates:
         best = np.argmin(np.stack(list(replicates.values())), axis=0)
+        of_measure = {row["im"]: row for row in rows}
         for number, name in enumerate(replicates):
-            row = next(row for row in rows if row["im"] == name)
-            shares = np.mean(best == number, axis=1)
-            row["p_best_efficiency"], row["p_best_proficiency"] = shares.tolist()
+            shares = np.mean(best == number, axis=1).tolist()
+            row = of_measure[name]
+            row["p_best_efficiency"], row["p_best_proficiency"] = shares
             row["relative_sufficiency_nats"] = scores[name] - max(scores.values())
     out = pd.DataFrame(rows)
     return out.sort_values("proficiency", na_position="last").reset_index(drop=True)
@@ -142,15 +138,11 @@ def _properties(
         distance = joined["distance_km"].to_numpy(dtype=np.float64)
         columns["magnitude"] = joined["magnitude"].to_numpy(dtype=np.float64)
         columns["ln_distance"] = np.log(np.where(distance > 0.0, distance, np.nan))
-    logs: dict[str, tuple[str, ...]] = {
-        "ln_scale": ("scale",),
-        "ln_duration": ("im_d5_75_s",),
-        "ln_shape": ("im_sa_t1_rotd50_g", "im_saavg_rotd50_g"),
-    }
-    for name, sources in logs.items():
-        if all(source in table for source in sources):
-            values = [table[source].to_numpy(dtype=np.float64) for source in sources]
-            ratio = values[0] / (values[1] if len(values) > 1 else 1.0)
+    logs = {"ln_scale": "scale", "ln_duration": "im_d5_75_s", "ln_shape": "im_sa_t1_rotd50_g"}
+    for name, source in logs.items():
+        divisor = {"ln_shape": table.get("im_saavg_rotd50_g")}.get(name, 1.0)
+        if source in table and divisor is not None:
+            ratio = (table[source] / divisor).to_numpy(dtype=np.float64)
             columns[name] = np.log(np.where(ratio > 0.0, ratio, np.nan))
     runs = np.bincount(codes)
     return {name: np.bincount(codes, values) / runs for name, values in columns.items()}
@@ -191,10 +183,9 @@ def measure_table(
         if not ranked:
             continue
         table = pd.concat(ranked, ignore_index=True)
-        fitted = table.reindex(columns=[*table.columns, *({"efficiency"} - {*table.columns})])
-        usable = fitted[(fitted["status"] == FITTED) & fitted["im"].str.startswith(HAZARD_KNOWN)]
-        mean = usable.assign(ln=np.log(usable["efficiency"])).groupby("im")["ln"].mean()
-        best = mean.idxmin() if len(mean) else None
+        usable = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
+        mean = np.log(usable["efficiency"]).groupby(usable["im"]).mean() if len(usable) else None
+        best = None if mean is None else mean.idxmin()
         tables.append(table.assign(recommended=(table["im"] == best)))
     if not tables:
         return pd.DataFrame(columns=list(MEASURE_COLUMNS))

@@ -28,14 +28,13 @@ from skewbridge.fragility.demand_table import (
     prepared,
     variant_columns,
 )
-from skewbridge.fragility.effects import demand_effects, effect_table
+from skewbridge.fragility.effects import Pairs, demand_effects, effect_table, run_pairs
 from skewbridge.fragility.limit_states import (
     LimitState,
     load_limit_states,
     with_column_failure,
 )
 from skewbridge.fragility.median_effects import median_effects
-from skewbridge.fragility.pairs import Pairs, run_pairs
 from skewbridge.fragility.paper_table import printed_rows
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables

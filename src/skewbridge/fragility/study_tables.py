@@ -102,16 +102,12 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     has one; a model without any is left out.
     """
     usable = curves[curves["preferred"].to_numpy(dtype=bool)]
-    keys = usable["component"] + "/" + usable["limit_state"]
-    found: dict[tuple[str, str], float] = {}
-    for (bridge, abutment), rows in usable.groupby(list(BRIDGE_COLUMNS), sort=True):
-        own = keys.loc[rows.index]
-        for state in REFERENCE_STATES:
-            theta = rows.loc[own == state, "theta"]
-            if len(theta):
-                found[str(bridge), str(abutment)] = float(np.exp(np.log(theta).mean()))
-                break
-    return found
+    state = usable["component"] + "/" + usable["limit_state"]
+    rank = state.map({name: number for number, name in enumerate(REFERENCE_STATES)})
+    keys = list(BRIDGE_COLUMNS)
+    first = usable.assign(rank=rank, ln_theta=np.log(usable["theta"])).dropna(subset=["rank"])
+    ln_theta = first.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()
+    return {(str(b), str(a)): float(np.exp(value)) for (b, a), value in ln_theta.items()}
 
 
 def write_described(frame: pd.DataFrame, path: Path, descriptions: Mapping[str, str]) -> None:
