@@ -13,10 +13,10 @@ from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.bridge.catalogue.loading import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.limit_states import LimitStateEntry
-from skewbridge.fragility.predict import CHECK_COLUMNS
 from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
+from skewbridge.study.predict_check import CHECK_COLUMNS
 
 ROOT: Final = Path(__file__).parents[1]
 

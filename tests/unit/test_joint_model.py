@@ -14,14 +14,9 @@ from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.joint import JOINT_COLUMNS, AxisRange, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states, with_column_failure
-from skewbridge.fragility.predict import (
-    CHECK_COLUMNS,
-    Point,
-    check_predict,
-    inner_variants,
-    predict_states,
-)
+from skewbridge.fragility.predict import Point, predict_states
 from skewbridge.fragility.settings import FitSettings
+from skewbridge.study.predict_check import CHECK_COLUMNS, check_predict, inner_variants
 
 STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
 DRIFT = [s for s in STATES if s.component == "column_drift"]

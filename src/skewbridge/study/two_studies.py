@@ -1,16 +1,31 @@
-"""The tables of two studies, read for a comparison."""
+"""Comparison of two studies whose runs are paired."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Final
 
 import pandas as pd
 
+from skewbridge.demands.columns import demands_for
 from skewbridge.errors import InputError
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.results import Comparison, compare_demands, demands_file, read_demands
-from skewbridge.fragility.settings import DEFAULTS
+from skewbridge.fragility.demand_table import (
+    BRIDGE_COLUMNS,
+    LOADING_COLUMNS,
+    axis_names,
+    models_of,
+    prepared,
+)
+from skewbridge.fragility.effects import Pairs, demand_effects, effect_table, run_pairs
+from skewbridge.fragility.limit_states import LimitState, load_limit_states, with_column_failure
+from skewbridge.fragility.median_effects import median_effects
+from skewbridge.fragility.results import demands_file, read_demands
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.provenance.tables import read_frame
 from skewbridge.study.folder import StudyFolder
+
+#: In place of an axis in the tables of a comparison: 0 is the first study, 1 the second.
+STUDY: Final = "study"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +41,21 @@ class Judgement:
     limit_states: Path
     im: str = DEFAULTS.im
     margin: float = DEFAULTS.margin
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """Changes from a first study to a second one; effects have the columns `effect_columns`.
+
+    Attributes:
+        demands: Effects on demands, pooled rows first.
+        medians: Effects on median capacities, pooled rows first.
+        counts: Pairs, runs of one study alone, variants and motions in both, equal pairs.
+    """
+
+    demands: pd.DataFrame
+    medians: pd.DataFrame
+    counts: dict[str, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,3 +106,67 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
 def _digests(suite: Path) -> pd.Series:
     table = read_frame(suite).drop_duplicates("motion_id")
     return table.set_index("motion_id")["sha256"]
+
+
+def compare_demands(
+    first: pd.DataFrame,
+    second: pd.DataFrame,
+    limit_states: Sequence[LimitState],
+    settings: FitSettings,
+) -> Comparison:
+    """Pair the runs of two tables of demands and return the changes from the first to the second.
+
+    Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree. Pairs
+    in which one run ended early count as bounds, as in `demand_effects`.
+
+    Raises:
+        InputError: The tables have no run in common, or a run twice.
+    """
+    shared = set(first.columns) & set(second.columns)
+    states = [s for s in with_column_failure(limit_states, shared) if s.demand in shared]
+    names = list(demands_for("effect", sorted(shared)))
+    columns = list(dict.fromkeys([*names, *(state.demand for state in states), settings.im]))
+    both = pd.concat([first.assign(**{STUDY: 0}), second.assign(**{STUDY: 1})], ignore_index=True)
+    table = run_pairs(both, STUDY, columns)
+    if table.empty:
+        raise InputError(_nothing_shared(first, second, axis_names(both)))
+    place = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
+    effects: list[dict[str, Any]] = []
+    for model, part in models_of(table):
+        pairs = Pairs.of(model | place, part)
+        effects += demand_effects(pairs, names=names, settings=settings, reference_im={})[0]
+    demands = effect_table(both, effects).sort_values("scope", kind="stable", ignore_index=True)
+    key = [*BRIDGE_COLUMNS, *axis_names(both), *LOADING_COLUMNS]
+    paired = both.merge(table[key].drop_duplicates(), on=key)
+    runs = prepared(paired, [state.demand for state in states], settings).table
+    top, bottom = (table[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
+    equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
+    return Comparison(
+        demands=demands,
+        medians=median_effects(runs, states, settings, axes=[STUDY]),
+        counts={
+            "pairs": len(table),
+            "only_first": len(first) - len(table),
+            "only_second": len(second) - len(table),
+            "variants": len(table[[*BRIDGE_COLUMNS, *axis_names(both)]].drop_duplicates()),
+            "motions": int(table["motion_id"].nunique()),
+            "equal_pairs": int(equal.all(axis=1).sum()),
+        },
+    )
+
+
+def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
+    """Return why no runs can be paired: the variants, motions and loadings that tables share."""
+    kinds = {
+        "variants": [*BRIDGE_COLUMNS, *axes],
+        "motions": ["motion_id"],
+        "motions with the same scale and incidence": [*LOADING_COLUMNS],
+    }
+    shared: list[str] = []
+    for name, columns in kinds.items():
+        one, other = (t.reindex(columns=columns).drop_duplicates() for t in (first, second))
+        shared.append(f"{len(one.merge(other))} {name}")
+    return (
+        f"the studies have no run in common; they share {', '.join(shared)} (the scale of a motion "
+        "follows from the number of motions and the range of levels)"
+    )
