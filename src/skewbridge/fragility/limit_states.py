@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import (
     BaseModel,
@@ -161,6 +161,10 @@ class StateEntry(BaseModel):
     dispersion: Dispersion | None = Field(default=None, description="in place of the entry's")
 
 
+def _with_median(value: Any) -> Any:
+    return value if isinstance(value, dict | StateEntry) else {"median": value}
+
+
 class LimitStateEntry(BaseModel):
     """One entry of a file of limit states: the capacities of one component."""
 
@@ -186,10 +190,7 @@ class LimitStateEntry(BaseModel):
         Name,
         Annotated[
             StateEntry,
-            BeforeValidator(
-                lambda value: value if isinstance(value, dict | StateEntry) else {"median": value},
-                json_schema_input_type=float | StateEntry,
-            ),
+            BeforeValidator(_with_median, json_schema_input_type=float | StateEntry),
         ],
     ] = Field(min_length=1, description="median by degree of damage")
     degrees: dict[str, str] | None = Field(

@@ -140,9 +140,9 @@ def _properties(
         columns["ln_distance"] = np.log(np.where(distance > 0.0, distance, np.nan))
     logs = {"ln_scale": "scale", "ln_duration": "im_d5_75_s", "ln_shape": "im_sa_t1_rotd50_g"}
     for name, source in logs.items():
-        divisor = {"ln_shape": table.get("im_saavg_rotd50_g")}.get(name, 1.0)
-        if source in table and divisor is not None:
-            ratio = (table[source] / divisor).to_numpy(dtype=np.float64)
+        average = table.get("im_saavg_rotd50_g") if name == "ln_shape" else np.ones(len(table))
+        if source in table and average is not None:
+            ratio = table[source].to_numpy(dtype=np.float64) / np.asarray(average, np.float64)
             columns[name] = np.log(np.where(ratio > 0.0, ratio, np.nan))
     runs = np.bincount(codes)
     return {name: np.bincount(codes, values) / runs for name, values in columns.items()}
@@ -184,8 +184,10 @@ def measure_table(
             continue
         table = pd.concat(ranked, ignore_index=True)
         usable = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
-        mean = np.log(usable["efficiency"]).groupby(usable["im"]).mean() if len(usable) else None
-        best = None if mean is None else mean.idxmin()
+        best = None
+        if len(usable):
+            ln = usable.assign(ln=np.log(usable["efficiency"]))
+            best = ln.groupby("im")["ln"].mean().idxmin()
         tables.append(table.assign(recommended=(table["im"] == best)))
     if not tables:
         return pd.DataFrame(columns=list(MEASURE_COLUMNS))

@@ -94,9 +94,10 @@ def load_results(folder: Path) -> Results:
     origin = {name: t.attrs["provenance"] for name, t in {"demands": demands, **fits}.items()}
     mixed: list[str] = []
     for key in _STUDY_KEYS:
-        values = pd.Series({name: texts.get(key, "unknown") for name, texts in origin.items()})
-        if values.nunique() > 1:
-            tables = values.index.groupby(values)
+        tables: dict[str, list[str]] = {}
+        for name, texts in origin.items():
+            tables.setdefault(texts.get(key, "unknown"), []).append(name)
+        if len(tables) > 1:
             shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
             mixed.append(f"{key} {', '.join(shown)}")
     if mixed:
@@ -188,7 +189,7 @@ def read_foreign(
     for name, value in (_NEUTRAL | dict(constants or {})).items():
         if name not in out:
             out[name] = value
-    for name in out.columns.difference(_TEXTS):
+    for name in out.columns.difference(list(_TEXTS)):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
         out[name] = numbers > 0.0 if name == COMPLETE else numbers * (factors or {}).get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
@@ -201,7 +202,7 @@ def read_foreign(
     known = out["status"].isin(STATUSES).to_numpy()
     wrong = repr(out["status"].iloc[int(np.argmin(known))]) if len(out) else ""
     require(known, "status", f"{wrong} is not known")
-    for name in out.filter(regex="^im_"):
+    for name in map(str, out.filter(regex="^im_")):
         require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
     doubled = out.duplicated(["variant", *LOADING_COLUMNS])
     if doubled.any():
@@ -238,7 +239,7 @@ def _usable_states(
     if not usable:
         wanted = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {wanted}")
-    measures = list(table.filter(regex="^im_"))
+    measures = list(map(str, table.filter(regex="^im_")))
     if im is None and DEFAULTS.im not in measures and len(measures) != 1:
         raise InputError(f"name the intensity by --im, one of {', '.join(measures)}", column="im")
     chosen = im or (DEFAULTS.im if DEFAULTS.im in measures else measures[0])
