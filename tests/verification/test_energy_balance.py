@@ -40,7 +40,7 @@ def run(abutment: str = "contact_friction", **settings) -> AnalysisResult:
 def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(
     abutment: str, dt_s: float, limit: float
 ) -> None:
-    """What is left is in the damping of columns that yield: their stiffness jumps within steps."""
+    """The residual is in the damping of yielding columns: their stiffness jumps within steps."""
     result = run(abutment, integrator=TRAPEZOIDAL, dt_s=dt_s)
     terms = result.energy_kj
     assert abs(result.demands["energy_residual_ratio"]) < limit

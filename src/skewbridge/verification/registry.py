@@ -54,7 +54,7 @@ def run_studies(
     `case`.
 
     Args:
-        names: Names of the studies; none stands for all but the long ones.
+        names: Names of the studies; without names all run except the long ones.
         out: The folder.
         report_progress: Called with a line per study, and with further lines of a long one.
 

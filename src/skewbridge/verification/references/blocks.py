@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.contact import ContactSet, Coupling, Drive, Scheme, UnitLedger
+from skewbridge.contact import ContactSet, Drive, UnitLedger
 from skewbridge.errors import SolutionError
 from skewbridge.verification.references.live_model import (
     Array,
@@ -62,8 +62,6 @@ class Block:
         v0_mps: Initial velocity (x, y).
         bounces: The mass has inertia along y; otherwise it rests on the surface from the start.
         drive: Drive of the contact.
-        scheme: Scheme of the `ContactSet`.
-        coupling: Coupling of the `ContactSet`.
     """
 
     mass_kg: float
@@ -77,8 +75,6 @@ class Block:
     v0_mps: tuple[float, float] = (0.0, 0.0)
     bounces: bool = False
     drive: Drive | None = None
-    scheme: Scheme = "vector"
-    coupling: Coupling = "extrapolated"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,7 +164,7 @@ def _sliding_model(block: Block) -> ContactSet:
     ops.mass(_MASS, block.mass_kg, block.mass_kg if block.bounces else 0.0)
     ops.uniaxialMaterial("Elastic", 1, block.spring_n_per_m)
     ops.element("zeroLength", 1, _ANCHOR, _MASS, "-mat", 1, "-dir", 1)
-    contacts = ContactSet(scheme=block.scheme, coupling=block.coupling)
+    contacts = ContactSet()
     contacts.add(
         _GROUND,
         _MASS,

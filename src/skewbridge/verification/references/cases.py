@@ -123,7 +123,7 @@ def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
     return checked(kind, read_mapping(file), file)
 
 
-def beside(case_file: Path, name: str) -> Path:
+def file_of_case(case_file: Path, name: str) -> Path:
     """Return the path of a file named in a case: in its folder, else in the working folder."""
     candidate = case_file.parent / name
     return candidate if candidate.is_file() or not Path(name).is_file() else Path(name)

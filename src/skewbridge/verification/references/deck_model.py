@@ -14,11 +14,12 @@ References:
 
 from dataclasses import dataclass
 from math import cos, pi, radians, sin, tan
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
+from skewbridge.motions.record import GroundMotion
 from skewbridge.units import G_MPS2
 from skewbridge.verification.references.cases import DeckCase
 from skewbridge.verification.references.live_model import Array, first_crossing_s
@@ -168,6 +169,12 @@ class BaseAcceleration:
     period_s: float = 1.0
     sample_dt_s: float = 0.0
     samples_mps2: Array | None = None
+
+    @classmethod
+    def of_motion(cls, motion: GroundMotion) -> Self:
+        """Return the acceleration of a record, component 1 along x."""
+        samples = np.array([motion.accel_1_mps2, motion.accel_2_mps2])
+        return cls(sample_dt_s=motion.dt_s, samples_mps2=samples)
 
     def at(self, times_s: Array) -> Array:
         """Return the acceleration at times, shape (2, n)."""

@@ -21,7 +21,7 @@ from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.motions.read import read_motion
 from skewbridge.provenance.files import writable_file
-from skewbridge.verification.references.cases import DeckCase, beside, read_case
+from skewbridge.verification.references.cases import DeckCase, file_of_case, read_case
 from skewbridge.verification.references.deck_model import (
     CORNERS,
     BaseAcceleration,
@@ -94,13 +94,12 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     case = read_case(case_file, DeckCase)
     excitation = None
     if case.motion is not None:
-        first, second = (beside(case_file, name) for name in case.motion)
+        first, second = (file_of_case(case_file, name) for name in case.motion)
         for path in (first, second):
             if not path.exists():
                 raise InputError(f"motion {path} does not exist")
         motion = read_motion(first, second)
-        samples = np.array([motion.accel_1_mps2, motion.accel_2_mps2])
-        excitation = BaseAcceleration(sample_dt_s=motion.dt_s, samples_mps2=samples)
+        excitation = BaseAcceleration.of_motion(motion)
     writable_file(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():

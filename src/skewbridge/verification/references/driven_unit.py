@@ -18,7 +18,7 @@ from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLed
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
 from skewbridge.provenance.files import writable_file
-from skewbridge.verification.references.cases import ContactCase, beside, read_case, read_path
+from skewbridge.verification.references.cases import ContactCase, file_of_case, read_case, read_path
 from skewbridge.verification.references.live_model import Array, Solver, clean_domain, path_series
 
 # Share of the first step of a path that is taken first.
@@ -167,7 +167,7 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
         SolutionError: OpenSees does not make a step.
     """
     case = read_case(case_file, ContactCase)
-    path = read_path(beside(case_file, case.path))
+    path = read_path(file_of_case(case_file, case.path))
     writable_file(out)
     options = case.model_dump(include={"substeps", "scheme", "coupling"})
     law = ContactLaw(

@@ -100,7 +100,7 @@ def first_crossing_s(t_s: Array, values: Array) -> float | None:
 
 
 def even_times(duration_s: float, dt_s: float) -> Array:
-    """Return the times of even steps from zero to the end or just beyond."""
+    """Return the times of even steps from zero to the end, or to the first time after it."""
     return np.arange(ceil(duration_s / dt_s - 1e-9) + 1, dtype=np.float64) * dt_s
 
 

@@ -13,7 +13,7 @@ from skewbridge.verification.statements import STATEMENTS, Verdict, statements_o
 
 COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")
 STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason")
-# Sources of references that tell whether the model changed, not whether it is right.
+# Source of references that show whether the model changed, not whether it is right.
 EARLIER_MODEL: Final = "this project's earlier model (regression only)"
 
 

@@ -1,4 +1,4 @@
-"""Records, variants and runs of the paper's bridge studies, and what friction changes in a run.
+"""Records, variants and runs of the paper's bridge studies; changes of histories by friction.
 
 Recorded motions cannot be distributed with the package. They are looked for in the folders named by
 the environment variable `SKEWBRIDGE_RECORDS` and in `motions/` of the working folder. A stand-in

@@ -56,10 +56,7 @@ def wu_case(gap_mm: float, **changes: Any) -> DeckCase:
 def run(study: Study) -> None:
     """Run the study."""
     motion = el_centro()
-    ground = BaseAcceleration(
-        sample_dt_s=motion.motion.dt_s,
-        samples_mps2=np.array([motion.motion.accel_1_mps2, motion.motion.accel_2_mps2]),
-    )
+    ground = BaseAcceleration.of_motion(motion.motion)
     rows: list[dict[str, float | str]] = []
     for gap in GAPS_MM:
         history = run_deck(wu_case(gap), ground)

@@ -92,12 +92,14 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
     """Compare schemes and couplings at 1 ms steps without sub-steps."""
     path = figure_3(1000)
     exact = follow_law(LAW, path, substeps=20)
+    directions = np.sign(np.diff(path[:, 1:], axis=0).round(9))
+    events = int(np.count_nonzero(np.any(np.diff(directions, axis=0) != 0.0, axis=1)))
     rows: list[tuple[str, str, float, float, float]] = []
     for scheme, coupling in product(_SCHEMES, _COUPLINGS):
         forces = drive_unit(LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
         error = np.hypot(*(forces - exact)[:, :2].T) / LIMIT_N
         # One step at each opening, closing and reversal is a matter of timing.
-        kept = error[np.argsort(error)[: -3 * _event_count(path)]]
+        kept = error[np.argsort(error)[: -3 * events]]
         rms, work = float(np.sqrt(np.mean(kept**2))), path_work_j(path, forces)
         largest = max(hypot(x, y) for x, y, _ in forces) / LIMIT_N
         case = f"{scheme}, {coupling}"
@@ -113,11 +115,6 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
             study.report(f"{scheme}, {coupling}: RMS error at 1 ms steps", rms, 0.0, _SOURCE)
     errors = ["rms_error_ratio", "work_error_ratio", "largest_force_ratio"]
     return pd.DataFrame(rows, columns=["scheme", "coupling", *errors])
-
-
-def _event_count(path: Array) -> int:
-    step = np.sign(np.diff(path[:, 1:], axis=0).round(9))
-    return int(np.count_nonzero(np.any(np.diff(step, axis=0) != 0.0, axis=1)))
 
 
 def _histories(path: Array, forces: Array) -> Figure:
