@@ -15,7 +15,6 @@ from math import degrees
 import numpy as np
 import pytest
 
-from skewbridge.contact import ContactLaw
 from skewbridge.contact.drives import kelvin_voigt_drive, power_law_drive
 from skewbridge.contact.restitution import (
     hunt_crossley_damping,
@@ -24,6 +23,7 @@ from skewbridge.contact.restitution import (
 )
 from skewbridge.errors import InputError
 from skewbridge.verification.references.blocks import (
+    TABLE_G_MPS2,
     UprightBlock,
     falling_block,
     run_block,
@@ -44,6 +44,7 @@ from skewbridge.verification.references.closed_forms import (
     straight_loop_work_j,
 )
 from skewbridge.verification.references.driven_unit import (
+    PAPER_LAW,
     circle,
     drive_unit,
     path_work_j,
@@ -52,9 +53,7 @@ from skewbridge.verification.references.driven_unit import (
 from skewbridge.verification.registry import run_study
 from skewbridge.verification.studies.oscillators import bounce, free_decay
 
-G = 9.81
 MASS_KG, KN = 1000.0, 1e7
-LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 SLIP_M = 0.045
 RESTITUTIONS = [0.45, 0.6, 0.71, 0.9]
 
@@ -112,12 +111,12 @@ def test_b2_closed_form_gives_the_tabulated_amplitudes(ratio, friction_ratio, am
     ],
 )
 def test_b3_sine_pulse(friction, start, end, slip, final):
-    exact = sine_pulse_first_slip(0.5 * G, 0.5, friction * G)
+    exact = sine_pulse_first_slip(0.5 * TABLE_G_MPS2, 0.5, friction * TABLE_G_MPS2)
     found = exact.start_s, exact.end_s, exact.slip_m
     assert found == pytest.approx((start, end, slip), rel=1e-9)
 
     def base_mps2(t):
-        return np.where(t <= 0.5, 0.5 * G * np.sin(4 * np.pi * t), 0.0)
+        return np.where(t <= 0.5, 0.5 * TABLE_G_MPS2 * np.sin(4 * np.pi * t), 0.0)
 
     history = run_block(sliding_block(friction), 2e-4, 1.0, base_mps2=base_mps2)
     # The way back starts from rest under a small excess: 0.5 mm for the elastic slip.
@@ -128,7 +127,9 @@ def test_b3_sine_pulse(friction, start, end, slip, final):
 
 @pytest.mark.parametrize(("friction", "slip"), [(0.1, 0.3924), (0.2, 0.14715), (0.3, 0.0654)])
 def test_b3_rectangular_pulse(friction, slip):
-    assert rectangular_pulse_slip(0.5 * G, 0.2, friction * G) == pytest.approx(slip)
+    assert rectangular_pulse_slip(
+        0.5 * TABLE_G_MPS2, 0.2, friction * TABLE_G_MPS2
+    ) == pytest.approx(slip)
 
 
 # Restitution, textbook damping ratio, restitution of that ratio when clipped, the ratio needed.
@@ -186,7 +187,7 @@ def test_b5_hertz_contact_is_elastic_and_lasts_as_long_as_the_closed_form():
 
 
 def test_b5_falling_mass_on_a_penalty():
-    exact = falling_mass_impact(MASS_KG, KN, 1.0, G)
+    exact = falling_mass_impact(MASS_KG, KN, 1.0, TABLE_G_MPS2)
     assert exact.penetration_m == pytest.approx(0.01102900283638495, rel=1e-12)
     assert exact.contact_s == pytest.approx(0.03337166878868257, rel=1e-12)
     history = run_block(falling_block(), 1e-4, 0.05)
@@ -204,7 +205,7 @@ def steady_lag_deg(path, forces):
 def test_b6_friction_lags_the_velocity_on_a_circle(radius, angle):
     assert degrees(circular_path_lag_rad(radius, SLIP_M)) == pytest.approx(angle, abs=1e-4)
     path = circle(radius, period_s=4.0, loops=3, rows_per_loop=1000, opening_m=-0.1)
-    forces = drive_unit(LAW, path, substeps=10).forces_n
+    forces = drive_unit(PAPER_LAW, path, substeps=10).forces_n
     # Radial return in steps of a loop / 10,000 lags by half a step more.
     assert steady_lag_deg(path, forces) == pytest.approx(angle, abs=0.06)
     assert np.hypot(*forces[1000:, :2].T) == pytest.approx(4500.0, rel=1e-9)
@@ -224,7 +225,7 @@ def test_b6_friction_lags_the_velocity_on_a_circle(radius, angle):
 )
 def test_b6_only_componentwise_lagged_yields_stay_wrong_at_small_steps(scheme, coupling, lag):
     path = circle(0.2, period_s=4.0, loops=2, rows_per_loop=4000, opening_m=-0.1)
-    forces = drive_unit(LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
+    forces = drive_unit(PAPER_LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
     # The componentwise lag varies around the circle; the others are steady.
     assert steady_lag_deg(path, forces) == pytest.approx(lag, abs=0.6 if lag > 20.0 else 0.2)
 
@@ -232,7 +233,7 @@ def test_b6_only_componentwise_lagged_yields_stay_wrong_at_small_steps(scheme, c
 def test_b7_straight_loop_loses_the_work_of_friction():
     assert straight_loop_work_j(0.5, SLIP_M, 4500.0) == pytest.approx(8190.0)
     path = straight_loop(0.5, rows=400, opening_m=-0.1)
-    result = drive_unit(LAW, path)
+    result = drive_unit(PAPER_LAW, path)
     work = path_work_j(path[400:], result.forces_n[400:])
     assert work == pytest.approx(8190.0, rel=5e-3)
     stored = 4500.0**2 / 2e5
@@ -251,7 +252,7 @@ def test_b8_closed_form_of_stick_slip():
     [(0.25, 1.0, 0.24498, 2.67167, 0.493803), (0.5, 1.5, 0.32175, 2.15715, 0.612367)],
 )
 def test_b9_closed_form_of_rocking(b, h, slenderness, frequency, quarter):
-    exact = RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=G)
+    exact = RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=TABLE_G_MPS2)
     assert exact.slenderness_rad == pytest.approx(slenderness, abs=1e-5)
     assert exact.frequency_rad_per_s == pytest.approx(frequency, abs=1e-5)
     angle = 0.5 * exact.slenderness_rad
@@ -269,10 +270,10 @@ def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration(b, h):
         mass_kg=1000.0,
         friction=friction,
         penalty_n_per_m=1e9,
-        gravity_mps2=G,
+        gravity_mps2=TABLE_G_MPS2,
     )
     history = run_upright(block, 1e-3, 4.0, lambda t: rate * np.maximum(0.0, t - 1.0))
     # From friction x g on, the excess of the acceleration grows linearly.
-    sliding_s = 3.0 - friction * G / rate
+    sliding_s = 3.0 - friction * TABLE_G_MPS2 / rate
     slid = abs(history.feet_m[-1, 0])
     assert slid == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from reference_data import reference_table
-from skewbridge.verification.references.driven_unit import drive_unit, figure_3, follow_law
+from skewbridge.verification.references.driven_unit import (
+    PAPER_LAW,
+    drive_unit,
+    figure_3,
+    follow_law,
+)
 from skewbridge.verification.registry import run_study
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.particle_between_lines import (
@@ -15,7 +20,7 @@ from skewbridge.verification.studies.particle_between_lines import (
     run_particle,
     run_particle_lcp,
 )
-from skewbridge.verification.studies.spatial_path import LAW, LIMIT_N
+from skewbridge.verification.studies.spatial_path import LIMIT_N
 
 
 def test_study_of_figure_3_gives_the_exact_forces_and_works():
@@ -40,12 +45,14 @@ def steady(path):
 
 def test_one_millisecond_is_enough_for_one_percent():
     path = figure_3(1000)
-    forces = drive_unit(LAW, path, substeps=1).forces_n
-    exact = follow_law(LAW, path, substeps=20)
+    forces = drive_unit(PAPER_LAW, path, substeps=1).forces_n
+    exact = follow_law(PAPER_LAW, path, substeps=20)
     error = np.hypot(*(forces - exact)[steady(path), :2].T) / LIMIT_N
     assert np.sqrt(np.mean(error**2)) <= 0.01
     # Every committed force lies in the cone of its own compression.
-    limit = np.where(forces[:, 2] > 0.0, LAW.cohesion_n + LAW.friction * forces[:, 2], 0.0)
+    limit = np.where(
+        forces[:, 2] > 0.0, PAPER_LAW.cohesion_n + PAPER_LAW.friction * forces[:, 2], 0.0
+    )
     inside = np.hypot(*forces[:, :2].T) <= limit * (1 + 1e-6) + 1e-6
     assert inside[steady(path)].all()
 
@@ -53,7 +60,7 @@ def test_one_millisecond_is_enough_for_one_percent():
 def test_unit_meets_the_tabulated_history_of_radial_return():
     reference = reference_table("spatial_path_forces")
     path = figure_3(1000)
-    forces = drive_unit(LAW, path, substeps=2).forces_n[::10]
+    forces = drive_unit(PAPER_LAW, path, substeps=2).forces_n[::10]
     keep = steady(path[::10])[::5]
     path, forces = path[::50], forces[::5]
     assert path[:, 1] == pytest.approx(reference["ux_m"].to_numpy(), abs=1e-6)

@@ -29,7 +29,8 @@ _GROUND: Final = 1
 _MASS: Final = 2
 _ANCHOR: Final = 3
 _SETTLING_S: Final = 1e-6
-_G_MPS2: Final = 9.81  # source: value used in the reference computations
+#: source: gravity with which the tabulated references were computed
+TABLE_G_MPS2: Final = 9.81
 
 _CENTRE: Final = 1
 _FOOT: Final = 2
@@ -196,7 +197,7 @@ def sliding_block(friction: float, *, kt_n_per_m: float = 1e10) -> Block:
         kn_n_per_m=1e9,
         kt_n_per_m=kt_n_per_m,
         friction=friction,
-        normal_load_n=1000.0 * _G_MPS2,
+        normal_load_n=1000.0 * TABLE_G_MPS2,
     )
 
 
@@ -206,7 +207,7 @@ def falling_block() -> Block:
         mass_kg=1000.0,
         kn_n_per_m=1e7,
         kt_n_per_m=1e7,
-        normal_load_n=1000.0 * _G_MPS2,
+        normal_load_n=1000.0 * TABLE_G_MPS2,
         v0_mps=(0.0, -1.0),
         bounces=True,
     )

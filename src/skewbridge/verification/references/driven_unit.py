@@ -21,6 +21,8 @@ from skewbridge.provenance.files import writable_file
 from skewbridge.verification.references.cases import ContactCase, file_of_case, read_case, read_path
 from skewbridge.verification.references.live_model import Array, Solver, clean_domain, path_series
 
+# Law of figure 3. ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
+PAPER_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 # Share of the first step of a path that is taken first.
 _START_SHARE: Final = 1e-3
 

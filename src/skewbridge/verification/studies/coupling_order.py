@@ -9,18 +9,17 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from skewbridge.contact import ContactLaw, Coupling
+from skewbridge.contact import Coupling
 from skewbridge.verification.references.cases import C5, deck_case
 from skewbridge.verification.references.deck_model import pulse_of
 from skewbridge.verification.references.deck_solvers import run_deck, run_opensees
-from skewbridge.verification.references.driven_unit import drive_unit, follow_law
+from skewbridge.verification.references.driven_unit import PAPER_LAW, drive_unit, follow_law
 from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 
 type PathKind = Literal["closed", "opening and closing", "reversals"]
 
-_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 _KINDS: Final[tuple[PathKind, ...]] = ("closed", "opening and closing", "reversals")
 _ROWS: Final = (125, 250, 500, 1000, 2000, 4000)
 _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
@@ -72,9 +71,9 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind, substeps: int = 1)
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
     parts = max(1, 64000 // rows)
-    fine = follow_law(_LAW, smooth_path(rows * parts, kind))[::parts]
-    forces = drive_unit(_LAW, path, substeps=substeps, coupling=coupling).forces_n
-    limit = _LAW.cohesion_n + _LAW.friction * float(fine[:, 2].max())
+    fine = follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
+    forces = drive_unit(PAPER_LAW, path, substeps=substeps, coupling=coupling).forces_n
+    limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine[:, 2].max())
     return float(np.sqrt(np.mean(np.sum((forces - fine)[:, :2] ** 2, axis=1)))) / limit
 
 

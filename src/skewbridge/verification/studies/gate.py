@@ -6,15 +6,18 @@ deck. The full comparison is `skewbridge verify`.
 
 from dataclasses import replace
 from math import degrees, hypot, pi
-from typing import Final
 
 import numpy as np
 import pandas as pd
 
-from skewbridge.contact import ContactLaw
 from skewbridge.contact.law import advance_pair
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio, kelvin_voigt_restitution
-from skewbridge.verification.references.blocks import falling_block, run_block, sliding_block
+from skewbridge.verification.references.blocks import (
+    TABLE_G_MPS2,
+    falling_block,
+    run_block,
+    sliding_block,
+)
 from skewbridge.verification.references.cases import C1, deck_case
 from skewbridge.verification.references.closed_forms import (
     circular_path_lag_rad,
@@ -26,6 +29,7 @@ from skewbridge.verification.references.closed_forms import (
 )
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import (
+    PAPER_LAW,
     circle,
     drive_unit,
     follow_law,
@@ -34,9 +38,6 @@ from skewbridge.verification.references.driven_unit import (
 )
 from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies.comparison import Study
-
-_G: Final = 9.81  # source: value used in the reference computations
-_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 
 
 def verify_contact_gate() -> pd.DataFrame:
@@ -55,11 +56,11 @@ def run(study: Study) -> None:
 
 
 def _check_law(study: Study) -> None:
-    closed = advance_pair(_LAW, (0.0, 0.0), (0.3, 0.4), -0.1)
+    closed = advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), -0.1)
     slip_n, ratio = hypot(closed.force_1_n, closed.force_2_n), closed.force_1_n / closed.force_2_n
     study.relative("slip force (N)", slip_n, 1500.0 + 0.3 * 1e4, 1e-12, "cone")
     study.absolute("direction of the slip force", ratio, 0.75, 1e-12, "cone")
-    opened = advance_pair(_LAW, (0.0, 0.0), (0.3, 0.4), 1e-9)
+    opened = advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), 1e-9)
     study.absolute("friction while open (N)", opened.force_1_n, 0.0, 0.0, "cone")
     restitution = kelvin_voigt_restitution(kelvin_voigt_damping_ratio(0.6))
     study.absolute("restitution of the clipped damper", restitution, 0.6, 1e-9, "B4")
@@ -68,7 +69,7 @@ def _check_law(study: Study) -> None:
 def _check_paths(study: Study) -> None:
     radius, elastic_slip = 0.2, 0.045
     path = circle(radius, period_s=4.0, loops=2, rows_per_loop=500, opening_m=-0.1)
-    forces = drive_unit(_LAW, path, substeps=25).forces_n
+    forces = drive_unit(PAPER_LAW, path, substeps=25).forces_n
     last = slice(len(path) // 2, None)
     velocity = np.gradient(path[last, 1:3], axis=0)
     angle = np.arctan2(*forces[last, 1::-1].T) - np.arctan2(*velocity[:, ::-1].T)
@@ -79,13 +80,16 @@ def _check_paths(study: Study) -> None:
     exact = circular_path_work_j(radius, elastic_slip, 4500.0)
     study.relative("work per circle (J)", work, exact, 5e-3, "B6")
     loop = straight_loop(0.5, rows=400, opening_m=-0.1)
-    forces, last = drive_unit(_LAW, loop, substeps=2).forces_n, slice(len(loop) // 2, None)
+    forces, last = drive_unit(PAPER_LAW, loop, substeps=2).forces_n, slice(len(loop) // 2, None)
     work = path_work_j(loop[last], forces[last])
     exact = straight_loop_work_j(0.5, elastic_slip, 4500.0)
     study.relative("work per straight loop (J)", work, exact, 5e-3, "B7")
     jump = path.copy()
     jump[:, 3] = np.where(np.sin(2 * pi * path[:, 0] / 2.5) > 0.0, 0.1, -0.1)
-    got, expected = drive_unit(_LAW, jump).forces_n, follow_law(_LAW, jump, substeps=20)
+    got, expected = (
+        drive_unit(PAPER_LAW, jump).forces_n,
+        follow_law(PAPER_LAW, jump, substeps=20),
+    )
     error = np.sqrt(np.mean(np.sum((got - expected)[:, :2] ** 2, axis=1))) / 4500.0
     study.at_most("RMS error with openings, over the limit", float(error), 1e-2, "radial return")
     study.at_most("tension (N)", max(0.0, float(-got[:, 2].min())), 0.0, "no tension")
@@ -99,17 +103,17 @@ def _check_block(study: Study) -> None:
     x = run_block(block, 1e-3, 1.2).position_m[:, 0]
     points = free_decay_turning_points(0.5, friction_n / k)
     study.relative("first turning point (m)", float(x.min()), points[1], 5e-3, "B1")
-    amplitude, duration, mu = 0.5 * _G, 0.2, 0.2
+    amplitude, duration, mu = 0.5 * TABLE_G_MPS2, 0.2, 0.2
 
     def pulse_mps2(t: Array) -> Array:
         return amplitude * (np.sign(duration - t - 1e-9) + 1.0) / 2.0
 
     slid = run_block(sliding_block(mu), 5e-4, 0.8, base_mps2=pulse_mps2)
     slip_m = float(-slid.position_m[-1, 0])
-    exact_m = rectangular_pulse_slip(amplitude, duration, mu * _G)
+    exact_m = rectangular_pulse_slip(amplitude, duration, mu * TABLE_G_MPS2)
     study.relative("slip under a rectangular pulse (m)", slip_m, exact_m, 1e-2, "B3")
     depth_m = float(-run_block(falling_block(), 2e-4, 0.05).position_m[:, 1].min())
-    exact_m = falling_mass_impact(1000.0, 1e7, 1.0, _G).penetration_m
+    exact_m = falling_mass_impact(1000.0, 1e7, 1.0, TABLE_G_MPS2).penetration_m
     study.relative("deepest penetration (m)", depth_m, exact_m, 5e-3, "B5")
 
 

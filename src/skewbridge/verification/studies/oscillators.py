@@ -23,6 +23,7 @@ from skewbridge.contact.drives import (
 )
 from skewbridge.contact.restitution import hunt_crossley_damping, kelvin_voigt_damping_ratio
 from skewbridge.verification.references.blocks import (
+    TABLE_G_MPS2,
     Block,
     BlockHistory,
     falling_block,
@@ -39,7 +40,6 @@ from skewbridge.verification.references.closed_forms import (
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 
-_G: Final = 9.81
 _MASS_KG: Final = 1000.0
 _SPRING_N_PER_M: Final = 4.0e4
 _FRICTION_N: Final = 1962.0
@@ -85,7 +85,7 @@ def run(study: Study) -> None:
     _check_impacts(study)
     belt = belt_ride()
     exact_s = belt_stick_slip(
-        _MASS_KG, _SPRING_N_PER_M, 0.4 * _MASS_KG * _G, 0.3 * _MASS_KG * _G, 0.1
+        _MASS_KG, _SPRING_N_PER_M, 0.4 * _MASS_KG * TABLE_G_MPS2, 0.3 * _MASS_KG * TABLE_G_MPS2, 0.1
     ).period_s
     text, source = "belt: period of stick-slip (s)", "B8, friction falling at once"
     study.relative(text, belt_period(belt), exact_s, 0.02, source)
@@ -135,7 +135,7 @@ def bounce(drive: Any, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> BlockHi
 
 def _check_impacts(study: Study) -> None:
     fall = run_block(falling_block(), 1e-4, 0.05)
-    exact = falling_mass_impact(_MASS_KG, 1e7, 1.0, _G)
+    exact = falling_mass_impact(_MASS_KG, 1e7, 1.0, TABLE_G_MPS2)
     depth = float(-fall.position_m[:, 1].min())
     study.relative("ball on penalty: depth (m)", depth, exact.penetration_m, 5e-3, "B5")
     contact = fall.ledger.contact_time_s

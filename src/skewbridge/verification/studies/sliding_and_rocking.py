@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactLaw
 from skewbridge.verification.references.blocks import (
+    TABLE_G_MPS2,
     UprightBlock,
     UprightHistory,
     run_block,
@@ -30,7 +31,6 @@ from skewbridge.verification.references.live_model import Array, first_crossing_
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 
-_G: Final = 9.81
 _KN: Final = 1.0e5
 _KT: Final = 1.0e5
 _FRICTION: Final = 0.3
@@ -91,19 +91,22 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
 
 def _sliding_blocks(study: Study) -> None:
     def sine_mps2(t: Array) -> Array:
-        return np.where(t <= 0.5, 0.5 * _G * np.sin(4.0 * pi * t), 0.0)
+        return np.where(t <= 0.5, 0.5 * TABLE_G_MPS2 * np.sin(4.0 * pi * t), 0.0)
 
     def rectangle_mps2(t: Array) -> Array:
-        return 0.25 * _G * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
+        return 0.25 * TABLE_G_MPS2 * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
 
     for mu in (0.1, 0.2, 0.3, 0.4):
         slid = run_block(sliding_block(mu), 2e-4, 0.6, base_mps2=sine_mps2)
-        slip_m, exact = slid.position_m[:, 0].min(), sine_pulse_first_slip(0.5 * _G, 0.5, mu * _G)
+        slip_m, exact = (
+            slid.position_m[:, 0].min(),
+            sine_pulse_first_slip(0.5 * TABLE_G_MPS2, 0.5, mu * TABLE_G_MPS2),
+        )
         name = f"sliding block, sine pulse, friction {mu}: slip (m)"
         study.relative(name, slip_m, exact.slip_m, 5e-3, "B3")
     for mu in (0.1, 0.2, 0.3):
         slid = run_block(sliding_block(mu), 2e-4, 1.3, base_mps2=rectangle_mps2)
-        exact_m = rectangular_pulse_slip(0.5 * _G, 0.2, mu * _G)
+        exact_m = rectangular_pulse_slip(0.5 * TABLE_G_MPS2, 0.2, mu * TABLE_G_MPS2)
         name = f"sliding block, rectangular pulse, friction {mu}: slip (m)"
         study.relative(name, -slid.position_m[-1, 0], exact_m, 5e-3, "B3")
 
@@ -111,7 +114,7 @@ def _sliding_blocks(study: Study) -> None:
 def _upright_blocks(study: Study) -> UprightHistory:
     histories: list[UprightHistory] = []
     for b, h in ((0.25, 1.0), (0.5, 1.5)):
-        exact = RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=_G)
+        exact = RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=TABLE_G_MPS2)
         angle = 0.5 * exact.slenderness_rad
         released = run_upright(_upright(exact, friction=1.0, angle_rad=angle), 5e-4, 0.8)
         histories.append(released)
@@ -165,7 +168,7 @@ def _unit_figure(loops: dict[float, dict[str, tuple[Array, Array]]]) -> Figure:
 
 
 def _rocking_figure(history: UprightHistory) -> Figure:
-    exact = RockingBlock(half_width_m=0.25, half_height_m=1.0, gravity_mps2=_G)
+    exact = RockingBlock(half_width_m=0.25, half_height_m=1.0, gravity_mps2=TABLE_G_MPS2)
     figure, axis = style.panel(height_in=2.6)
     style.line(axis, history.t_s, history.angle_rad / exact.slenderness_rad, style.BLUE, "OpenSees")
     quarter = exact.quarter_period_s(0.5 * exact.slenderness_rad)

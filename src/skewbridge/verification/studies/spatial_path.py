@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.contact import ContactLaw, Coupling, Scheme
+from skewbridge.contact import Coupling, Scheme
 from skewbridge.verification.references.driven_unit import (
+    PAPER_LAW,
     drive_unit,
     figure_3,
     follow_law,
@@ -19,8 +20,6 @@ from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 
-# ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
-LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 LIMIT_N: Final = 4500.0
 _ROWS_PER_S: Final = 2000
 _SOURCE: Final = "radial return, exact in time (docs/theory/verification.md)"
@@ -55,7 +54,7 @@ def run(study: Study) -> None:
     """Run the study."""
     # The square wave takes one row to jump: short rows keep its timing.
     path = figure_3(_ROWS_PER_S)
-    forces = drive_unit(LAW, path, substeps=2).forces_n
+    forces = drive_unit(PAPER_LAW, path, substeps=2).forces_n
     for time, exact in EXACT_N.items():
         found = forces[round(time * _ROWS_PER_S)]
         for axis, name in enumerate("xy"):
@@ -91,12 +90,12 @@ def _check_cone(study: Study, forces: Array) -> None:
 def _compare_schemes(study: Study) -> pd.DataFrame:
     """Compare schemes and couplings at 1 ms steps without sub-steps."""
     path = figure_3(1000)
-    exact = follow_law(LAW, path, substeps=20)
+    exact = follow_law(PAPER_LAW, path, substeps=20)
     directions = np.sign(np.diff(path[:, 1:], axis=0).round(9))
     events = int(np.count_nonzero(np.any(np.diff(directions, axis=0) != 0.0, axis=1)))
     rows: list[tuple[str, str, float, float, float]] = []
     for scheme, coupling in product(_SCHEMES, _COUPLINGS):
-        forces = drive_unit(LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
+        forces = drive_unit(PAPER_LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
         error = np.hypot(*(forces - exact)[:, :2].T) / LIMIT_N
         # One step at each opening, closing and reversal is a matter of timing.
         kept = error[np.argsort(error)[: -3 * events]]
