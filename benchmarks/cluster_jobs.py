@@ -1,4 +1,4 @@
-"""What Slurm and the workflow add to jobs of some minutes: efficiency on a cluster of this host.
+"""Efficiency of Slurm jobs of some minutes on a cluster that consists of this host.
 
 It needs what the tests of the cluster need (root, slurm-wlm, munge; tests/cluster) and, by default,
 two idle cores for 25 minutes. Prints one JSON object:
@@ -24,7 +24,7 @@ BEFORE = ("results/plan.json", "results/verification/contact_gate.parquet")
 
 
 def efficiency(*, jobs: int = 20, job_minutes: float = 2.0) -> dict[str, Any]:
-    """Run a study in so many jobs of so many minutes by forecast and return its times.
+    """Run a study in `jobs` jobs with a forecast of `job_minutes` each and return its times.
 
     Returns:
         ``efficiency`` is (processor seconds of the analyses) / (cores x wall time from the start of

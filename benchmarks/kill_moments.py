@@ -1,4 +1,4 @@
-"""Kills the whole small study at random moments and goes on with the same command.
+"""Kill the whole small study at random moments and resume it with the same command.
 
 usage: python benchmarks/kill_moments.py [--moments 10] [--seed 1] [--duration-s 10] --out FOLDER
 
@@ -37,7 +37,7 @@ TIMED = [*TIMES, "more_core_hours"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What became of a study that was ended at a moment and started again."""
+    """Result of a study that was ended at one moment and resumed."""
 
     at_s: float
     finished_before: int
@@ -49,7 +49,7 @@ class Outcome:
 
     @property
     def holds(self) -> bool:
-        """Whether all that is promised is kept."""
+        """Whether the resumed study is complete, equal and repeated nothing."""
         return (
             self.completed
             and self.equal
@@ -67,7 +67,7 @@ def copied_sources(folder: Path, duration_s: float) -> Path:
 
 
 def start(tree: Path, mark: str) -> subprocess.Popen[bytes]:
-    """Start the small study in a process group of its own."""
+    """Start the small study in a new process group."""
     with (tree / "study.log").open("ab") as log:
         return subprocess.Popen(
             [SNAKEMAKE, f"-j{CORES}", "--configfile", "config/smoke.yaml"],
@@ -109,7 +109,7 @@ def equal(tree: Path, reference: Path) -> bool:
 
 
 def ended_at(tree: Path, reference: Path, at_s: float, sent: signal.Signals) -> Outcome:
-    """End the study after so many seconds, start it again and compare."""
+    """End the study after `at_s` seconds, resume it and compare."""
     mark = uuid.uuid4().hex
     process = start(tree, mark)
     time.sleep(at_s)

@@ -1,7 +1,7 @@
-"""Do the tests notice? A sample of small changes of the sources, each against its tests.
+"""Mutation tests: a sample of small changes of the sources, each run against its tests.
 
-    benchmarks/mutants.py                the sample; goes on where it was broken off
-    benchmarks/mutants.py --again        only what survived, against the tests as they are now
+    benchmarks/mutants.py                the sample; resumes after an interruption
+    benchmarks/mutants.py --again        only the survivors, against the present tests
     benchmarks/mutants.py --table FILE   no runs: the kill rate and every survivor, as a page
 
 The sources are changed in a copy (results/mutants/tree). A change is tried against the tests that
@@ -213,7 +213,7 @@ def measured() -> dict[str, Any]:
 
 
 def tried(change: Mutation, reach: Reach, budget_s: float) -> dict[str, Any]:
-    """Try one change and return what became of it: killed, survived, or not tried and why."""
+    """Try one change and return the result: killed, survived, or not tried with the reason."""
     tests = reach.tests(change, budget_s)
     expected_s = sum(reach.seconds[name] for name in tests)
     told = {"tests": len(tests), "tests_s": round(expected_s, 1)}

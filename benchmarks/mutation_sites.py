@@ -37,9 +37,9 @@ _NAMES: Final = {
     "sin": "cos",
     "cos": "sin",
 }
-#: Arguments and calls whose values are only shown or told.
+#: Arguments and calls whose values are only displayed or logged.
 _SHOWN_ARGUMENTS: Final = frozenset({"label", "symbol", "description", "title"})
-_TOLD: Final = frozenset({"debug", "info", "warning", "error", "exception"})
+_LOGGED: Final = frozenset({"debug", "info", "warning", "error", "exception"})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +72,7 @@ class Mutation:
 
     @property
     def name(self) -> str:
-        """What is changed, whatever stands above it in the module."""
+        """Description of the change, which does not depend on the line number."""
         return f"{self.file} {self.where or 'module'}: {self.was}  ->  {self.becomes}"
 
     def applied(self, source: bytes) -> bytes:
@@ -134,7 +134,7 @@ def _expressions(tree: ast.AST) -> Iterator[tuple[ast.expr, str, bool]]:
                 children += [(child, where, inside) for child in node.args.kw_defaults if child]
             queue += children
             continue
-        if isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr) or _is_told(node):
+        if isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr) or _is_message(node):
             continue
         if isinstance(node, ast.expr):
             yield node, where, inside
@@ -146,7 +146,7 @@ def _expressions(tree: ast.AST) -> Iterator[tuple[ast.expr, str, bool]]:
         queue += [(child, where, inside) for child in ast.iter_child_nodes(node)]
 
 
-def _is_told(node: ast.AST) -> bool:
+def _is_message(node: ast.AST) -> bool:
     if isinstance(node, ast.keyword):
         return node.arg in _SHOWN_ARGUMENTS
     return (
@@ -154,7 +154,7 @@ def _is_told(node: ast.AST) -> bool:
         and isinstance(node.func, ast.Attribute)
         and isinstance(node.func.value, ast.Name)
         and node.func.value.id == "logger"
-        and node.func.attr in _TOLD
+        and node.func.attr in _LOGGED
     )
 
 

@@ -1,4 +1,4 @@
-"""What the workflow adds to the analyses: wall time of their stage over what the cores could do.
+"""Overhead of the workflow: wall time of the stage of analyses over their ideal time on the cores.
 
 A synthetic study with many motions per variant is run by Snakemake from its motions to its table of
 demands. The stage is the jobs that analyse and the one that joins their tables, with the start of
@@ -23,7 +23,7 @@ GAPS_MM = (25, 51, 38, 64, 12, 76)
 def pipeline(
     *, motions: int = 40, variants: int = 2, duration_s: float | None = None, cores: int = 2
 ) -> dict[str, Any]:
-    """Run a study from nothing in a folder of its own and return its times.
+    """Run a study in a new folder and return its times.
 
     Args:
         motions: Motions of every variant.

@@ -46,12 +46,12 @@ def plain_loop(steps: int) -> bool:
 
 
 def our_loop(steps: int) -> bool:
-    """The same by our step loop."""
+    """Take the steps with our step loop; return whether all converged."""
     return StepLoop(None, SETTINGS).run(steps, lambda: None).status == "ok"
 
 
 def smart_loop(steps: int) -> bool:
-    """The same by SmartAnalyze, allowed what our ladder does."""
+    """Take the steps with SmartAnalyze, with the algorithms of our recovery steps."""
     import opstool
 
     configure_solver(SETTINGS)
@@ -85,7 +85,7 @@ def run(loop: Loop, trial: Trial) -> tuple[bool, float, tuple[float, float]]:
 
 
 def import_cost() -> dict[str, float]:
-    """Return what importing opstool takes, beside what is there already."""
+    """Return the memory and time of importing opstool."""
     before_mb, start_s = _peak_mb(), time.process_time()
     import_module("opstool")
     return {

@@ -62,7 +62,7 @@ class KeptRows:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedSet:
-    """What is measured.
+    """Cases and repeats of the measurement.
 
     Attributes:
         motions: Of the shipped suite, at their factors.
@@ -222,7 +222,7 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Measure a set and print what came of it."""
+    """Measure a set and print the result."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="four cases of 8 s")
     parser.add_argument("--accuracy", choices=get_args(Accuracy.__value__), default="default")

@@ -63,7 +63,7 @@ def throughput(case: Case, analyses: int, repeats: int) -> dict[str, Any]:
 
 
 def memory(analyses: int) -> dict[str, Any]:
-    """Return the memory of a worker of its own and how much it grows."""
+    """Return the memory of a new worker and its growth."""
     with ProcessPoolExecutor(max_workers=1) as pool:
         return pool.submit(partial(_memory, analyses)).result()
 

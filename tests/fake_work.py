@@ -1,4 +1,4 @@
-"""What a worker may be told to do instead of an analysis: end or stop its process, or nothing."""
+"""Replacements of an analysis in a worker: end or stop its process, or do nothing."""
 
 import ctypes
 import os

@@ -1,8 +1,9 @@
 """Mutated input files: made from good ones with a fixed seed, read in a child under limits.
 
-`python tests/mutants.py COUNT SEED FAMILY...` reads so many mutants of each family and prints one
-JSON object: how many were taken and refused, the dearest, and every one that ended in anything but
-one message. A mutant that reaches a limit ends the process; its file is left in the folder.
+`python tests/mutants.py COUNT SEED FOLDER FAMILY...` reads COUNT mutants of each family and prints
+one JSON object: numbers of accepted and refused mutants, the largest processor time, and every
+mutant that ended with anything but one message. A mutant that reaches a limit ends the process; its
+file is left in the folder.
 """
 
 import json
@@ -44,7 +45,7 @@ CPU_LIMIT_S = 5
 MEMORY_LIMIT = 500_000_000
 LONGEST_MESSAGE = 8000
 
-# The good files, and what reads them.
+# Valid files and their readers.
 
 
 def wave(count: int = 60) -> np.ndarray:
@@ -179,7 +180,7 @@ NAMELESS = {"fit_cloud", "fit_stripes", "fit_csv", "fit_parquet", "index"}
 
 
 def run_family(name: str, count: int, seed: int, folder: Path) -> dict[str, object]:
-    """Read mutants of one family; return what became of them."""
+    """Read mutants of one family; return the counts and faults."""
     suffix, seeds, read = FAMILIES[name]
     seeds = seeds or [parquet_bytes(folder)]
     chance = random.Random(f"{seed} {name}")
@@ -209,7 +210,7 @@ def run_family(name: str, count: int, seed: int, folder: Path) -> dict[str, obje
 
 
 def complaints(message: str, path: Path, family: str) -> list[str]:
-    """Return what is wrong with a message."""
+    """Return the faults of a message."""
     found = []
     if len(message) > LONGEST_MESSAGE or not message:
         found.append(f"a message of {len(message)} characters: {message[:300]}")

@@ -1,4 +1,4 @@
-"""The small reference files in `tests/data`, each with its source beside it."""
+"""Small reference files in `tests/data`, each with its source."""
 
 import json
 from functools import cache

@@ -1,4 +1,4 @@
-"""A motion file that is removed while a study runs: one sentence, nothing torn, nothing lost."""
+"""A motion file removed while a study runs: one message, no partial or lost results."""
 
 from pathlib import Path
 
@@ -62,7 +62,7 @@ def test_removed_between_the_check_and_the_reading(study: StudyConfig, folder: S
 
 
 def test_removed_while_the_analyses_run(study: StudyConfig, folder: StudyFolder) -> None:
-    """They read the prepared motions; the next start of the study says what is missing."""
+    """Analyses read the prepared motions; the next start of the study names the missing file."""
     digest(study, folder)
     prepare(study, folder)
 

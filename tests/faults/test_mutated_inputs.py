@@ -1,4 +1,4 @@
-"""Mutated input files of every kind: taken, or refused in one message; never a traceback.
+"""Mutated input files of every kind are read, or refused with one message; never a traceback.
 
 Each group of readers runs in a child that may use 5 CPU-seconds for a file and 500 MB of memory
 more than the program itself.
@@ -24,7 +24,7 @@ SEED = 20261122
 
 
 def read_mutants(count: int, names: tuple[str, ...], folder: Path) -> int:
-    """Let a child read so many mutants of each family; return how many it read."""
+    """Let a child process read `count` mutants of each family; return the number read."""
     command = [sys.executable, mutants.__file__, str(count), str(SEED), str(folder), *names]
     paths = [str(Path(mutants.__file__).parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     done = subprocess.run(

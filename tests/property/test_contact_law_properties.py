@@ -1,4 +1,4 @@
-"""What must hold for every state and path of a contact."""
+"""Properties of the contact law for every state and path."""
 
 from math import cos, hypot, pi, sin
 

@@ -1,4 +1,4 @@
-"""What must hold of spectra and measures for any motion."""
+"""Properties of spectra and measures for any motion."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What must hold of synthetic motions whatever the scenario."""
+"""Properties of synthetic motions for any scenario."""
 
 import numpy as np
 import pytest

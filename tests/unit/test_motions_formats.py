@@ -1,4 +1,4 @@
-"""Each file format on a small file of its own."""
+"""Readers of each file format on small files."""
 
 from pathlib import Path
 

@@ -205,7 +205,7 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
         unit, channel = row.get("unit") or None, whole(f"channel_{n}")
         components.append((path, Given(dt_s=step_s, unit=unit, channel=channel)))
     metadata: dict[str, Any] = {}
-    for name in NUMBER_FIELDS[1:]:
+    for name in NUMBER_FIELDS[1:]:  # dt_s belongs to the components
         if not math.isnan(value := numbers.pop(name)):
             metadata[name] = value
     sources = (row.get("licence", ""), row.get("source", ""))
