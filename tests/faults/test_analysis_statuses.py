@@ -1,4 +1,4 @@
-"""Whatever becomes of an analysis, it returns a status with the peaks so far."""
+"""Every analysis returns a status and the peaks up to its end."""
 
 import math
 from dataclasses import replace
@@ -52,7 +52,7 @@ def test_a_collapse_names_its_criterion_and_stops():
     assert_has_peaks(result)
 
 
-def test_demands_are_the_peaks_until_a_column_reaches_its_capacity():
+def test_demands_are_the_peaks_up_to_the_failure_of_a_column():
     result = run(scale=4.0)
     end, histories = result.model_end, result.histories
     assert end.mode == "flexure"
@@ -69,7 +69,7 @@ def test_demands_are_the_peaks_until_a_column_reaches_its_capacity():
     assert shear == pytest.approx(result.demands["column_shear_kn"], **near)
 
 
-def test_a_column_that_stays_below_its_capacity_has_no_end():
+def test_a_column_below_its_capacity_does_not_fail():
     end = run(scale=0.2, duration_s=2.0).model_end
     assert end.mode == ""
     assert math.isnan(end.time_s)
@@ -93,7 +93,7 @@ def test_a_budget_of_iterations_ends_with_timeout():
     assert_has_peaks(result)
 
 
-def test_histories_have_one_spacing_whatever_the_steps():
+def test_histories_are_equally_spaced():
     result = run(duration_s=2.0)
     assert result.substeps > 10
     spacing = np.diff(result.histories["t_s"])
@@ -102,7 +102,7 @@ def test_histories_have_one_spacing_whatever_the_steps():
     assert min(result.histories[name].min() for name in openings) < 0.0
 
 
-def test_steps_that_fail_are_taken_by_the_ladder_counted_and_logged(tmp_path):
+def test_failed_steps_are_recovered_counted_and_logged(tmp_path):
     # Three iterations are too few for the steps in which contacts close.
     log = tmp_path / "opensees.log"
     result = run(log_path=log, max_iterations=3, tolerance_j=1e-8, integrator=("Houbolt",))
@@ -114,7 +114,7 @@ def test_steps_that_fail_are_taken_by_the_ladder_counted_and_logged(tmp_path):
     assert_has_peaks(result)
 
 
-def test_a_solution_that_leaves_is_a_numerical_failure_without_its_last_step(monkeypatch):
+def test_a_diverged_solution_is_a_numerical_failure_without_its_last_step(monkeypatch):
     # One percent of the bridge's weight at a contact stands for the force of a lost solution.
     monkeypatch.setattr("skewbridge.analysis.transient.MAX_CONTACT_WEIGHTS", 0.01)
     result = run()
@@ -128,7 +128,7 @@ def test_a_solution_that_leaves_is_a_numerical_failure_without_its_last_step(mon
     assert_has_peaks(result)
 
 
-def test_a_ladder_that_ends_is_a_numerical_failure(monkeypatch):
+def test_a_failed_ladder_is_a_numerical_failure(monkeypatch):
     keywords = {**Stepper.__init__.__kwdefaults__, "ladder": LADDER[:2]}
     monkeypatch.setattr(Stepper.__init__, "__kwdefaults__", keywords)
     result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
@@ -137,7 +137,7 @@ def test_a_ladder_that_ends_is_a_numerical_failure(monkeypatch):
     assert result.failed_attempts == 2
 
 
-def test_a_hopeless_tolerance_is_loosened_and_told():
+def test_a_too_strict_tolerance_is_loosened_and_reported():
     result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
     assert result.status == "ok"
     assert result.recovery_rung == 2
@@ -146,7 +146,7 @@ def test_a_hopeless_tolerance_is_loosened_and_told():
     assert result.loosened_ratio > 0.0
 
 
-def test_a_hopeless_tolerance_climbs_the_ladder_and_is_reported(monkeypatch):
+def test_a_too_strict_tolerance_uses_later_rungs_and_sub_steps(monkeypatch):
     strict = tuple(replace(attempt, tolerance_j=0.0) for attempt in LADDER)
     keywords = {**Stepper.__init__.__kwdefaults__, "ladder": strict}
     monkeypatch.setattr(Stepper.__init__, "__kwdefaults__", keywords)
@@ -155,7 +155,7 @@ def test_a_hopeless_tolerance_climbs_the_ladder_and_is_reported(monkeypatch):
     assert result.substeps > 0
 
 
-def test_failures_of_one_analysis_leave_nothing_behind():
+def test_failures_of_one_analysis_do_not_change_the_next():
     clean = run(duration_s=1.0)
     run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
     assert run(duration_s=1.0).demands == clean.demands
@@ -168,7 +168,7 @@ def test_nothing_is_printed(capfd):
     assert captured.err == ""
 
 
-def test_a_motion_with_a_value_that_is_no_number_is_refused():
+def test_a_motion_with_nan_is_refused():
     motion = strong_motion()
     broken = motion.accel_1_mps2.copy()
     broken[17] = np.nan

@@ -1,4 +1,4 @@
-"""A failed attempt at a step leaves nothing behind in the response of a whole bridge."""
+"""A failed attempt at a step does not change the response of a whole bridge."""
 
 from collections.abc import Set
 from dataclasses import replace
@@ -88,7 +88,7 @@ def response(
         (HOUBOLT, WITH_SUBSTEPS, 1e-3),
     ],
 )
-def test_a_retry_goes_on_as_if_nothing_had_failed(
+def test_a_retry_does_not_change_the_response(
     monkeypatch: pytest.MonkeyPatch,
     settings: AnalysisSettings,
     failing: Set[int],

@@ -1,4 +1,4 @@
-"""An abutment model is a row of traits and a builder; nothing else knows the models by name."""
+"""An abutment model is a row of traits and a builder; no other code uses its name."""
 
 import ast
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""One process runs many analyses without growing: a worker never has to be replaced."""
+"""The memory of a process does not grow with the number of its analyses."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""A bridge of one's own before any study: `bridge check`, and the period of its file."""
+"""`bridge check` of a user's bridge, and warnings about the period in its file."""
 
 import json
 import logging
@@ -43,27 +43,27 @@ def test_a_bridge_of_the_catalogue_raises_no_doubts(tmp_path: Path) -> None:
     assert (tmp_path / "model.png").stat().st_size > 10_000
 
 
-def test_changed_spans_are_told_with_the_period_of_the_model(longer: str, tmp_path: Path) -> None:
+def test_changed_spans_are_reported_with_the_model_period(longer: str, tmp_path: Path) -> None:
     out = str(tmp_path / "out")
     result = RUNNER.invoke(build_app(), ["bridge", "check", longer, "--out", out])
     model_s = conditioning_period_s(standing_bridge(longer))
     assert result.exit_code == 0
     assert model_s > 1.06 * load_bridge(longer).t1_s
     assert f"T1 of its model, {model_s:.4g} s" in result.stderr
-    told = RUNNER.invoke(build_app(), ["bridge", "modal", "--bridge", longer]).stderr
-    assert f"T1 {model_s:.4g} s" in told
-    assert "t1_s = 0.7192 s is" in told
+    messages = RUNNER.invoke(build_app(), ["bridge", "modal", "--bridge", longer]).stderr
+    assert f"T1 {model_s:.4g} s" in messages
+    assert "t1_s = 0.7192 s is" in messages
 
 
-def test_a_period_within_five_percent_is_not_told(tmp_path: Path) -> None:
+def test_a_period_within_five_percent_is_accepted(tmp_path: Path) -> None:
     modes = standing_bridge("osb1")
     path = tmp_path / "own.yaml"
     for factor, said in ((1.049, 0), (0.951, 0), (1.051, "+5.1%"), (0.949, "-5.1%")):
         t1_s = factor * conditioning_period_s(modes)
         path = tmp_path / f"own_{factor:.3f}.yaml"
         path.write_text(f'extends: osb1\nt1_s: {{v: {t1_s:.6f}, src: "d: a test"}}\n')
-        told = periods_of_file(str(path), modes)
-        assert (said in told[0]) if said else told == []
+        messages = periods_of_file(str(path), modes)
+        assert (said in messages[0]) if said else messages == []
 
 
 def test_a_study_warns_once_per_bridge(longer: str, caplog: pytest.LogCaptureFixture) -> None:
@@ -72,12 +72,12 @@ def test_a_study_warns_once_per_bridge(longer: str, caplog: pytest.LogCaptureFix
     assert [record.message.split(":")[0] for record in caplog.records] == ["longer"]
 
 
-def test_a_direction_that_two_modes_share_is_told(tmp_path: Path) -> None:
-    """Long spans swing up and down with the longitudinal motion of a pinned bent."""
+def test_a_direction_shared_by_two_modes_is_reported(tmp_path: Path) -> None:
+    """Long spans move vertically with the longitudinal motion of a pinned bent."""
     path = tmp_path / "long.yaml"
     path.write_text(LONGER.replace("50.0", "55.0"))
-    told = " ".join(periods_of_file(str(path), standing_bridge(str(path))))
-    assert "the longitudinal motion is shared by modes of" in told
+    messages = " ".join(periods_of_file(str(path), standing_bridge(str(path))))
+    assert "the longitudinal motion is shared by modes of" in messages
 
 
 def test_a_plan_warns_of_the_period_of_a_bridge(longer: str, tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_a_plan_warns_of_the_period_of_a_bridge(longer: str, tmp_path: Path) -> 
     assert "warning: longer: t1_s = 0.7192 s" in result.stderr
 
 
-def test_heavy_columns_and_weak_hoops_are_told(tmp_path: Path) -> None:
+def test_heavy_columns_and_weak_hoops_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "weak.yaml"
     path.write_text(
         "extends: osb1\n"
@@ -99,9 +99,9 @@ def test_heavy_columns_and_weak_hoops_are_told(tmp_path: Path) -> None:
         '  hoop_spacing_mm: {v: 600.0, src: "d: a test"}\n'
     )
     result = RUNNER.invoke(build_app(), ["bridge", "check", str(path), "--out", str(tmp_path)])
-    told = result.stderr.replace("\n", " ")
-    assert "axial load ratio 0.2" in told
-    assert "the plastic shear of a column" in told
+    messages = result.stderr.replace("\n", " ")
+    assert "axial load ratio 0.2" in messages
+    assert "the plastic shear of a column" in messages
 
 
 def test_a_file_that_breaks_its_schema_names_all_faults(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Masses, loads, damping and energy groups of a model add up to what they stand for."""
+"""Masses, loads, damping and energy groups of a built model."""
 
 import numpy as np
 import openseespy.opensees as ops
@@ -19,7 +19,7 @@ def test_masses_and_loads_add_up() -> None:
     with domain():
         model = build(variant(30), ModelOptions())
         columns_n = 2 * 23.56e3 * np.pi * 1.676**2 / 4 * 5.64
-        # the lower half of every column stands on the ground
+        # the ground carries the lower half of every column
         assert sum(model.deck_masses_kg.values()) * G_MPS2 == pytest.approx(
             model.weight_n - columns_n / 2
         )
@@ -37,14 +37,14 @@ def test_rayleigh_damping_meets_its_ratio_at_both_periods() -> None:
         assert a0 / (2 * omega) + a1 * omega / 2 == pytest.approx(0.05)
 
 
-def test_the_damping_ratio_of_the_options_stands_above_that_of_the_file() -> None:
+def test_the_damping_ratio_of_the_options_overrides_that_of_the_file() -> None:
     with domain():
         model = build(variant(30), ModelOptions(damping_ratio=0.02))
         expected = np.array(rayleigh_factors(model.bridge, model.bridge.damping.ratio)) * 0.4
         assert apply_rayleigh(model) == pytest.approx(expected)
 
 
-def test_damping_reaches_deck_and_columns_only() -> None:
+def test_only_deck_and_columns_are_damped() -> None:
     with domain():
         model = build(variant(30), ModelOptions())
         apply_rayleigh(model)
@@ -79,15 +79,17 @@ def moving_mass_kg(options: ModelOptions, abutment: str) -> float:
         return max(float(ops.nodeMass(node, 1)) for node in nodes)
 
 
-def test_embankment_mass_moves_with_the_abutment() -> None:
-    assert moving_mass_kg(ModelOptions(embankment_mass=True), "spring") > 1e5
-    assert moving_mass_kg(ModelOptions(), "spring") == 0.0
-
-
-@pytest.mark.parametrize("abutment", ["spring", "contact_friction"])
-def test_walls_and_keys_have_mass_on_request_only(abutment: str) -> None:
+@pytest.mark.parametrize(
+    ("abutment", "option", "least_kg"),
+    [
+        ("spring", "embankment_mass", 1e5),
+        ("spring", "wall_mass", 1e3),
+        ("contact_friction", "wall_mass", 1e3),
+    ],
+)
+def test_abutments_have_mass_only_on_request(abutment: str, option: str, least_kg: float) -> None:
     assert moving_mass_kg(ModelOptions(), abutment) == 0.0
-    assert moving_mass_kg(ModelOptions(wall_mass=True), abutment) > 1e3
+    assert moving_mass_kg(ModelOptions(**{option: True}), abutment) > least_kg
 
 
 @pytest.mark.parametrize("elements", [1, 2, 3, 4, 5, 8])
@@ -120,7 +122,7 @@ def test_a_foundation_settles_by_the_force_of_its_column_over_its_stiffness() ->
             assert settled_m == pytest.approx(force_n / 597e6, rel=1e-3)
 
 
-def test_the_deck_turns_as_a_box_of_its_width_and_depth() -> None:
+def test_the_rotational_inertia_of_the_deck_is_that_of_a_box() -> None:
     with domain():
         model = build(variant(0, "roller"), ModelOptions())
         deck = model.bridge.deck

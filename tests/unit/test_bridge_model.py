@@ -1,4 +1,4 @@
-"""What a built model is made of."""
+"""Parts of a built model: arrays, pads, contacts, penalties, mesh."""
 
 from math import cos, radians, sin
 from pathlib import Path
@@ -43,7 +43,7 @@ def test_the_arrays_do_not_rotate_about_their_axis_while_the_deck_does() -> None
 
 
 @pytest.mark.parametrize(("pads", "count"), [("each", 5), ("two", 2)])
-def test_pads_stand_where_the_deck_rests(pads, count: int) -> None:
+def test_pads_are_under_the_deck_nodes(pads, count: int) -> None:
     with domain():
         model = build(variant(30), ModelOptions(pads=pads))
         for abutment in model.abutments:
@@ -91,7 +91,7 @@ def test_keys_face_the_deck_edge() -> None:
 @pytest.mark.parametrize(
     ("place", "at_walls", "at_keys"), [("all", 0.5, 0.5), ("walls", 0.5, 0.0), ("keys", 0.0, 0.5)]
 )
-def test_friction_can_be_left_to_walls_or_keys(place, at_walls: float, at_keys: float) -> None:
+def test_friction_can_act_at_walls_or_keys_only(place, at_walls: float, at_keys: float) -> None:
     with domain():
         model = build(variant(30), ModelOptions(friction_at=place))
         assert model.contacts is not None
@@ -153,15 +153,12 @@ def test_skewed_supports_load_the_obtuse_corner_more() -> None:
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 9, 41])
-def test_shares_of_the_wall_turn_the_deck_as_the_whole_wall_does(count: int) -> None:
+def test_shares_of_the_wall_keep_its_rotational_stiffness(count: int) -> None:
     shares, stations = np.array(tributary_shares(count)), np.linspace(-0.5, 0.5, count)
     assert shares.sum() == pytest.approx(1.0)
     assert shares @ stations**2 == pytest.approx(1 / 12)
     assert (shares > 0.0).all()
     assert shares == pytest.approx(shares[::-1])
-
-
-def test_two_points_carry_half_of_the_wall_each() -> None:
     assert tributary_shares(2) == [0.5, 0.5]
 
 
@@ -229,7 +226,7 @@ def test_each_bent_has_hinges_of_its_own_length(name: str, lengths_m: tuple[floa
 
 
 @pytest.mark.parametrize("shift_m", [0.02, 0.055, 0.2])
-def test_a_spine_node_stands_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
+def test_a_spine_node_is_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
     bridge = load_bridge("osb1")
     first, *others, last = bridge.spans_m
     moved = bridge.model_copy(update={"spans_m": (first + shift_m, *others, last - shift_m)})

@@ -1,4 +1,4 @@
-"""Bridge files: what is in the catalogue, and what a bad file answers."""
+"""Bridge files: contents of the catalogue, and messages for bad files."""
 
 import json
 from pathlib import Path
@@ -113,7 +113,7 @@ def test_a_missing_number_names_its_key(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["- a\n- b\n", "a: [1\n", ""])
-def test_a_file_that_is_no_mapping_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_file_without_a_mapping_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"mine\.yaml"):

@@ -1,4 +1,4 @@
-"""Fibers of a column section, whatever the mesh."""
+"""Fibers of a column section for several meshes."""
 
 from math import pi
 
@@ -17,7 +17,7 @@ type Fiber = tuple[float, float, float, int]  # y, z, area, material
 
 
 def fibers_of(monkeypatch: pytest.MonkeyPatch, bridge: str, options: ModelOptions) -> list[Fiber]:
-    """Return the fibers of a column as they are given to OpenSees."""
+    """Return the fibers of a column that OpenSees receives."""
     given: list[Fiber] = []
     monkeypatch.setattr(ops, "fiber", lambda *fiber: given.append(fiber))
     with domain():

@@ -1,4 +1,4 @@
-"""The hook that lets a user function of state and time drive the parameters of a contact."""
+"""User functions of state and time that drive the parameters of a contact."""
 
 import numpy as np
 import openseespy.opensees as ops
@@ -66,7 +66,7 @@ def test_a_slow_ramp_closes_the_gap_and_presses():
     assert contacts.openings_m[0] == pytest.approx(-10.0 / 1e6, rel=1e-2)
 
 
-def test_wear_lowers_the_friction_with_the_way_slipped():
+def test_wear_lowers_the_friction_along_the_slip_path():
     drive = Drive(parameters=("gap_closing_m", "friction"), function=season)
     block = Block(
         mass_kg=1000.0,
@@ -112,7 +112,7 @@ def test_an_unknown_parameter_name_is_refused():
         ({"friction": float("nan")}, "finite"),
     ],
 )
-def test_what_a_drive_returns_is_checked(values, message):
+def test_the_values_of_a_drive_are_checked(values, message):
     contacts = pressed_mass(Drive(parameters=("friction",), function=lambda s, t: values))
     with pytest.raises(InputError, match=message):
         make_step(contacts, 1e-3)
@@ -142,7 +142,7 @@ def test_a_step_in_parts_ends_at_the_same_time():
     assert contacts.ledger()[0].closures >= 1
 
 
-def test_a_drive_that_says_nothing_leaves_the_wall_where_it_is():
+def test_a_drive_without_values_changes_nothing():
     contacts = pressed_mass(Drive(parameters=("gap_closing_m",), function=lambda s, t: {}))
     ops.timeSeries("Constant", 1)
     ops.pattern("Plain", 1, 1)

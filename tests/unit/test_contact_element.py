@@ -1,4 +1,4 @@
-"""Parameters that would not act are noticed when a contact is made, not in its results."""
+"""Parameters that do not act are detected when a contact is created."""
 
 import openseespy.opensees as ops
 import pytest

@@ -78,7 +78,7 @@ def test_sliding_mass_stops_after_the_coulomb_distance(ndm, ndf, normal, velocit
     assert ledger.closures == 1
 
 
-def test_a_mass_of_grams_slides_as_far_as_one_of_tons():
+def test_the_sliding_distance_does_not_depend_on_the_mass():
     """The Coulomb distance has no mass in it; the forces here are below 1 N."""
     velocity = (0.6, 0.8, 0.0)
     contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), velocity, mass_kg=0.01)
@@ -175,7 +175,7 @@ def test_soft_tangents_free_the_mode_along_the_surface():
     assert min(ops.eigen("-fullGenLapack", 2)) == pytest.approx(stiff)
 
 
-def test_a_removed_parameter_is_noticed():
+def test_a_parameter_set_by_others_is_detected():
     contacts = sliding_mass(2, 2, (0.0, 1.0), (1.0, 0.0))
     advance(contacts, 10)
     ops.parameter(999, "element", contacts.units[0].element, "material", 2, "Fy")
@@ -184,7 +184,7 @@ def test_a_removed_parameter_is_noticed():
         advance(contacts, 30)
 
 
-def test_the_broadcast_trap_is_noticed():
+def test_a_parameter_that_reaches_the_normal_spring_is_detected():
     contacts = sliding_mass(2, 2, (0.0, 1.0), (1.0, 0.0))
     advance(contacts, 10)
     ops.parameter(999, "element", contacts.units[0].element, "E")  # reaches the normal spring
@@ -236,7 +236,7 @@ def test_plane_and_space_give_the_same_motion():
     assert space.ledger()[0].slip_work_j == pytest.approx(in_plane[1].slip_work_j, rel=1e-6)
 
 
-def test_gap_closing_shortens_the_way_to_contact():
+def test_gap_closing_reduces_the_gap():
     ops.model("basic", "-ndm", 2, "-ndf", 2)
     ops.node(1, 0.0, 0.0)
     ops.node(2, 0.0, 0.0)

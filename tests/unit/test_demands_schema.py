@@ -1,4 +1,4 @@
-"""The demands table keeps its contract."""
+"""Schema, order and contract of the demands table."""
 
 import math
 
@@ -33,7 +33,7 @@ def test_rows_are_sorted_by_their_key() -> None:
     assert to_table(rows, {})["motion_id"].to_pylist() == ["a", "b", "c"]
 
 
-def test_a_demand_never_reached_stays_unknown() -> None:
+def test_a_missing_demand_stays_unknown() -> None:
     row = ROW | {column.name: math.nan for column in DEMAND_COLUMNS} | {"status": "crash"}
     assert math.isnan(to_table([row], {})["column_shear_kn"][0].as_py())
 

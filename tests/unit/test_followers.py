@@ -1,4 +1,4 @@
-"""Nodes that follow others rigidly are not read, and are known nevertheless."""
+"""Displacements of nodes that follow others rigidly are computed, not read."""
 
 import numpy as np
 import openseespy.opensees as ops
@@ -14,7 +14,7 @@ from strong_motion import strong_motion
 
 
 @pytest.mark.parametrize("abutment", ["contact_friction", "simplified"])
-def test_followers_are_where_opensees_has_them(
+def test_followers_have_the_displacements_of_opensees(
     monkeypatch: pytest.MonkeyPatch, abutment: str
 ) -> None:
     plain, errors, sizes = Monitor.read, list[float](), list[float]()

@@ -1,4 +1,4 @@
-"""The pads of a deck end, alone: two elements stand for all of them."""
+"""The pads of a deck end: two elements represent all of them."""
 
 from math import hypot
 

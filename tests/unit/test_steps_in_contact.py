@@ -1,4 +1,4 @@
-"""The length of steps follows what the contacts say."""
+"""Step sizes follow the state of the contacts."""
 
 from dataclasses import dataclass, field
 from math import inf
@@ -16,7 +16,7 @@ MUCH, LITTLE, FAIR = 2 * SETTINGS.max_friction_error, 0.0, 0.5 * SETTINGS.max_fr
 
 @dataclass
 class Contacts:
-    """Says what a step left behind, as told; keeps the lengths of the steps."""
+    """Contacts with prescribed friction errors and changes; records the step sizes."""
 
     errors: list[float] = field(default_factory=list)  # after each step
     closes_after: int = -1  # number of the step
@@ -61,37 +61,37 @@ def sizes_s(contacts: Contacts, steps: int, settings: AnalysisSettings = SETTING
     return contacts.sizes_s
 
 
-def test_steps_are_regular_while_nothing_touches_and_shorter_in_contact() -> None:
+def test_steps_are_shorter_in_contact() -> None:
     assert sizes_s(Contacts(is_any_closed=False), 3) == [DT_S] * 3
     assert sizes_s(Contacts(), 3) == [CONTACT_DT_S] * 6
 
 
-def test_steps_in_contact_are_halved_while_friction_misses_its_limit() -> None:
+def test_steps_in_contact_are_halved_at_a_large_friction_error() -> None:
     found = sizes_s(Contacts(errors=[FAIR, MUCH, MUCH, FAIR, MUCH]), 3)
     assert found == [5e-3] * 2 + [2.5e-3, *[1.25e-3] * 2, *[0.625e-3] * 8] + [0.625e-3] * 16
 
 
-def test_they_are_no_shorter_than_at_events() -> None:
+def test_steps_in_contact_are_not_shorter_than_event_steps() -> None:
     found = sizes_s(Contacts(errors=[MUCH] * 99), 2)
     assert min(found) == found[-1] == FINEST_S
 
 
-def test_a_closing_is_followed_by_the_finest_steps_that_grow_again() -> None:
+def test_steps_after_a_closing_start_at_the_finest_and_grow() -> None:
     found = sizes_s(Contacts(closes_after=2, errors=[LITTLE] * 99), 3)
     growing = [FINEST_S * parts for parts in (1, 1, 2, 4, 8, 16)]
     assert found == [5e-3] * 2 + growing + [5e-3] * 2
 
 
-def test_steps_keep_their_length_where_friction_misses_a_fair_share() -> None:
+def test_steps_keep_their_size_at_a_moderate_friction_error() -> None:
     assert sizes_s(Contacts(closes_after=2), 2) == [5e-3] * 2 + [FINEST_S] * 32
 
 
-def test_steps_get_shorter_before_a_change() -> None:
+def test_steps_are_shorter_before_a_change() -> None:
     near = Contacts(is_any_closed=False, time_to_change=LOOK_AHEAD * 1.3e-3)
     assert sizes_s(near, 1) == [1.25e-3] * 8
 
 
-def test_without_event_steps_nothing_changes_the_regular_one() -> None:
+def test_without_event_steps_all_steps_are_regular() -> None:
     plain = AnalysisSettings(dt_s=0.002, contact_dt_s=None, event_dt_s=None)
     contacts = Contacts(errors=[MUCH] * 99, closes_after=1, time_to_change=1e-9)
     assert sizes_s(contacts, 3, plain) == [0.002] * 3

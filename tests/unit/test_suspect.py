@@ -89,8 +89,8 @@ def test_reasons_are_counted_with_their_worst_row() -> None:
     assert count_reasons(table.drop(columns=["energy_residual_ratio"]), LIMITS)[1:] == []
 
 
-def test_no_limit_stands_in_the_key_of_an_analysis() -> None:
-    """Other limits run no analysis again: the key has nothing of this section."""
+def test_limits_are_not_part_of_the_key_of_an_analysis() -> None:
+    """Other limits repeat no analysis: the key does not contain them."""
     assert not {"demands", "demands/suspect.py"} & set(ENGINE)
 
 
@@ -113,8 +113,8 @@ def row(**changed: object) -> dict[str, object]:
     return plain | {"status": "ok", "steps_by_rung": "10 0 1"} | changed
 
 
-def test_the_table_of_the_study_says_what_is_suspect(tmp_path: Path) -> None:
-    """Rows of analyses do not: other limits judge the same rows anew."""
+def test_the_table_of_the_study_lists_suspect_rows(tmp_path: Path) -> None:
+    """Rows of analyses do not contain reasons: other limits apply to the same rows."""
     rows = [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]
     found = []
     for limits in (LIMITS, SuspectLimits(max_rung=1)):

@@ -1,4 +1,4 @@
-"""Static response of one OSB1 abutment against the formulas its springs stand for.
+"""Static response of one OSB1 abutment against the formulas of its springs.
 
 Figures from the project's reference page on bridge data, sections 3 and 8: passive force by
 Caltrans SDC 2.0 with its skew reduction, the UCSD hyperbola up to its ultimate force (at 54 mm),
@@ -52,7 +52,7 @@ def pads_at(disp_m: float) -> float:
 @pytest.mark.parametrize(
     ("skew_deg", "force_kn"), [(0, 6_662), (15, 4_774), (30, 3_420), (45, 2_451), (60, 1_756)]
 )
-def test_passive_force_by_hand_is_that_of_the_criteria(skew_deg: int, force_kn: float) -> None:
+def test_passive_force_agrees_with_the_hand_value(skew_deg: int, force_kn: float) -> None:
     passive = sdc_backfill(14.326, 1.8288).scaled(skew_reduction(np.radians(skew_deg)))
     assert passive.ultimate_n / 1e3 == pytest.approx(force_kn, rel=0.001)
     assert skew_reduction(np.radians(-skew_deg)) == skew_reduction(np.radians(skew_deg))
@@ -60,7 +60,7 @@ def test_passive_force_by_hand_is_that_of_the_criteria(skew_deg: int, force_kn: 
 
 @pytest.mark.parametrize("abutment", ["spring", "contact", "contact_friction"])
 @pytest.mark.parametrize(("skew_deg", "force_kn"), [(0, 6_662), (30, 3_420), (60, 1_756)])
-def test_a_push_normal_to_the_wall_finds_the_bilinear_passive_force(
+def test_a_push_normal_to_the_wall_reaches_the_bilinear_passive_force(
     abutment: str, skew_deg: int, force_kn: float
 ) -> None:
     curve = push(
@@ -113,7 +113,7 @@ def test_a_key_follows_its_backbone_behind_the_transverse_gap() -> None:
         assert found_kn == pytest.approx(force_kn, rel=0.005)
 
 
-def test_friction_does_nothing_in_a_push_along_a_principal_axis() -> None:
+def test_friction_has_no_effect_in_a_push_along_a_principal_axis() -> None:
     for angle_deg in (0.0, 90.0):
         plain = push("contact", angle_deg=angle_deg)
         rubbing = push("contact_friction", angle_deg=angle_deg)

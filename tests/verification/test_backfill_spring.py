@@ -76,7 +76,7 @@ def test_the_force_of_osb1_at_300_mm_is_its_ultimate_force():
 
 
 @pytest.mark.parametrize("reached_m", [0.005, 0.02, 0.05, 0.3])
-def test_unloading_is_as_stiff_as_at_first_and_opens_a_gap(reached_m):
+def test_unloading_has_the_initial_stiffness_and_opens_a_gap(reached_m):
     loading = path(reached_m)
     peak_n = forces(loading)[-1]
     gap_starts_m = reached_m - peak_n / STIFFNESS
@@ -88,7 +88,7 @@ def test_unloading_is_as_stiff_as_at_first_and_opens_a_gap(reached_m):
 
 
 @pytest.mark.parametrize("away_m", [0.01, 0.0, -0.1])
-def test_reloading_meets_the_curve_where_it_was_left_and_goes_on(away_m):
+def test_reloading_meets_the_curve_where_it_was_left(away_m):
     loading = path(0.04, away_m)
     again = np.linspace(away_m, 0.3, 400)
     found = forces([*loading, *again])[loading.size :]
@@ -106,7 +106,7 @@ def test_growing_cycles_never_pull_and_never_pass_the_ultimate_force():
     assert found.max() < 1.001 * OSB1.ultimate_n
 
 
-def test_a_partial_unloading_and_reloading_leaves_nothing_behind():
+def test_partial_unloading_and_reloading_has_no_effect():
     found = forces(path(0.05, 0.045, 0.05, 0.045, 0.05))
     peaks = found[[99, 299, 499]]
     np.testing.assert_allclose(peaks, peaks[0], rtol=1e-6)

@@ -1,4 +1,4 @@
-"""Any abutment model on any bridge at any skew: builds, stands, moves, survives."""
+"""Every abutment model on every bridge and skew carries its weight and survives motions."""
 
 import math
 from itertools import product

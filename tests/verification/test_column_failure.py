@@ -1,4 +1,4 @@
-"""Columns beyond their capacity: fibers that end, and shear that is lost."""
+"""Failure of columns: crushed and broken fibers, and loss of shear strength."""
 
 from typing import Literal
 
@@ -49,7 +49,7 @@ def push(bridge: str, end_m: float, options: ModelOptions) -> PushCurve:
 
 
 def core_parts(tags: TagAllocator | None = None, *, has_end: bool) -> tuple[int, ...]:
-    """Create the core with or without an end; return the materials that act side by side."""
+    """Create the core with or without an end; return the parallel materials."""
     tags = tags or TagAllocator()
     return core_materials(COLUMN, tags) if has_end else (lasting_core_material(COLUMN, tags),)
 
@@ -72,7 +72,7 @@ def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end: bool) -> None:
     assert -again == pytest.approx(expected, rel=1e-3)
 
 
-def test_two_parts_of_a_core_are_the_whole_one_before_its_end() -> None:
+def test_two_parts_of_a_core_equal_the_whole_before_crushing() -> None:
     path = [-0.001, -0.004, -0.002, -0.008, 0.001, -0.005]
     with domain():
         tags = TagAllocator()
@@ -102,7 +102,7 @@ def test_a_bar_breaks_in_tension_and_buckles_when_the_core_crushes(
 @pytest.mark.parametrize("bridge", ["osb1", "osb1_fixed"])
 def test_a_bent_loses_strength_soon_after_its_displacement_capacity(bridge: str) -> None:
     capacity_m = bent_capacity(load_bridge(bridge), 0).capacity_m
-    # fine enough that the two parts of a core that ends stand on the same mesh, nearly
+    # fine enough that the two parts of a core that ends have nearly the same mesh
     fibers = (12, 32, 3)
     with_end = push(bridge, 2 * capacity_m, ModelOptions(column_fibers=fibers))
     without = push(bridge, 2 * capacity_m, ModelOptions(column_fibers=fibers, fiber_end="none"))

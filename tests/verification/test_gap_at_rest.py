@@ -28,7 +28,7 @@ def variant(abutment: str, skew_deg: int, bridge: str = "osb1", gap_mm: int = GA
 
 @pytest.mark.parametrize("bridge", bridge_names())
 @pytest.mark.parametrize("abutment", ["contact", "contact_friction"])
-def test_contacts_stand_open_by_their_gap_under_dead_load(bridge: str, abutment: str) -> None:
+def test_contacts_are_open_by_their_gap_under_dead_load(bridge: str, abutment: str) -> None:
     for skew_deg in SKEWS_DEG:
         with domain():
             model = build(variant(abutment, skew_deg, bridge), ModelOptions())
@@ -63,7 +63,7 @@ def test_gap_springs_are_at_rest_under_dead_load(bridge: str, abutment: str) -> 
 def test_a_push_of_the_deck_end_meets_the_backfill_after_the_gap(
     abutment: str, skew_deg: int
 ) -> None:
-    """The soil is felt from 25 mm on along the normal; dead load had closed 4 mm of it."""
+    """The soil acts from 25 mm along the normal, although dead load rotates the deck ends."""
     curves = [
         push_abutment(
             variant(abutment, skew_deg, gap_mm=gap_mm),
@@ -80,7 +80,7 @@ def test_a_push_of_the_deck_end_meets_the_backfill_after_the_gap(
 
 @pytest.mark.parametrize("abutment", [name for name in ABUTMENTS if ABUTMENTS[name].has_pads])
 @pytest.mark.parametrize("skew_deg", [30, 60])
-def test_keys_without_a_gap_run(abutment: str, skew_deg: int) -> None:
+def test_analyses_with_keys_without_a_gap_finish(abutment: str, skew_deg: int) -> None:
     result = analyse(
         variant(abutment, skew_deg),
         Excitation(motion=strong_motion()),

@@ -1,4 +1,4 @@
-"""The residual drift is that at rest, whatever quiet the motion has at its end.
+"""The residual drift is that at rest, however long the quiet end of the motion is.
 
 Limit: 5 % of the drift after 30 s of zeros. The way to rest is another than under the bridge's own
 damping (critical in place of 5 %), so it is no rounding; found are 0.1 to 1 %.
@@ -50,7 +50,7 @@ def test_the_last_step_of_a_moving_bridge_is_not_its_residual_drift():
     assert abs(moving.demands[NAME] - target) < 0.5 * abs(last_drift(moving) - target)
 
 
-def test_nothing_but_the_residual_drift_depends_on_the_way_to_rest(monkeypatch):
+def test_only_the_residual_drift_depends_on_the_release(monkeypatch):
     usual = run(duration_s=2.0).demands
     monkeypatch.setattr(transient, "MAX_PERIODS", 0)
     other = run(duration_s=2.0)
@@ -59,7 +59,7 @@ def test_nothing_but_the_residual_drift_depends_on_the_way_to_rest(monkeypatch):
     assert other.messages == ("residual drift is that of the last step: moving after 0 periods",)
 
 
-def test_a_way_to_rest_that_does_not_converge_is_said(monkeypatch):
+def test_a_release_that_does_not_converge_is_reported(monkeypatch):
     monkeypatch.setattr(transient, "_PARTS", ())
     result = run(duration_s=1.0)
     assert result.status == "ok"
@@ -74,7 +74,7 @@ def test_a_collapsed_run_keeps_the_drift_of_its_last_step():
 
 
 def test_drifts_are_those_of_the_top_against_the_base():
-    """A model at rest under gravity, seen from places where its nodes never were."""
+    """A model at rest under gravity, with prescribed positions under gravity."""
     with domain():
         model = build(replace(CASE, abutment="roller"), ModelOptions())
         apply_rayleigh(model)

@@ -15,7 +15,7 @@ from skewbridge.contact.state import UnitLedger
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
-MAX_DISP_M = 5.0  # far off any seat: the abutment is no longer a model of anything
+MAX_DISP_M = 5.0  # far off any seat: the model of the abutment no longer holds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

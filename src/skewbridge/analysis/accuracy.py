@@ -49,7 +49,7 @@ def under_explicit_keys(raw: Mapping[str, Any], accuracy: object) -> dict[str, A
     """Return sections of a configuration with a set of numerics below their explicit keys.
 
     Args:
-        raw: The mapping as written; a key that stands there beats the set.
+        raw: The mapping as written; its explicit keys override the set.
         accuracy: Name of the set.
 
     Raises:

@@ -13,12 +13,12 @@ from skewbridge.bridge.handles import TagAllocator
 from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion
 
-MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # a hundred g: a wrong unit, not a motion
+MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # 100 g: a larger value means a wrong unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Excitation:
-    """How a model is shaken.
+    """Ground motion of an analysis, with its factor and direction.
 
     Attributes:
         motion: Two-component ground motion; component 1 points along x at incidence 0.
@@ -26,7 +26,7 @@ class Excitation:
         incidence_deg: Counter-clockwise angle from x to component 1.
 
     Raises:
-        InputError: The scale is not positive, or a value is no number.
+        InputError: The scale is not positive, or a value is not finite.
     """
 
     motion: GroundMotion

@@ -16,8 +16,8 @@ OpenSeesCommand = tuple[str | float | int, ...]
 
 PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 
-# A one-step method may change its step at every event. Solved for velocities, a step starts from
-# where the last one would go on to: fewer iterations than from a standstill.
+# A one-step method may change its step at every event. With velocities as unknowns, a step starts
+# from the continued motion of the last one, which needs fewer iterations than a start from rest.
 _INTEGRATOR: Final = ("Newmark", 0.5, 0.25, "-form", "V")
 _PAPER_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
 _KNOWN: Final = (("Houbolt",), ("Newmark",), ("HHT",))
@@ -28,8 +28,8 @@ class AnalysisSettings:
     """Numbers of the transient analysis; each field is a key of the configuration.
 
     Raises:
-        ValidationError: A value is outside its limits (`skewbridge.reading.checked` says it in
-            words).
+        ValidationError: A value is outside its limits (`skewbridge.reading.checked` turns it into
+            an `InputError`).
     """
 
     scheme: AnalysisScheme = Field(
@@ -151,7 +151,7 @@ class AnalysisSettings:
         return max(_halvings(self.dt_s, self.event_dt_s), self.contact_halvings)
 
     def increment_s(self, dt_s: float) -> float:
-        """Return the factor from what is solved for to displacements: 1, or a time for speeds."""
+        """Return the factor from the unknowns to displacements: 1, or a time for velocities."""
         if self.integrator_command[-2:] != ("-form", "V"):
             return 1.0
         gamma, beta = self.integrator_command[1:3]
@@ -167,7 +167,7 @@ class AnalysisSettings:
             column_integration="lobatto5",
             coupling="lagged",
             wall_mass=True,
-            key_frame="skewed",  # its loops stand in the local axes of the abutment
+            key_frame="skewed",  # the paper's loops are in the local axes of the abutment
             # strains of distributed plasticity localise in a twentieth of the height
             fiber_end="none",
         )

@@ -92,7 +92,7 @@ def _build_cap(
     upright = width * depth**3 / 12
     if bent.columns > 2:
         # ASSUME webs spread the deck's load over all columns; through the spine alone the middle
-        # column would take nearly all of it, so the cap does not bend upright
+        # column would carry nearly all of it, so the cap does not bend vertically
         upright *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
     middle = (bent.columns - 1) / 2

@@ -132,7 +132,7 @@ class AbutmentHandle:
         seat_width_m: From the backwall to the edge of the seat, normal to it.
         centre_node: Node at deck level on the centreline, moves with the deck end.
         corners: The two corners of the deck end.
-        bearings: Pads (or supports), or elements that stand for several pads.
+        bearings: Pads (or supports), or elements that represent several pads.
         pad_offsets_m: Plan positions of the pads (or supports), from ``centre_node``.
         wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
             ``tangent``; empty without contact.

@@ -72,7 +72,7 @@ def contact_frame(
         t1 = unit_vector([b - cosine * a for a, b in zip(n, t1, strict=True)], "tangent", ndm)
     if ndm == 3:
         return n, t1, cross(n, t1)
-    # OpenSees takes the normal turned by 90 degrees in plane models, whatever it is given.
+    # In plane models, OpenSees always uses the normal turned by 90 degrees.
     if n[0] * t1[1] - n[1] * t1[0] < 0.0:
         raise InputError(
             f"tangent must be the normal turned counter-clockwise in plane models, got {t1}"

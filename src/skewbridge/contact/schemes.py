@@ -59,7 +59,7 @@ class ElasticUnit(ContactUnit):
         self._switch(0.0)
 
     def scale_tangents(self, ratio: float) -> None:
-        """Set the stiffness of the springs to `ratio` times what it is."""
+        """Set the stiffness of the springs to `ratio` times the current one."""
         for parameter in self.springs.moduli:
             ops.updateParameter(parameter, ratio * self._modulus)
 

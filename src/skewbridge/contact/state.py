@@ -151,9 +151,9 @@ type DriveFunction = Callable[[UnitState, float], Mapping[str, float]]
 class Drive:
     """A user function of state and time that sets parameters of a unit after every step.
 
-    Temperature, creep, wear, speed: whatever changes a contact slowly or quickly. What the
-    function returns acts in the coming step. An example, a joint that a season closes by 20 mm in
-    100 s of analysis time, while wear takes 0.1 of friction per metre slipped::
+    It can model effects of temperature, creep, wear or speed. The returned values act in the
+    coming step. Example: temperature closes a joint by 20 mm in 100 s of analysis time, and wear
+    reduces the friction by 0.1 per metre of slip::
 
         def season(state: UnitState, time_s: float) -> dict[str, float]:
             return {
@@ -164,7 +164,7 @@ class Drive:
         contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
 
     Attributes:
-        parameters: Names it will set, of `DRIVEN_PARAMETERS`.
+        parameters: Names of the parameters that it sets, from `DRIVEN_PARAMETERS`.
         function: Called with the state of the unit and the time of the set; returns new values
             for some or all of the declared parameters.
 
@@ -181,7 +181,7 @@ class Drive:
                 raise InputError(f"a drive may set {', '.join(DRIVEN_PARAMETERS)}; got {name!r}")
 
     def values(self, state: UnitState, time_s: float) -> Mapping[str, float]:
-        """Call the function and check what it returns.
+        """Call the function and check the returned values.
 
         Raises:
             InputError: An undeclared name, or a value that is not finite or negative.

@@ -41,7 +41,7 @@ class ContactUnit:
         element: Tag of the zeroLength element.
         normal: Outward normal of the surface.
         tangents: One direction of the contact plane in plane models, two in space.
-        gap_m: Initial gap (less what a drive has closed).
+        gap_m: Initial gap less the part closed by a drive.
     """
 
     __slots__ = (

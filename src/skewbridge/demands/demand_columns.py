@@ -13,7 +13,7 @@ type Role = Literal["effect", "headline", "sensitivity"]
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """How the change of a demand is judged where its ratio says little, for it is often near zero.
+    """Absolute judgement of the change of a demand whose values are often near zero.
 
     Attributes:
         unit: Unit of the difference.

@@ -108,5 +108,5 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
 
 
 def _analyses_digest(run_keys: Iterable[str]) -> str:
-    """Return the digest of the analyses, whatever the order in which they ran."""
+    """Return the digest of the analyses, independent of their order."""
     return digest_of(*sorted(run_keys))

@@ -132,7 +132,7 @@ class ModelOptions:
         description="dead load of the deck on the cap of a bent: evenly over the deck's width, or "
         "in the middle as in spine models",
     )
-    # ASSUME column bases stand on rigid ground
+    # ASSUME column bases are on rigid ground
     foundation: Literal["fixed", "springs"] = Field(
         default="fixed",
         description="column bases on rigid ground, or on the springs of the bridge's file",
