@@ -1,4 +1,4 @@
-"""The paper's dynamic studies (figures 10 to 12 and the ladder), and how they compare two runs."""
+"""The paper's dynamic studies (figures 10 to 12, abutment models), and how they compare runs."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,6 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 from skewbridge.verification.registry import run_study
 from skewbridge.verification.statements import statements_of
 from skewbridge.verification.studies import paper_runs
@@ -39,13 +38,13 @@ def test_small_half_cycles_are_left_out_and_contact_is_noticed():
     assert [cycle.has_contact for cycle in cycles] == [True, False, False, False]
 
 
-def test_sticking_and_slipping_are_told_apart_while_closed():
+def test_changes_between_sticking_and_slipping_count_while_closed():
     normal = np.array([[0.0], [10.0], [10.0], [10.0], [10.0], [0.0], [10.0]])
     friction = np.array([[0.0], [5.0], [2.0], [5.0], [5.0], [0.0], [1.0]])
     assert stick_slip_changes(normal, friction, 0.5) == 2
 
 
-def test_a_missing_record_is_replaced_and_called_so(tmp_path, monkeypatch):
+def test_missing_record_is_replaced_and_named(tmp_path, monkeypatch):
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(tmp_path))
     monkeypatch.chdir(tmp_path)
     for found in (paper_runs.waho(), paper_runs.tarzana()):
@@ -53,7 +52,7 @@ def test_a_missing_record_is_replaced_and_called_so(tmp_path, monkeypatch):
         assert found.label.startswith("synthetic")
 
 
-def test_without_any_motion_the_message_says_where_to_put_one(tmp_path, monkeypatch):
+def test_message_without_any_motion_states_where_to_put_one(tmp_path, monkeypatch):
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", "")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(paper_runs, "PACKAGE", tmp_path / "src" / "skewbridge")
@@ -61,29 +60,19 @@ def test_without_any_motion_the_message_says_where_to_put_one(tmp_path, monkeypa
         paper_runs.waho()
 
 
-def abutment_run(friction_pct, **settings):
-    return abutment_history(
-        Variant(
-            bridge="osb1",
-            abutment="contact_friction",
-            skew_deg=0,
-            gap_mm=51,
-            friction_pct=friction_pct,
-        ),
-        Excitation(motion=strong_motion(duration_s=4.0)),
-        AnalysisSettings(**settings),
-        ModelOptions(),
-    )
+def abutment_run(variant, **options):
+    excitation = Excitation(motion=strong_motion(duration_s=4.0))
+    return abutment_history(variant, excitation, AnalysisSettings(), ModelOptions(**options))
 
 
-def test_an_abutment_alone_closes_and_slips():
-    rough, smooth = abutment_run(50), abutment_run(0)
+def test_abutment_alone_closes_and_slips():
+    rough, smooth = (abutment_run(paper_variant(friction_pct=friction)) for friction in (50, 0))
     for history in (rough, smooth):
         assert history.is_complete
         assert history.disp_m[0].tolist() == [0.0, 0.0]
         assert history.disp_m[:, 0].max() > 0.051
         assert sum(unit.closures for unit in history.ledger) > 2
-        # Hysteresis: in the gap it is the pads that act, behind it the backfill as well.
+        # Hysteresis: the pads act in the gap, and the backfill behind it as well.
         pushed = history.disp_m[:, 0].argmax()
         assert history.force_n[pushed, 0] > 1.0e6
     assert sum(unit.slip_work_j for unit in rough.ledger) > 1.0e3
@@ -94,12 +83,7 @@ def test_an_abutment_alone_closes_and_slips():
 
 @pytest.mark.parametrize(("place", "free"), [("walls", "key"), ("keys", "backwall")])
 def test_contacts_without_friction_carry_none_while_the_others_slip(place, free):
-    history = abutment_history(
-        paper_variant(skew_deg=25),
-        Excitation(motion=strong_motion(duration_s=4.0)),
-        AnalysisSettings(),
-        ModelOptions(friction_at=place),
-    )
+    history = abutment_run(paper_variant(skew_deg=25), friction_at=place)
     by_unit = dict(zip(history.unit_names, history.friction_n.T, strict=True))
     without = [peaks.max() for name, peaks in by_unit.items() if free in name]
     others = [peaks.max() for name, peaks in by_unit.items() if free not in name]
@@ -109,10 +93,10 @@ def test_contacts_without_friction_carry_none_while_the_others_slip(place, free)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("study", ["fig10", "fig11-12", "friction-source", "ladder"])
-def test_the_papers_studies_are_whole_and_judge_every_statement_of_theirs(study):
+def test_dynamic_study_passes_and_judges_its_statements(study):
     found = run_study(study)
     failed = [row.quantity for row in found.comparisons if not row.is_passed]
     assert not failed
     assert found.figures
-    judged = {finding.statement for finding in found.findings if finding.case}
+    judged = {finding.statement for finding in found.verdicts if finding.case}
     assert judged >= set(statements_of(study))

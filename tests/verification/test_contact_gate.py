@@ -1,4 +1,4 @@
-"""The gate of the workflow and the comparison with other contact elements and integrators."""
+"""The contact checks before every study, other contact elements, and integrators at impact."""
 
 import numpy as np
 import pytest
@@ -20,13 +20,13 @@ from skewbridge.verification.studies.native_element import (
 from skewbridge.verification.studies.oscillators import TABLE, integrator_restitution
 
 
-def test_the_gate_passes():
+def test_contact_checks_pass():
     table = gate.verify_contact_gate()
     assert table.loc[~table["pass"], "quantity"].tolist() == []
     assert len(table) >= 15
 
 
-def test_a_broken_cone_does_not_pass_the_gate(monkeypatch):
+def test_contact_checks_fail_with_a_broken_cone(monkeypatch):
     def half(normal_n, friction, cohesion_n):
         return 0.5 * (cohesion_n + friction * normal_n) if normal_n > 0.0 else 0.0
 
@@ -34,7 +34,7 @@ def test_a_broken_cone_does_not_pass_the_gate(monkeypatch):
     assert not gate.verify_contact_gate()["pass"].all()
 
 
-def test_a_unit_without_friction_updates_does_not_pass_the_gate(monkeypatch):
+def test_contact_checks_fail_without_friction_updates(monkeypatch):
     prepared = ContactSet.__init__
 
     def without_updates(self, *args, **options):
@@ -46,7 +46,7 @@ def test_a_unit_without_friction_updates_does_not_pass_the_gate(monkeypatch):
 
 
 @pytest.mark.parametrize("integration", [IMPLICIT, IMPLEX])
-def test_the_native_element_gives_the_same_forces_on_a_path(integration):
+def test_native_element_gives_the_same_forces_on_a_path(integration):
     path = curved_path(400)
     law = contact_law.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
     ours = drive_unit(law, path, substeps=10).forces_n
@@ -56,14 +56,14 @@ def test_the_native_element_gives_the_same_forces_on_a_path(integration):
     assert path_work_j(path, ours) == pytest.approx(path_work_j(path, native), rel=2e-3)
 
 
-def test_the_native_element_gives_the_same_frictionless_deck():
+def test_native_element_gives_the_same_frictionless_deck():
     case = deck_case(C1, duration_s=0.6)
     ours = np.abs(run_deck(case).q).max(axis=0)
     native = np.abs(run_native_deck(C1, IMPLICIT).q[:6001]).max(axis=0)
     assert ours == pytest.approx(native, rel=1e-3)
 
 
-def test_the_native_element_tends_to_our_frictional_deck():
+def test_native_element_converges_to_our_frictional_deck():
     """Its friction is of first order in the step: the difference halves with it."""
     case = deck_case(C5, duration_s=0.5)
     ours = run_deck(case)
@@ -85,7 +85,7 @@ def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling)
 
 
 @pytest.mark.parametrize("step", [0.1, 0.5, 1.0, 2.0])
-def test_integrators_lose_energy_at_impact_as_they_do_without_opensees(step):
+def test_integrators_lose_energy_at_impact_as_without_opensees(step):
     reference = TABLE[step]
     # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
     houbolt = integrator_restitution("houbolt", step)
