@@ -1,6 +1,7 @@
 """The packages depend on each other in one direction."""
 
 import ast
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -78,6 +79,20 @@ def test_a_module_imports_only_earlier_packages(path: Path) -> None:
     package = path.relative_to(PACKAGE).parts[0]
     allowed = set(ORDER[: ORDER.index(package) + 1])
     assert imported_packages(path) <= allowed
+
+
+def test_imports_form_no_cycle() -> None:
+    """Imports inside functions count as well; a cycle raises `CycleError` with its modules."""
+    modules = {
+        ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(
+            ".__init__"
+        ): path
+        for path in PACKAGE.rglob("*.py")
+    }
+    graph = {
+        name: (imported_names(path) & modules.keys()) - {name} for name, path in modules.items()
+    }
+    assert len(tuple(TopologicalSorter(graph).static_order())) == len(modules)
 
 
 @pytest.mark.parametrize("path", FRAGILITY, ids=lambda path: path.stem)
