@@ -106,6 +106,21 @@ def test_a_module_of_fragility_imports_only_earlier_modules(path: Path) -> None:
     assert not {name.split(".")[0] for name in imported} & set(later)
 
 
+@pytest.mark.parametrize(
+    ("text", "home"),
+    [
+        ('"column_failure_ratio"', "demands/completeness.py"),
+        ('COMPLETE: Final = "complete"', "demands/completeness.py"),
+        ('"not_estimable"', "fragility/verdicts.py"),
+        ('("cloud", "exceedance", "ida_interval")', "fragility/curves.py"),
+        ("0.5 * (low + high) for name", "fragility/joint.py"),
+    ],
+)
+def test_a_fact_is_written_in_one_module(text: str, home: str) -> None:
+    found = {str(path.relative_to(PACKAGE)) for path in MODULES if text in path.read_text()}
+    assert found <= {home}
+
+
 def test_fragility_has_at_most_26_modules() -> None:
     assert {path.stem for path in FRAGILITY} == set(FRAGILITY_ORDER)
     assert len(FRAGILITY) <= 26

@@ -49,15 +49,17 @@ FREQUENCY_COLUMNS: Final[dict[str, str]] = {
     "annual_frequency": "mean annual frequency of the limit state within the range of the hazard "
     "table, 1/year",
     "probability_50y": "probability of the limit state in 50 years from that frequency",
-    "annual_frequency_above_least": "least that intensities above the hazard table add, 1/year",
-    "annual_frequency_above_most": "most that intensities above the hazard table add, 1/year",
-    "probability_at_first_level": "probability at the first level of the hazard table, below "
-    "which nothing is counted",
+    "annual_frequency_above_least": "smallest contribution of intensities above the hazard table, "
+    "1/year",
+    "annual_frequency_above_most": "largest contribution of intensities above the hazard table, "
+    "1/year",
+    "probability_at_first_level": "probability at the first level of the hazard table; "
+    "weaker motions are not counted",
 }
 #: Columns of a CSV of probabilities, after those of the variant and the curve.
 SAMPLED_COLUMNS: Final[dict[str, str]] = {
     "intensity": "value of the intensity measure, in its unit",
-    "probability": "probability of reaching the limit state, with the total dispersion",
+    "probability": "probability of reaching the limit state, from theta and beta_total",
 }
 #: Columns of a CSV of skew factors, after those of bridge, other axes and limit state.
 SKEW_FACTOR_COLUMNS: Final[dict[str, str]] = {

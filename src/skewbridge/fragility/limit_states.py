@@ -158,7 +158,7 @@ class StateEntry(BaseModel):
     model_config = _STRICT
 
     median: float = Field(gt=0.0, le=1.0e12, description="median capacity in the unit of the entry")
-    dispersion: Dispersion | None = Field(default=None, description="in place of the entry's")
+    dispersion: Dispersion | None = Field(default=None, description="overrides that of the entry")
 
 
 def _with_median(value: Any) -> Any:
