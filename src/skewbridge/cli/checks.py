@@ -116,8 +116,17 @@ def verify(
             for row in rows
             if "outcome" not in row
         ]
-        columns = ("source", "quantity", "case", "outcome", "reason")
-        statements = [{name: row[name] for name in columns} for row in rows if "outcome" in row]
+        statements = [
+            {
+                "statement": f"{row['quantity']} ({row['source']})",
+                "command": f"skewbridge verify {row['study']}",
+                "case": row["case"],
+                "number": row["reason"],
+                "verdict": row["outcome"],
+            }
+            for row in rows
+            if "outcome" in row
+        ]
         emit_table(checks, "Verification")
         if statements:
             emit_table(statements, "Statements of the paper (a disagreement is not a failure)")

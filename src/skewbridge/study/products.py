@@ -63,7 +63,9 @@ RECIPES: Final[Mapping[str, Recipe]] = {
         inputs=("periods",),
     ),
     "verify_contact": Recipe(sources=(*ENGINE, "verification"), inputs=("opensees",)),
-    "verification": Recipe(sources=(*ENGINE, "motions", "verification"), inputs=("opensees",)),
+    "verification": Recipe(
+        sources=(*ENGINE, "motions", "demands/suspect.py", "verification"), inputs=("opensees",)
+    ),
     "analyse": Recipe(
         sources=(*_ANALYSES, "study/analyses.py"),
         sections=("motions", "model", "analysis", "suspect"),
