@@ -53,13 +53,13 @@ def test_series_system_of_two_is_the_bivariate_integral():
     given, expected = case("system_series_two_components")
     for rho in given["rho"]:
         first = _failures(
-            np.log(given["theta"]),
-            np.array(given["beta"]),
-            np.array([[1.0, rho], [rho, 1.0]]),
+            np.log([given["theta"]]),
+            np.array([given["beta"]]),
+            np.array([[[1.0, rho], [rho, 1.0]]]),
             2**16,
             1,
         )
-        found = [np.mean(np.min(first, axis=1) <= np.log(im)) for im in given["im"]]
+        found = [np.mean(np.min(first, axis=0) <= np.log(im)) for im in given["im"]]
         # error of quasi-random points
         assert found == pytest.approx(expected["p_union"][str(rho)], abs=3e-4)
 

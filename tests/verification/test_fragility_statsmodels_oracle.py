@@ -126,7 +126,8 @@ def test_the_pooled_effect_is_that_of_a_mixed_model():
 def test_quasi_random_systems_agree_with_scipy(size, rho):
     theta, beta = np.linspace(0.5, 1.2, size), np.full(size, 0.5)
     correlation = np.full((size, size), rho) + (1.0 - rho) * np.eye(size)
-    first = np.min(_failures(np.log(theta), beta, correlation, 2**16, 1), axis=1)
+    failures = _failures(np.log(theta)[None], beta[None], correlation[None], 2**16, 1)
+    first = np.min(failures, axis=0)
     normal = stats.multivariate_normal(np.zeros(size), correlation, allow_singular=True, seed=1)
     for im in (0.3, 0.5, 0.8):
         expected = 1.0 - normal.cdf(-np.log(im / theta) / beta)

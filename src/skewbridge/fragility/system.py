@@ -222,40 +222,37 @@ def _system(
     size = len(members)
     correlation[:, np.arange(size), np.arange(size)] = 1.0
 
-    first = _failures(ln_theta[0], beta[0], correlation[0], _POINTS, settings.seed)
-    ln_x, ln_median, dispersion = _smallest(first)
-    independent = _failures(ln_theta[0], beta[0], np.eye(size), _POINTS, settings.seed)
-    ordered = np.sort(ln_x)
-    empirical = (np.arange(ordered.size) + 0.5) / ordered.size
-    weak = first[ln_x <= ln_median]
-    leading = np.bincount(np.argmin(weak, axis=1), minlength=size) / len(weak)
-    weakest = int(np.argmax(leading))
-    # intervals by the jackknife by motion
+    one = ln_theta[:1], beta[:1]
+    failures = _failures(*one, correlation[:1], _POINTS, settings.seed)
+    ln_median, dispersion = _quantiles(failures)[:, 0]
+    ordered = np.sort(np.min(failures[:, 0], axis=0))
+    empirical = (np.arange(_POINTS) + 0.5) / _POINTS
+    distance = np.abs(special.ndtr((ordered - ln_median) / dispersion) - empirical)
+    leading = np.argmin(failures[:, 0], axis=0)[np.min(failures[:, 0], axis=0) <= ln_median]
+    shares = np.bincount(leading, minlength=size) / leading.size
+    weakest = int(np.argmax(shares))
+    independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
     good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
-    good[0] = False
+    good[0] = False  # the estimates without each motion
     values = ln_theta[good], beta[good], correlation[good]
-    replicates = _smallest(_failures(*values, _POINTS_OF_REPLICATES, settings.seed))
-    logs = np.column_stack([replicates[1], np.log(replicates[2])])
-    theta, (of_theta, of_beta) = (
-        exp_end(float(ln_median)),
-        jackknife_factors(logs, settings.confidence),
-    )
+    replicates = _quantiles(_failures(*values, _POINTS_OF_REPLICATES, settings.seed))
+    logs = np.column_stack([replicates[0], np.log(replicates[1])])
+    of_theta, of_beta = jackknife_factors(logs, settings.confidence)
+    theta = exp_end(ln_median)
     return row | {
         "status": FITTED,
         "theta": theta,
-        "beta": float(dispersion),
+        "beta": dispersion,
         "theta_low": theta / of_theta,
         "theta_high": theta * of_theta,
-        "beta_low": float(dispersion) / of_beta,
-        "beta_high": float(dispersion) * of_beta,
-        "max_dp": float(
-            np.max(np.abs(special.ndtr((ordered - ln_median) / dispersion) - empirical))
-        ),
-        "theta_correlated": exp_end(float(np.min(ln_theta[0]))),
-        "theta_independent": exp_end(float(np.median(np.min(independent, axis=1)))),
+        "beta_low": dispersion / of_beta,
+        "beta_high": dispersion * of_beta,
+        "max_dp": np.max(distance),
+        "theta_correlated": exp_end(np.min(ln_theta[0])),
+        "theta_independent": exp_end(_quantiles(independent)[0, 0]),
         "weakest": members[weakest].state.component,
-        "theta_weakest": exp_end(float(ln_theta[0, weakest])),
-        "share_weakest": float(leading[weakest]),
+        "theta_weakest": exp_end(ln_theta[0, weakest]),
+        "share_weakest": shares[weakest],
     }
 
 
@@ -297,21 +294,20 @@ def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatAr
 def _failures(
     ln_theta: FloatArray, beta: FloatArray, correlation: FloatArray, points: int, seed: int
 ) -> FloatArray:
-    """Return ln of the intensity at which each component fails, shape (..., points, m).
+    """Return ln of the intensity at which each component fails, shape (m, R, points).
 
-    ``ln_theta`` and ``beta`` have the shape (..., m), ``correlation`` (..., m, m).
+    ``ln_theta`` and ``beta`` have the shape (R, m), ``correlation`` (R, m, m).
     """
     values, vectors = np.linalg.eigh(correlation)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
-    normals = _normals(ln_theta.shape[-1], points, seed) @ np.swapaxes(root, -1, -2)
-    return ln_theta[..., None, :] + beta[..., None, :] * normals
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * beta[:, :, None]
+    normals = _normals(ln_theta.shape[1], points, seed).T
+    return ln_theta.T[:, :, None] + np.swapaxes(root, 0, 1) @ normals
 
 
-def _smallest(failures: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return ln intensities of failure of the system (..., points), their median and dispersion."""
-    ln_x = np.min(failures, axis=-1)
-    low, middle, high = np.quantile(ln_x, _LEVELS, axis=-1)
-    return ln_x, middle, 0.5 * (high - low)
+def _quantiles(failures: FloatArray) -> FloatArray:
+    """Return ln median and dispersion of the first failure of (m, R, points), shape (2, R)."""
+    low, middle, high = np.quantile(np.min(failures, axis=0), _LEVELS, axis=-1)
+    return np.array([middle, 0.5 * (high - low)])
 
 
 @lru_cache(maxsize=32)
