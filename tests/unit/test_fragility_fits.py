@@ -108,8 +108,8 @@ def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
             continue
         drop = chi_square_drop(0.95)
         ends = profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
-        far += 5.0 < ends.ln_theta[0][1] < np.inf
-        for end in ends.ln_theta[0]:
+        far += 5.0 < ends[0][1] < np.inf
+        for end in ends[0]:
             if np.isfinite(end):
                 slopes = np.geomspace(1e-3, 60.0, 4000)[:, None]
                 eta = slopes * (ln_im - end)

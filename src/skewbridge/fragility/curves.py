@@ -461,7 +461,7 @@ class _DemandFits:
             ends = profile_ends(whole, best, drop, terms, len(usable))
         for i, j in enumerate(usable):
             covariance = best.covariance[0][np.ix_([i, -1], [i, -1])]
-            own_ends = None if ends is None else (ends.ln_theta[i], ends.beta)
+            own_ends = None if ends is None else ends[[i, -1]]
             fit = estimated(fits[j], best.params[0, [i, -1]], covariance, own_ends)
             if intervals and not profile:
                 fit = jackknifed(fit, common.ln_theta[j, 1:], common.beta[1:], count - 1)

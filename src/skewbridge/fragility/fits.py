@@ -131,19 +131,18 @@ def estimated(
     blank: FragilityFit,
     params: FloatArray,
     covariance: FloatArray,
-    ends: tuple[tuple[float, float], tuple[float, float]] | None,
+    ends: FloatArray | None,
     widening: float = 1.0,
 ) -> FragilityFit:
     """Return a fit with median, dispersion, covariance and intervals.
 
     The covariance of (a0, a1), with ln theta = -a0/a1 and beta = widening/a1, is carried over to
-    (ln theta, beta) by the delta method; ``ends`` are those of ln theta and of 1/a1.
+    (ln theta, beta) by the delta method; ``ends`` are those of ln theta and of 1/a1, shape (2, 2).
     """
     a0, a1 = (float(value) for value in params)
     jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
     variance = jacobian @ covariance @ jacobian.T
-    unbounded = ((nan, nan), (nan, nan))
-    of_theta, of_beta = unbounded if ends is None else ends
+    (low, high), of_beta = np.full((2, 2), nan) if ends is None else ends
     return replace(
         blank,
         theta=exp_end(-a0 / a1),
@@ -151,17 +150,16 @@ def estimated(
         var_ln_theta=float(variance[0, 0]),
         cov_ln_theta_beta=float(variance[0, 1]),
         var_beta=float(variance[1, 1]),
-        ci_theta=(exp_end(of_theta[0]), exp_end(of_theta[1])),
-        ci_beta=(widening * of_beta[0], widening * of_beta[1]),
+        ci_theta=(exp_end(low), exp_end(high)),
+        ci_beta=(widening * float(of_beta[0]), widening * float(of_beta[1])),
         ci_method="" if ends is None else "profile",
     )
 
 
 def _profiled(blank: FragilityFit, kernel: NormalKernel, best: Maximum) -> FragilityFit:
     """Complete a fit with parameters (a0, a1) and profile intervals."""
-    drop = chi_square_drop(blank.level)
-    ends = profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
-    return estimated(blank, best.params[0], best.covariance[0], (ends.ln_theta[0], ends.beta))
+    ends = profile_ends(kernel, best, chi_square_drop(blank.level), np.array([[1.0, 0.0]]))
+    return estimated(blank, best.params[0], best.covariance[0], ends)
 
 
 def jackknifed(
@@ -732,13 +730,8 @@ def _fit_tobit(
     fits: list[FragilityFit] = []
     for j, (term, (_, dispersion)) in enumerate(zip(terms, capacities, strict=True)):
         onto = np.array([term, [0.0, 1.0, 0.0]])
+        params, covariance = onto @ best.params[0], onto @ best.covariance[0] @ onto.T
         widening = float(np.sqrt(1.0 + (h * dispersion) ** 2))
-        fit = estimated(
-            blank,
-            onto @ best.params[0],
-            onto @ best.covariance[0] @ onto.T,
-            None if ends is None else (ends.ln_theta[j], ends.beta),
-            widening,
-        )
-        fits.append(fit)
+        own = None if ends is None else ends[[j, -1]]
+        fits.append(estimated(blank, params, covariance, own, widening))
     return fits

@@ -10,8 +10,7 @@ References:
     Tobin (1958), Econometrica 26(1):24-36: censored regression.
 """
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,14 +53,11 @@ def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
     return np.where(upper > lower, out, -np.inf)
 
 
-@dataclass(frozen=True, slots=True)
-class Derivatives:
-    """Log-likelihood of R parameter vectors with its derivatives.
+class Derivatives(NamedTuple):
+    """Log-likelihood (R,) of R parameter vectors with its first and second derivatives.
 
-    Attributes:
-        loglik: Shape (R,); minus infinity outside the parameter space.
-        score: First derivatives, shape (R, p).
-        hessian: Second derivatives, shape (R, p, p), negative definite at a maximum.
+    The log-likelihood is minus infinity outside the parameter space; ``score`` has the shape
+    (R, p), ``hessian`` (R, p, p).
     """
 
     loglik: FloatArray
@@ -203,15 +199,10 @@ def exceedance_kernel(ln_im: FloatArray, exceed: FloatArray, remain: FloatArray)
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Maximum:
-    """Maxima of a batch.
+class Maximum(NamedTuple):
+    """Maxima of a batch: parameters (R, p), log-likelihoods (R,), and whether they converged (R,).
 
-    Attributes:
-        params: Shape (R, p).
-        loglik: Shape (R,).
-        covariance: Inverse observed information, shape (R, p, p); NaN where singular.
-        converged: Shape (R,).
+    ``covariance`` is the inverse observed information, shape (R, p, p); NaN where singular.
     """
 
     params: FloatArray
@@ -223,71 +214,43 @@ class Maximum:
 def maximise(kernel: NormalKernel, start: FloatArray, *, covariance: bool = True) -> Maximum:
     """Maximise a batch of concave log-likelihoods from ``start`` (R, p) by halved Newton steps."""
     params = np.array(start, dtype=np.float64)
-    total = params.shape[0]
-    active = np.arange(total)
-    converged = np.zeros(total, dtype=np.bool_)
-    loglik = np.full(total, -np.inf)
-    hessian = np.zeros((total, params.shape[1], params.shape[1]))
+    active = np.arange(len(params))
+    converged = np.zeros(active.size, dtype=np.bool_)
     now = kernel.derivatives(params, active)
+    loglik, hessian = now.loglik.copy(), now.hessian.copy()
     for _ in range(_MAX_ITERATIONS):
-        step = _newton_step(now)
+        step = np.zeros_like(now.score)
+        with np.errstate(all="ignore"):
+            determinant = np.linalg.det(now.hessian)
+        good = np.isfinite(determinant) & (determinant != 0.0)
+        step[good] = np.linalg.solve(-now.hessian[good], now.score[good][..., None])[..., 0]
         decrement = np.sum(step * now.score, axis=1)
-        trial, accepted = _step_uphill(kernel, params, active, step, now)
         done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
-        loglik[active] = trial.loglik
-        hessian[active] = trial.hessian
-        converged[active] = done
-        stay = ~done & accepted
-        active = active[stay]
+        least = now.loglik - 1e-12 * (1.0 + np.abs(now.loglik))
+        trial = kernel.derivatives(params[active] + step, active)
+        failed = np.flatnonzero(~(trial.loglik >= least))
+        for _ in range(_MAX_HALVINGS):
+            if failed.size == 0:
+                break
+            step[failed] *= 0.5
+            again = kernel.derivatives(params[active[failed]] + step[failed], active[failed])
+            for values, new in zip(trial, again, strict=True):
+                values[failed] = new
+            failed = failed[~(again.loglik >= least[failed])]
+        step[failed] = 0.0
+        params[active] += step
+        loglik[active], hessian[active], converged[active] = trial.loglik, trial.hessian, done
+        done[failed] = True
+        active = active[~done]
         if active.size == 0:
             break
-        now = Derivatives(trial.loglik[stay], trial.score[stay], trial.hessian[stay])
+        now = Derivatives(*(values[~done] for values in trial))
     inverse = np.full_like(hessian, np.nan)
     if covariance:
         with np.errstate(all="ignore"):
-            good = np.all(np.isfinite(hessian), axis=(1, 2))
-            good[good] = np.linalg.det(-hessian[good]) > 0.0
+            good = np.linalg.det(-hessian) > 0.0
         inverse[good] = np.linalg.inv(-hessian[good])
     return Maximum(params, loglik, inverse, converged)
-
-
-def _newton_step(now: Derivatives) -> FloatArray:
-    step = np.zeros_like(now.score)
-    with np.errstate(all="ignore"):
-        determinant = np.linalg.det(now.hessian)
-    good = np.isfinite(determinant) & (determinant != 0.0)
-    step[good] = np.linalg.solve(-now.hessian[good], now.score[good][..., None])[..., 0]
-    return step
-
-
-def _step_uphill(
-    kernel: NormalKernel,
-    params: FloatArray,
-    active: NDArray[np.intp],
-    step: FloatArray,
-    now: Derivatives,
-) -> tuple[Derivatives, NDArray[np.bool_]]:
-    """Move ``params[active]`` along the step, halved until the log-likelihood does not fall."""
-    origin = params[active]
-    params[active] = origin + step
-    trial = kernel.derivatives(params[active], active)
-    slack = 1e-12 * (1.0 + np.abs(now.loglik))
-    failed = np.flatnonzero(~(trial.loglik >= now.loglik - slack))
-    factor = 1.0
-    for _ in range(_MAX_HALVINGS):
-        if failed.size == 0:
-            break
-        factor *= 0.5
-        params[active[failed]] = origin[failed] + factor * step[failed]
-        again = kernel.derivatives(params[active[failed]], active[failed])
-        trial.loglik[failed] = again.loglik
-        trial.score[failed] = again.score
-        trial.hessian[failed] = again.hessian
-        failed = failed[~(again.loglik >= now.loglik[failed] - slack[failed])]
-    accepted = np.ones(active.size, dtype=np.bool_)
-    accepted[failed] = False
-    params[active[failed]] = origin[failed]
-    return trial, accepted
 
 
 def chi_square_drop(level: float) -> float:
@@ -305,18 +268,10 @@ def student_drop(n: int, level: float) -> float:
     return n * float(np.log1p(t**2 / (n - 2)))
 
 
-@dataclass(frozen=True, slots=True)
-class ProfileEnds:
-    """Ends of the profile intervals of ln theta of J states and of their common beta = 1/a1."""
-
-    ln_theta: list[tuple[float, float]]
-    beta: tuple[float, float]
-
-
 def profile_ends(
     kernel: NormalKernel, maximum: Maximum, drop: float, intercepts: FloatArray, slope: int = 1
-) -> ProfileEnds:
-    """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= drop}.
+) -> FloatArray:
+    """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= drop}, shape (J + 1, 2).
 
     All ends are found together by Newton's method inside brackets: the derivative of a profile is
     the Lagrange multiplier of the constraint that fixes psi.
@@ -330,8 +285,9 @@ def profile_ends(
         slope: Position of the slope a1.
 
     Returns:
-        The ends; those of ln theta may be infinite and the upper end of beta too: then the data do
-        not bound the median or the dispersion on that side.
+        Ends of ln theta of each state, then those of the common beta = 1/a1. Those of ln theta may
+        be infinite and the upper end of beta too: then the data do not bound the median or the
+        dispersion on that side.
     """
     best, a1 = maximum.params[0], float(maximum.params[0, slope])
     profiles = _Profiles(kernel, best, float(maximum.loglik[0]) - 0.5 * drop, intercepts, slope)
@@ -362,10 +318,8 @@ def profile_ends(
         between = np.where(np.isfinite(high), 0.5 * (low + high), np.minimum(2.0 * away, reach))
         away = np.where(done, away, np.where(newton < high, newton, between))
     ends = np.where(endless, side * np.inf, centre + side * away).reshape(-1, 2)
-    return ProfileEnds(
-        [(float(first), float(last)) for first, last in ends[:-1]],
-        (float(np.exp(-ends[-1, 1])), float(np.exp(-ends[-1, 0]))),
-    )
+    ends[-1] = np.exp(-ends[-1, ::-1])
+    return ends
 
 
 class _Profiles:
