@@ -3,11 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import stats
+from scipy import optimize, stats
 
 from fragility_tables import IM, SETTINGS, STATES, ready, states_of, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility import existence, lines
+from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.exports import annual_frequency
 from skewbridge.fragility.fits import (
     FragilityFit,
@@ -18,6 +19,7 @@ from skewbridge.fragility.fits import (
     fit_stripes,
 )
 from skewbridge.fragility.likelihood import (
+    NormalKernel,
     chi_square_drop,
     exceedance_kernel,
     maximise,
@@ -116,6 +118,54 @@ def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
                 values = stats.norm.logcdf(np.where(hits > 0.0, eta, -eta)).sum(axis=1)
                 assert 2 * (best.loglik[0] - values.max()) == pytest.approx(drop, abs=1e-3)
     assert far >= 3
+
+
+@pytest.mark.parametrize("seed", [5, 11, 52])
+def test_medians_of_states_rise_where_the_fits_of_single_states_cross(seed):
+    """Few runs exceed the severe states, which alone have very different slopes."""
+    table = synthetic_demands(**ONE, motions=40, seed=seed, run_scatter=0.5)
+    thresholds = np.sort(table[DEMAND])[[-20, -6, -3]] * 1.0001
+    states = [
+        LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
+        for j, c in enumerate(thresholds)
+    ]
+    curves = fit_study(ready(table, states), states, SETTINGS)
+    found = curves[curves["method"] == "exceedance"]
+    assert list(found["status"]) == ["ok"] * 3
+    assert np.all(np.diff(found["theta"]) > 0.0)
+    assert np.all(np.isfinite(found["loglik"]))
+
+
+def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
+    """States whose intercepts nearly coincide: one run lies between them."""
+    rng = np.random.default_rng(3)
+    ln_im = np.linspace(-2.0, 0.5, 30)
+    latent = ln_im + 0.7 * rng.normal(size=30)
+    passed = np.digitize(latent, np.sort(latent)[[15, 25, 26]])
+    eye = -np.eye(3)
+    kernel = NormalKernel(
+        eye[np.minimum(passed, 2)],
+        np.where(passed == 3, -np.inf, ln_im),
+        np.where(passed > 0, ln_im, np.inf),
+        upper_covariates=eye[np.maximum(passed - 1, 0)],
+        observed=np.zeros(30, dtype=bool),
+    )
+    best, drop = maximise(kernel, np.array([[1.0, -0.5, -0.7, 1.0]])), chi_square_drop(0.95)
+    ends = profile_ends(kernel, best, drop, np.eye(4)[:-1], slope=3)
+    assert np.sum(np.isfinite(ends[:-1])) >= 5
+    for state, own in enumerate(ends[:-1]):
+        for end in own[np.isfinite(own)]:
+
+            def excess(others, state=state, end=end):
+                params = np.insert(others, state, -others[-1] * end)
+                return 2.0 * float(best.loglik[0] - kernel.derivatives(params[None]).loglik[0])
+
+            shift = -end * best.params[0, -1] - best.params[0, state]
+            start = np.delete(best.params[0] + [shift, shift, shift, 0.0], state)
+            found = optimize.minimize(
+                excess, start, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-9}
+            )
+            assert found.fun == pytest.approx(drop, abs=1e-4)
 
 
 def test_capacities_and_brackets_without_information_have_a_status():

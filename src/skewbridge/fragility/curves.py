@@ -9,10 +9,10 @@ References:
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import inf, nan
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -75,6 +75,7 @@ BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
 # of the difference, are worth a reader's attention
 MAX_METHODS_DIFFERENCE: Final = 0.15
 MAX_METHODS_Z: Final = 2.0
+_SMALLEST_GAP: Final = 0.05  # between the start values of ln median of two states
 #: Runs on each side of the state without which the exceedance fit is not preferred to the cloud.
 MIN_RUNS_A_SIDE: Final = 5
 
@@ -201,8 +202,7 @@ def _variant_rows(
     ]
 
 
-@dataclass(frozen=True, slots=True)
-class _Runs:
+class _Runs(NamedTuple):
     """Runs of one variant: intensities and motions (n,), ends, weights by motion (1 + M, n)."""
 
     im: FloatArray
@@ -217,14 +217,11 @@ class _Runs:
         return cls(im, motion, RunEnds.of(part), motion_weights(motion))
 
 
-@dataclass(frozen=True, slots=True)
-class _CommonSlopeFits:
+class _CommonSlopeFits(NamedTuple):
     """Fits of the states of one demand with a common dispersion.
 
-    Attributes:
-        fits: Fit of each state.
-        ln_theta: ln medians, shape (J, 1 + M): all runs, then without each motion; NaN where none.
-        beta: Dispersion, shape (1 + M,).
+    ``ln_theta`` (J, 1 + M) and ``beta`` (1 + M,) are those of all runs, then without each motion;
+    NaN where there are none.
     """
 
     fits: list[FragilityFit]
@@ -336,7 +333,7 @@ class _DemandFits:
             first[j] = j if before is None or apart else first[before]
         usable = sorted(set(first.values()))
         if not usable:
-            return self._common_slope(fits, usable, None)
+            return self._without_estimates(fits)
         passed = exceed[:, usable].sum(axis=1)  # usable states that are exceeded
         not_passed = known[:, usable] & ~exceed[:, usable]
         ended = ~np.any(not_passed, axis=1)
@@ -402,7 +399,7 @@ class _DemandFits:
             ends.append((low, high, np.unique(motions[known])))
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         if not usable:
-            return self._common_slope(fits, usable, None)
+            return self._without_estimates(fits)
         with np.errstate(divide="ignore"):
             lower, upper = (np.log(np.concatenate([ends[j][k] for j in usable])) for k in (0, 1))
         place = np.repeat(np.arange(len(usable)), [ends[j][0].size for j in usable])
@@ -417,11 +414,15 @@ class _DemandFits:
         # one bracket per motion is independent of the others
         return self._common_slope(fits, usable, kernel, profile=len(usable) == 1)
 
+    def _without_estimates(self, fits: list[FragilityFit]) -> _CommonSlopeFits:
+        ln_theta = np.full((len(fits), 1 + self._motions), nan)
+        return _CommonSlopeFits(fits, ln_theta, np.full(1 + self._motions, nan))
+
     def _common_slope(
         self,
         fits: list[FragilityFit],
         usable: list[int],
-        kernel: Callable[[FloatArray | None], NormalKernel] | None,
+        kernel: Callable[[FloatArray | None], NormalKernel],
         *,
         intervals: bool = True,
         profile: bool = True,
@@ -431,12 +432,12 @@ class _DemandFits:
         ``kernel`` returns the likelihood for given weights of the runs. Intervals are those of the
         profile where rows are independent (``profile``), else of the jackknife by motion.
         """
-        count = self._motions + 1
-        common = _CommonSlopeFits(fits, np.full((len(fits), count), nan), np.full(count, nan))
-        if kernel is None:
-            return common
+        common, count = self._without_estimates(fits), self._motions + 1
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
-        start = np.array([[*(-slope * np.log(fits[j].theta) for j in usable), slope]])
+        middles = np.log([fits[j].theta for j in usable])
+        # fits of single states may cross: the common fit starts with rising medians
+        middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), _SMALLEST_GAP))
+        start = np.array([[*(-slope * middles), slope]])
         whole = kernel(None)
         best = maximise(whole, start)
         params, converged = best.params, best.converged
@@ -573,13 +574,10 @@ class _DemandFits:
 def _compared(
     fits: Mapping[str, FragilityFit], difference: FloatArray, known: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the comparison of both methods and the preferred one.
+    """Return the comparison of both methods of a state and the preferred one.
 
-    Args:
-        fits: Fits of a state by method.
-        difference: ln of the exceedance over the cloud median, all runs and without each motion,
-            shape (1 + M,).
-        known: Counts of the state.
+    ``difference`` is ln of the exceedance over the cloud median, all runs and without each motion,
+    shape (1 + M,).
     """
     cloud, exceedance = (fits[method].status == FITTED for method in METHODS[:2])
     ratio, z = nan, nan
@@ -608,11 +606,8 @@ def _total_dispersion(
 ) -> dict[str, float]:
     """Return the dispersion with that of the capacity and its interval by motion.
 
-    Args:
-        fit: Fit of the state.
-        state: The state, with the dispersion of its capacity.
-        beta: Record-to-record dispersion, all runs and without each motion, shape (1 + M,).
-        b: Slope of the line, which carries the dispersion of the capacity over, (1 + M,).
+    ``beta`` is the record-to-record dispersion and ``b`` the slope of the line, which carries the
+    dispersion of the capacity over; both of all runs and without each motion, shape (1 + M,).
     """
     # ASSUME capacity independent of demand
     with np.errstate(divide="ignore", invalid="ignore"):

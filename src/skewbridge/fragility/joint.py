@@ -11,10 +11,10 @@ References:
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from math import nan
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -341,6 +341,7 @@ def _rows(
     outcomes = demand_outcomes(runs, states)
     ln_im = np.log(runs[str(model["im"])].to_numpy(dtype=np.float64))
     fit = _fit_demand(outcomes, ln_im, motion_codes(runs), codes, axis_range, variants)
+    left_out = None if isinstance(fit, str) else without_each_motion(fit.data, fit.fit)
     rows: list[dict[str, Any]] = []
     for state in states:
         status = outcomes.status(state)
@@ -357,22 +358,20 @@ def _rows(
             "threshold": state.threshold,
             "capacity_dispersion": state.dispersion,
         }
-        if row["status"] == FITTED and not isinstance(fit, str):
+        if status == FITTED and left_out is not None and not isinstance(fit, str):
             own = clouds[clouds["limit_state"] == state.name].set_index("variant")
-            row |= _estimate(fit, state, row, own.reindex(variants["variant"]))
+            row |= _estimate(fit, left_out, state, row, own.reindex(variants["variant"]))
         rows.append(row)
     return rows
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _DemandFit:
+class _DemandFit(NamedTuple):
     """Model of ln demand with columns 1, ln IM and terms."""
 
     data: MixedData
     fit: MixedFit
     terms: tuple[str, ...]
     matrix: FloatArray  # constant and terms of the variants, (V, 1 + q)
-    left_out_motion: FloatArray  # parameters without each motion, (G, m)
     left_out_variant: FloatArray  # coefficients without each variant, (V, p)
     press: float
 
@@ -407,18 +406,8 @@ def _fit_demand(
         fit = fit_mixed(data)
         without, press = _without_each_variant(data, fit, variant, len(variants))
         if best is None or press < best.press * (1.0 - _CLEARLY_BETTER):
-            best = _DemandFit(
-                data=data,
-                fit=fit,
-                terms=terms,
-                matrix=matrix,
-                left_out_motion=np.empty((0, fit.parameters.size)),
-                left_out_variant=without,
-                press=press,
-            )
-    if best is None:
-        return NOT_APPLICABLE
-    return replace(best, left_out_motion=without_each_motion(best.data, best.fit))
+            best = _DemandFit(data, fit, terms, matrix, without, press)
+    return NOT_APPLICABLE if best is None else best
 
 
 def _without_each_variant(
@@ -455,12 +444,20 @@ def _without_each_variant(
 
 
 def _estimate(
-    fit: _DemandFit, state: LimitState, row: Mapping[str, Any], own: pd.DataFrame
+    fit: _DemandFit,
+    left_out: FloatArray,
+    state: LimitState,
+    row: Mapping[str, Any],
+    own: pd.DataFrame,
 ) -> dict[str, Any]:
-    """Return the columns of a state; ``own`` are cloud medians of the variants, (V, ...)."""
-    motions = fit.left_out_motion.shape[0]
+    """Return the columns of a state.
+
+    ``left_out`` are the parameters without each motion (G, m), ``own`` the cloud medians of the
+    variants (V, ...).
+    """
+    motions = len(left_out)
     estimate = _state_parameters(fit.fit.parameters[None, :], motions, state)[0]
-    without = _state_parameters(fit.left_out_motion, motions - 1, state)
+    without = _state_parameters(left_out, motions - 1, state)
     found: dict[str, Any] = {
         "slope": float(fit.fit.delta[1]),
         "tau": fit.fit.tau,

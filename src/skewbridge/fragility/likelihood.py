@@ -239,7 +239,8 @@ def maximise(kernel: NormalKernel, start: FloatArray, *, covariance: bool = True
             failed = failed[~(again.loglik >= least[failed])]
         step[failed] = 0.0
         params[active] += step
-        loglik[active], hessian[active], converged[active] = trial.loglik, trial.hessian, done
+        loglik[active], hessian[active] = trial.loglik, trial.hessian
+        converged[active] = done & np.isfinite(trial.loglik)
         done[failed] = True
         active = active[~done]
         if active.size == 0:
