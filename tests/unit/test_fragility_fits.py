@@ -313,6 +313,24 @@ def test_weights_leave_out_one_motion_at_a_time():
     assert weights.tolist() == [[1, 1, 1, 1], [0, 0, 1, 1], [1, 1, 0, 1], [1, 1, 1, 0]]
 
 
+def test_many_motions_are_left_out_in_groups():
+    """The error from 100 groups of 400 motions is near that from leaving out each motion."""
+    rng = np.random.default_rng(8)
+    motions, scatter = np.repeat(np.arange(400), 2), rng.normal(size=400)
+    weights = motion_weights(motions)
+    assert weights.shape == (101, 800)
+    assert np.all(np.sum(weights[1:] == 0.0, axis=0) == 1)
+    assert np.all(weights[:, 0::2] == weights[:, 1::2])
+    im = np.exp(rng.uniform(-2.0, 0.5, 800))
+    edp = 0.02 * im * np.exp(0.3 * scatter[motions] + 0.1 * rng.normal(size=800))
+    fit = fit_cloud(im, edp, 0.01, motions=motions)
+    each = (motions != np.arange(400)[:, None]).astype(float)
+    without = lines.fit_lines(np.log(im), np.log(edp), np.log(edp), each).ln_theta(0.01)
+    error = np.sqrt(399 / 400 * np.sum((without - without.mean()) ** 2))
+    assert fit.se_ln_theta == pytest.approx(error, rel=0.15)
+    assert fit_cloud(im, edp, 0.01, motions=np.arange(800)).ci_method == "fieller"
+
+
 def test_a_replicate_without_a_slope_has_no_line():
     x = np.array([-1.0, 0.0, 2.0, 3.0])
     found = lines.fit_lines(x, np.zeros(4), np.zeros(4), np.ones((1, 4)))

@@ -203,7 +203,7 @@ def _variant_rows(
 
 
 class _Runs(NamedTuple):
-    """Runs of one variant: intensities and motions (n,), ends, weights by motion (1 + M, n)."""
+    """Runs of one variant: intensities and motions (n,), ends, jackknife weights (1 + M, n)."""
 
     im: FloatArray
     motion: NDArray[np.intp]
@@ -246,7 +246,7 @@ class _DemandFits:
     ) -> None:
         self._runs, self._states, self._settings = runs, states, settings
         self._im, self._ln_im, self._weights = runs.im, np.log(runs.im), runs.weights
-        self._motions = len(runs.weights) - 1
+        self._motions = int(np.max(runs.motion)) + 1
         self._repeated = self._motions < self._im.size
         self._outcomes = peak_outcomes(peak, runs.ends, states)
 
@@ -296,14 +296,15 @@ class _DemandFits:
         outcomes, used = self._outcomes, self._outcomes.used
         if not np.any(used):
             return [FragilityFit(method="cloud", status=existence.NO_RUNS)] * len(self._states)
-        kept = 1 + np.unique(self._runs.motion[used])
+        kept = np.any(self._weights[:, used] == 0.0, axis=1)
         without = Lines(lines.ln_a[kept], lines.b[kept], lines.sigma[kept])
+        repeated = np.unique(self._runs.motion[used]).size < np.sum(used)
         fits = fit_cloud_states(
             self._ln_im[used],
             *outcomes.ln_ends,
             [(state.threshold, 0.0) for state in self._states],
             self._settings,
-            without if kept.size < np.sum(used) else None,
+            without if repeated else None,
         )
         statuses = [outcomes.status(state) for state in self._states]
         return [
@@ -387,7 +388,7 @@ class _DemandFits:
         fits: list[FragilityFit] = []
         ends: list[tuple[FloatArray, FloatArray, NDArray[np.intp]]] = []
         for state in self._states:
-            known = ~self._outcomes.unknown(state)
+            known = np.flatnonzero(~self._outcomes.unknown(state))
             exceed = self._outcomes.exceed(state)[known].astype(np.float64)
             low, high, odd = brackets_of_runs(self._im[known], exceed, motions[known])
             fit = fit_brackets(low, high, self._settings)
@@ -396,27 +397,25 @@ class _DemandFits:
             if odd:
                 fit = replace(fit, warnings=(*fit.warnings, "non_monotone_records"))
             fits.append(fit)
-            ends.append((low, high, np.unique(motions[known])))
+            ends.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         if not usable:
             return self._without_estimates(fits)
         with np.errstate(divide="ignore"):
             lower, upper = (np.log(np.concatenate([ends[j][k] for j in usable])) for k in (0, 1))
         place = np.repeat(np.arange(len(usable)), [ends[j][0].size for j in usable])
-        motion = np.concatenate([ends[j][2] for j in usable])
+        runs = np.concatenate([ends[j][2] for j in usable])  # one run of each motion
 
         def kernel(weights: FloatArray | None) -> NormalKernel:
-            # one row per motion: a replicate without a motion has no row of it
-            each = motion != np.arange(self._motions)[:, None]
-            by_motion = None if weights is None else each.astype(np.float64)
+            by_motion = None if weights is None else weights[:, runs]
             return NormalKernel(-np.eye(len(usable))[place], lower, upper, by_motion)
 
         # one bracket per motion is independent of the others
         return self._common_slope(fits, usable, kernel, profile=len(usable) == 1)
 
     def _without_estimates(self, fits: list[FragilityFit]) -> _CommonSlopeFits:
-        ln_theta = np.full((len(fits), 1 + self._motions), nan)
-        return _CommonSlopeFits(fits, ln_theta, np.full(1 + self._motions, nan))
+        count = len(self._weights)
+        return _CommonSlopeFits(fits, np.full((len(fits), count), nan), np.full(count, nan))
 
     def _common_slope(
         self,
@@ -432,7 +431,7 @@ class _DemandFits:
         ``kernel`` returns the likelihood for given weights of the runs. Intervals are those of the
         profile where rows are independent (``profile``), else of the jackknife by motion.
         """
-        common, count = self._without_estimates(fits), self._motions + 1
+        common, count = self._without_estimates(fits), len(self._weights)
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
         middles = np.log([fits[j].theta for j in usable])
         # fits of single states may cross: the common fit starts with rising medians
@@ -465,8 +464,8 @@ class _DemandFits:
             own_ends = None if ends is None else ends[[i, -1]]
             fit = estimated(fits[j], best.params[0, [i, -1]], covariance, own_ends)
             if intervals and not profile:
-                fit = jackknifed(fit, common.ln_theta[j, 1:], common.beta[1:], count - 1)
-            names = common_warnings(fit.theta, fit.ci_theta, self._im, count - 1)
+                fit = jackknifed(fit, common.ln_theta[j, 1:], common.beta[1:])
+            names = common_warnings(fit.theta, fit.ci_theta, self._im, self._motions)
             fits[j] = replace(
                 fit,
                 loglik=float(best.loglik[0]),

@@ -15,6 +15,7 @@ from skewbridge.fragility.columns import as_column, as_list, positive, require, 
 from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
 from skewbridge.fragility.existence import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
+from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
 from skewbridge.fragility.results import read_mapped, read_table
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -255,7 +256,7 @@ def _fit_outcomes(
         return fit
     left_out = [
         fits.fit_stripes(x[rows], n[rows], hits[rows], settings=settings, interval=False)
-        for rows in fits.motion_weights(codes)[1:] > 0.0
+        for rows in motion_weights(codes)[1:] > 0.0
     ]
     values = np.array([(np.log(each.theta), each.beta) for each in left_out])
-    return fits.jackknifed(fit, values[:, 0], values[:, 1], count)
+    return fits.jackknifed(fit, values[:, 0], values[:, 1])

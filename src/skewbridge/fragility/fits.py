@@ -162,9 +162,7 @@ def _profiled(blank: FragilityFit, kernel: NormalKernel, best: Maximum) -> Fragi
     return estimated(blank, best.params[0], best.covariance[0], ends)
 
 
-def jackknifed(
-    fit: FragilityFit, ln_theta: FloatArray, beta: FloatArray, motions: int
-) -> FragilityFit:
+def jackknifed(fit: FragilityFit, ln_theta: FloatArray, beta: FloatArray) -> FragilityFit:
     """Replace interval and covariance of a fit by those of the jackknife by motion.
 
     Where motions repeat, the runs are not independent: the motion is the random unit.
@@ -173,17 +171,16 @@ def jackknifed(
         fit: The fit of all runs.
         ln_theta: Estimates without each motion, shape (M,); NaN where it has none.
         beta: Dispersions without each motion, shape (M,).
-        motions: Number of motions M.
 
     References:
         Bell and McCaffrey (2002), Survey Methodology 28(2):169-181.
     """
     good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
-    if min(motions, np.sum(good)) < MIN_VALUES:
+    if np.sum(good) < MIN_VALUES:
         return replace(fit, warnings=(*fit.warnings, "too_few_motions_for_an_interval"))
     covariance = jackknife_covariance(np.column_stack([ln_theta[good], np.log(beta[good])]))
     extra = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
-    t = float(special.stdtrit(motions - 2, 0.5 + 0.5 * fit.level))
+    t = float(special.stdtrit(good.size - 2, 0.5 + 0.5 * fit.level))
     reach = [exp_end(t * float(np.sqrt(covariance[i, i]))) for i in range(2)]
     return replace(
         fit,
@@ -601,8 +598,9 @@ def fit_cloud(
     informative = (low > 0.0) | np.isfinite(high)
     with np.errstate(divide="ignore"):
         x, y_low, y_high = (np.log(each[informative]) for each in (values, low, high))
-    weights = np.empty((x.size, 0)) if motions is None else motion_weights(motions[informative])[1:]
-    lines = fit_lines(x, y_low, y_high, weights) if len(weights) < x.size else None
+    lines, codes = None, np.arange(x.size) if motions is None else motions[informative]
+    if np.unique(codes).size < x.size:
+        lines = fit_lines(x, y_low, y_high, motion_weights(codes)[1:])
     capacity = float(limit[0]), capacity_dispersion
     return fit_cloud_states(x, y_low, y_high, [capacity], settings, lines)[0]
 
@@ -647,8 +645,7 @@ def fit_cloud_states(
         if fit.status == FITTED:
             done = fit
             if lines is not None:
-                replicates = lines.ln_theta(threshold), lines.beta(dispersion)
-                done = jackknifed(fit, *replicates, n_motions)
+                done = jackknifed(fit, lines.ln_theta(threshold), lines.beta(dispersion))
             names = common_warnings(done.theta, done.ci_theta, np.exp(x), n_motions) + line.warnings
             if not np.any(low >= np.log(threshold)):
                 names.append("no_exceedance_observed")

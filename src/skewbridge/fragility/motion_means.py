@@ -7,7 +7,7 @@ bound count as censored normal values (Tobit).
 References:
     Tobin (1958), Econometrica 26(1):24-36; Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B
     39(1):1-38, for the iteration; Efron and Stein (1981), Ann. Stat. 9(3):586-596, for the
-    jackknife.
+    jackknife; Kott (2001), J. Official Statistics 17(4):521-526, for that of groups.
 """
 
 from collections.abc import Sequence
@@ -22,6 +22,9 @@ from scipy import special
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.likelihood import mills_ratio
 
+# ASSUME the variance of 100 groups is close enough to that of all motions
+_MAX_MOTIONS: Final = 200
+_GROUPS: Final = 100
 _MAX_LOG: Final = 700.0  # exp() of more overflows a double
 #: Estimates without one motion below which there is no interval.
 MIN_VALUES: Final = 4
@@ -38,8 +41,13 @@ def exp_end(value: float) -> float:
 
 
 def motion_weights(motions: NDArray[np.intp]) -> FloatArray:
-    """Return weights of the runs: all of them, then without each motion, shape (1 + M, n)."""
+    """Return weights of the runs: all of them, then without each motion, shape (1 + M, n).
+
+    Above 200 motions, each replicate leaves out one of 100 groups of motions (Kott 2001).
+    """
     codes = np.unique(motions, return_inverse=True)[1]
+    if codes.max(initial=-1) >= _MAX_MOTIONS:
+        codes %= _GROUPS
     return (codes != np.arange(-1, codes.max(initial=-1) + 1)[:, None]).astype(np.float64)
 
 
