@@ -92,12 +92,12 @@ def config_page() -> str:
     schema = StudyConfig.model_json_schema()
     rows: list[tuple[str, ...]] = []
     for name, place in schema["properties"].items():
-        told = _resolved(place, schema)
-        keys = {f"{name}.{key}": field for key, field in told.get("properties", {}).items()}
+        details = _resolved(place, schema)
+        keys = {f"{name}.{key}": field for key, field in details.get("properties", {}).items()}
         # an option that is an axis of a grid has no default there, and its row in `model`
         rows += [
             _key_row(key, field, schema)
-            for key, field in (keys or {name: told}).items()
+            for key, field in (keys or {name: details}).items()
             if "default" in field
         ]
     return CONFIG_HEAD + "\n" + _table(("key", "default", "limits", "meaning"), rows)
@@ -114,15 +114,15 @@ def _resolved(field: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[st
 
 def _limits(field: Mapping[str, Any]) -> str:
     """Return what a value must be, in a few characters."""
-    told = next(iter(field.get("anyOf", [field])))
-    told = told.get("items", told)
-    if "enum" in told:
-        return ", ".join(str(choice) for choice in told["enum"])
+    details = next(iter(field.get("anyOf", [field])))
+    details = details.get("items", details)
+    if "enum" in details:
+        return ", ".join(str(choice) for choice in details["enum"])
     bounds = {
-        "≥": told.get("minimum"),
-        ">": told.get("exclusiveMinimum"),
-        "≤": told.get("maximum"),
-        "<": told.get("exclusiveMaximum"),
+        "≥": details.get("minimum"),
+        ">": details.get("exclusiveMinimum"),
+        "≤": details.get("maximum"),
+        "<": details.get("exclusiveMaximum"),
     }
     return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds.items() if bound is not None)
 

@@ -21,7 +21,7 @@ A4_INSIDE_MARGINS_PX = round((210 - 2 * 14) / 25.4 * 96)
 
 
 @pytest.mark.parametrize("view", VIEWS)
-def test_nothing_stands_beyond_the_screen(opened, width, view):
+def test_nothing_is_wider_than_the_screen(opened, width, view):
     page = opened(width, view=view, quantity="demand", cell=0)
     assert page.evaluate(TOO_WIDE) == []
     assert page.evaluate("document.documentElement.scrollWidth") <= width

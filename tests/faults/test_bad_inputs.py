@@ -128,7 +128,7 @@ def test_no_cell_of_an_export_is_a_formula(tmp_path: Path) -> None:
     assert "'=cmd()" in index.read_text(encoding="utf-8")
 
 
-def test_everything_that_a_study_reads_is_told_at_once(tmp_path: Path) -> None:
+def test_all_bad_inputs_of_a_study_are_reported_at_once(tmp_path: Path) -> None:
     """A wrong unit, a missing citation and dispersion, measures, bridges and folders."""
     states = [
         {"component": "a", "demand": "column_drift_ratio", "unit": "kn", "dispersion": 0.3,
@@ -190,7 +190,7 @@ def test_the_shipped_limit_states_load(name: str) -> None:
         (("bridge", "modal", "--skew-deg", "x"), "--skew-deg"),
     ],
 )
-def test_a_choice_is_told_with_what_it_may_be(arguments: tuple[str, ...], words: str) -> None:
+def test_bad_choice_is_reported_with_the_valid_ones(arguments: tuple[str, ...], words: str) -> None:
     code, message = run(*arguments)
     assert code == 2
     assert words in message

@@ -167,7 +167,7 @@ def test_bad_records_exit_with_2_and_name_the_file(pair, tmp_path):
         assert words in json.loads(done.stdout)["message"]
 
 
-def test_an_unwritable_folder_is_said_before_the_analysis(pair, tmp_path):
+def test_unwritable_folder_is_reported_before_the_analysis(pair, tmp_path):
     taken = tmp_path / "taken"
     taken.write_text("a file", encoding="utf-8")
     done = run(pair, taken, "--json")

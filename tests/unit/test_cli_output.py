@@ -43,7 +43,7 @@ def test_a_failure_is_one_message_and_an_exit_code(error, status, code):
     assert answer == {"status": status, "message": str(error)} | getattr(error, "details", {})
 
 
-def test_a_table_stands_for_the_object_and_leaves_out_long_lists():
+def test_table_lists_the_values_without_long_lists():
     payload = {"peaks": {"ux_m": 0.1}, "theta": None, "ci": [1.0, 2.5], "spectrum": [1.0] * 60}
     assert json.loads(run(lambda j: emit(payload, as_json=j), "--json").stdout) == payload
     table = run(lambda j: emit(payload, as_json=j)).stdout
@@ -87,7 +87,7 @@ def test_an_option_of_two_values_does_not_take_the_next_option():
     assert CliRunner().invoke(app, ["--pair", "a", "b", "--out", "c"]).exit_code == 0
 
 
-def test_a_table_in_a_pipe_is_not_cut_off():
+def test_table_in_a_pipe_is_complete():
     long = "column_residual_drift_ratio_of_a_long_name"
     rows = [dict.fromkeys("abcdef", long)]
     assert run(lambda _: emit_table(rows)).stdout.count(long) == 6

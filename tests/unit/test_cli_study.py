@@ -127,7 +127,7 @@ def test_a_mistyped_key_gets_a_suggestion(tmp_path: Path) -> None:
     assert "gird: unknown key (did you mean grid?)" in result.stderr
 
 
-def test_a_new_gap_leaves_what_is_done_done(tmp_path: Path) -> None:
+def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     axes = "skew_deg: [0], gap_mm: [25], friction: [0.5]"
     grid = f"grid: {{bridge: [osb1], abutment: [contact_friction], {axes}}}\n"
     config = tmp_path / "mine.yaml"

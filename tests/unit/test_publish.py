@@ -55,7 +55,7 @@ def archived(out: str) -> dict:
     return json.loads(result.stdout)
 
 
-def test_an_archive_has_what_is_needed_to_repeat_and_digests_that_hold(study: Path) -> None:
+def test_archive_has_all_inputs_and_valid_digests(study: Path) -> None:
     found = archived("a.zip")
     content = (study / "a.zip").read_bytes()
     assert found["sha256"] == hashlib.sha256(content).hexdigest()
@@ -101,7 +101,7 @@ def test_equal_studies_give_equal_bytes(study: Path) -> None:
     assert archived("b.zip")["sha256"] == first["sha256"]
 
 
-def test_tables_of_different_origin_are_told(study: Path) -> None:
+def test_tables_of_different_origin_are_reported(study: Path) -> None:
     path = study / "results/own/fragility/effects.parquet"
     write_frame(pd.read_parquet(path), path, provenance(config_digest="x", suite_digest="s"))
     assert any("different origin" in doubt for doubt in archived("a.zip")["doubts"])
@@ -115,9 +115,7 @@ def test_tables_of_different_origin_are_told(study: Path) -> None:
         (["own.yaml", "--out", "a.tar"], "must end with .zip"),
     ],
 )
-def test_what_is_no_finished_study_is_refused(
-    study: Path, arguments: list[str], message: str
-) -> None:
+def test_unfinished_study_is_refused(study: Path, arguments: list[str], message: str) -> None:
     (study / "other.yaml").write_text("results: results\n")
     result = RUNNER.invoke(build_app(), ["study", "archive", "--study", *arguments])
     assert result.exit_code == 2

@@ -84,7 +84,7 @@ def test_good_tables_pass():
 @pytest.mark.parametrize(
     ("changed", "name"),
     [
-        ({"motion_id": "m01"}, "analyses that stand there twice"),
+        ({"motion_id": "m01"}, "analyses listed twice"),
         ({"status": "finished"}, "rows without a known status"),
         ({"status": None}, "rows without a known status"),
         ({"status": "timeout"}, "share of rows with a status other than ok or collapse"),

@@ -49,7 +49,7 @@ def test_bases_axes_and_counts_are_those_of_the_study(render):
         assert f"{low:+.1f} to {high:+.1f} %" in page or f"{low:+.0f} to {high:+.0f} %" in page
 
 
-def test_a_reader_is_told_that_motions_are_scaled(render):
+def test_page_states_that_motions_are_scaled(render):
     demands = synthetic_demands(skews=(0,), gaps=(25,))
     demands["scale"] = 1.5
     demands.loc[demands.index[0], "scale"] = 0.25

@@ -91,7 +91,7 @@ def test_predictions_are_those_of_the_joint_model(app, written):
     assert one[1]["rows"][0]["p"] is None
 
 
-def test_the_error_of_left_out_variants_is_no_error_message(app, written, tmp_path):
+def test_leave_one_out_error_is_not_an_error_message(app, written, tmp_path):
     table = pd.read_parquet(written[0] / "out" / "joint.parquet")
     table.assign(loo_error=np.nan).to_parquet(tmp_path / "joint.parquet")
     found = CliRunner().invoke(app, ["predict", "--study", str(tmp_path), *PLACE])
@@ -122,7 +122,7 @@ def test_a_folder_of_a_study_serves_as_well(app, written, tmp_path):
         ((*PLACE, "--axis", "soil=1"), "soil is not an axis"),
     ],
 )
-def test_what_is_not_in_the_study_is_refused(app, written, options, words):
+def test_values_outside_the_study_are_refused(app, written, options, words):
     code, found = predict(app, written[0] / "out", *options)
     assert code == 2
     assert words in found["message"]

@@ -75,8 +75,8 @@ class Command(TyperCommand):
             values = args[at + 1 : at + 3]
             given = next((n for n, value in enumerate(values) if value.startswith("--")), None)
             if given is not None:
-                told = f"{args[at]} takes two values, got {given} before {values[given]}"
-                raise typer.BadParameter(told)
+                message = f"{args[at]} takes two values, got {given} before {values[given]}"
+                raise typer.BadParameter(message)
 
 
 def new_group(name: str | None = None, summary: str = "") -> typer.Typer:

@@ -49,13 +49,13 @@ _MAX_BYTES: Final = 2_000_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Archive:
-    """What was written.
+    """An archive that was written.
 
     Attributes:
         path: The file.
-        names: Of the files in it.
-        sha256: Of its bytes.
-        doubts: What a reader of the paper should know, a sentence each.
+        names: Names of the files in it.
+        sha256: SHA-256 of the file.
+        doubts: Reservations that a reader of the paper should know, a sentence each.
     """
 
     path: Path
@@ -68,7 +68,7 @@ def write_archive(config: Path, base: Path, out: Path) -> Archive:
     """Write configuration, tables, digests, licences and the command to repeat into a ZIP file.
 
     Equal studies give equal bytes. Accelerations are left out: recorded motions may not be passed
-    on, and the sources and digests of all motions stand in ``motions.csv``.
+    on, and the sources and digests of all motions are in ``motions.csv``.
 
     Args:
         config: Configuration of the finished study.
@@ -136,14 +136,14 @@ def _motions(suite: pd.DataFrame) -> str:
 def _licences() -> dict[str, bytes]:
     """Return the licence of this program, those that the packages state, and their versions."""
     own = distribution("skewbridge").read_text("licenses/LICENSE")
-    beside = PACKAGE.parents[1] / "LICENSE"
-    if own is None and beside.is_file():
-        own = beside.read_text(encoding="utf-8")
+    licence = PACKAGE.parents[1] / "LICENSE"
+    if own is None and licence.is_file():
+        own = licence.read_text(encoding="utf-8")
     lines = ["# Licences of the packages that the study was made with", ""]
     needed = [each for each in requires("skewbridge") or () if "extra ==" not in each]
     for name in sorted(re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in needed):
-        said = metadata(name)
-        lines.append(f"- {name} {said['Version']}: {licence_of(said)}")
+        package = metadata(name)
+        lines.append(f"- {name} {package['Version']}: {licence_of(package)}")
     lines += [
         "",
         "OpenSees and OpenSeesPy are free for research, education and internal use; commercial "
@@ -159,31 +159,31 @@ def _licences() -> dict[str, bytes]:
 
 def _doubts(folder: StudyFolder, config: Path, base: Path) -> tuple[str, ...]:
     """Return in what the tables are not those of one study as it is configured now."""
-    told: list[str] = []
+    doubts: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         load_results(folder.root)
-    told += [str(warning.message) for warning in caught if warning.category is UserWarning]
+    doubts += [str(warning.message) for warning in caught if warning.category is UserWarning]
     try:
         origin = origin_of(folder.demands, config, base)
     except (InputError, SolutionError) as error:
-        return (*told, f"not compared with the present sources and configuration: {error}")
+        return (*doubts, f"not compared with the present sources and configuration: {error}")
     if not origin.is_current:
         differing = ", ".join(origin.differences)
-        told.append(f"the present sources or configuration give other demands ({differing})")
-    return tuple(told)
+        doubts.append(f"the present sources or configuration give other demands ({differing})")
+    return tuple(doubts)
 
 
 def _readme(folder: StudyFolder, names: list[str], doubts: tuple[str, ...]) -> str:
-    told = read_stamp(folder.demands)
-    commit = told.get("git_commit", "unknown")
-    changed = " with local changes" if told.get("git_dirty") == "yes" else ""
+    stamp = read_stamp(folder.demands)
+    commit = stamp.get("git_commit", "unknown")
+    changed = " with local changes" if stamp.get("git_dirty") == "yes" else ""
     listed = "\n".join(f"- `{name}`" for name in names)
     doubted = "".join(f"- {doubt}\n" for doubt in doubts) or "- none found\n"
-    return f"""# A study of skewbridge {told.get("skewbridge_version", "")}
+    return f"""# A study of skewbridge {stamp.get("skewbridge_version", "")}
 
-Made with commit {commit}{changed} on Python {told.get("python_version", "?")} and OpenSeesPy
-{told.get("openseespy_version", "?")}. Every table says in its metadata where it comes from;
+Made with commit {commit}{changed} on Python {stamp.get("python_version", "?")} and OpenSeesPy
+{stamp.get("openseespy_version", "?")}. The metadata of every table state its origin;
 `SHA256SUMS` has the digest of every file here (`sha256sum -c SHA256SUMS`).
 
 ## Repeat it

@@ -45,7 +45,7 @@ def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCAL
 
     Args:
         geometry: What to draw.
-        gap_scale: Factor on the gaps, so that they can be seen beside the deck.
+        gap_scale: Factor on the gaps, so that they can be seen next to the deck.
     """
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     panels = figure.subplot_mosaic(

@@ -109,7 +109,7 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
             passed=share <= tables.max_unfinished_share,
             rows=_names(unfinished, (*KEY, "status")),
         ),
-        _none("analyses that stand there twice", demands[demands.duplicated(list(KEY))], KEY),
+        _none("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
         _none("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
         _none(
             "rows of variants with fewer analyses than others",
@@ -167,10 +167,10 @@ def _none(name: str, found: pd.DataFrame, named_by: Sequence[str]) -> TableCheck
 
 
 def _names(found: pd.DataFrame, named_by: Sequence[str]) -> tuple[str, ...]:
-    told = found[[name for name in named_by if name in found]].head(NAMED)
+    named = found[[name for name in named_by if name in found]].head(NAMED)
     return tuple(
         ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in row)
-        for row in told.itertuples(index=False)
+        for row in named.itertuples(index=False)
     )
 
 

@@ -227,7 +227,7 @@ _KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"
 _LABELS: Final = {choice.key: choice.label for choice in CHOICES}
 _BAR_IN: Final = 0.21  # height of a bar in the figure, with the space between two
 _HEAD_IN: Final = 0.95  # title and axis of a panel
-_LINEAR_PCT: Final = 5.0  # the scale is linear up to here, logarithmic beyond
+_LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
 _TICKS_PCT: Final = (2, 5, 20, 100, 500)
 _LEAST_PCT: Final = 6.0  # reach of a panel in which nothing moves
 
@@ -293,7 +293,7 @@ def tornado_text(choices: pd.DataFrame) -> str:
         f"Bars: geometric mean of the ratio over up to {most} pairs of runs with the same motion "
         "and variant, a choice against the configured model, an axis from its lowest to its "
         "highest value; thin lines: the lowest and the highest single pair. The scale is "
-        f"logarithmic beyond {_LINEAR_PCT:g} %.{left_out}"
+        f"logarithmic above {_LINEAR_PCT:g} %.{left_out}"
     )
 
 

@@ -31,7 +31,7 @@ _LEGEND_COLUMN_IN: Final = 1.75
 _TITLE_PAD_PT: Final = 6.0  # between a panel and its title
 _NOTE_LINE_PT: Final = 9.0  # for each line of a note between the two
 _NAME_ROOM: Final = 0.05  # part of the height of a panel that the name of a state takes
-_FAR_BELOW: Final = 300.0  # parts of the mildest state below which the size of a demand is no news
+_FAR_BELOW: Final = 300.0  # parts of the mildest state below which a demand is drawn at the bottom
 _UP: Final = 2  # matplotlib's marker of a tick upward
 
 

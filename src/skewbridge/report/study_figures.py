@@ -460,8 +460,9 @@ def save_figure(
     with mpl.rc_context(_rc(settings)):
         figure = draw()
         scale = _fit(figure, settings)
-        figure.draw_without_rendering()  # lays the figure out once, for both files
-        figure.set_layout_engine("none")
+        if layout := figure.get_layout_engine():  # once, for both files
+            layout.execute(figure)
+            figure.set_layout_engine("none")
         tight: Any = {}
         if settings.width_mm is None:
             tight = {"bbox_inches": figure.get_tightbbox().padded(_MARGIN_IN)}
@@ -469,7 +470,8 @@ def save_figure(
         metadata: dict[str, str] = figure_metadata(provenance) if provenance else {}
         figure.savefig(vector, format="svg", metadata={**metadata, "Date": None}, **tight)
         vector_path.write_bytes(_scaled_svg(vector.getvalue(), scale))
-        printed = {"dpi": (PNG_DPI, PNG_DPI)}
+        # strong compression takes half of the time of a figure and saves a seventh of its file
+        printed = {"dpi": (PNG_DPI, PNG_DPI), "compress_level": 1}
         dpi = PNG_DPI * scale
         figure.savefig(path, dpi=dpi, metadata=metadata, pil_kwargs=printed, **tight)
     return [vector_path, path]

@@ -31,15 +31,15 @@ type Row = Mapping[Any, Any] | pd.Series
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerdictStyle:
-    """How one verdict looks.
+    """Appearance of one verdict.
 
     Attributes:
         name: Name of its class in the page.
-        sign: Stands before the number.
+        sign: Sign before the number.
         text: Words of the legend; ``{margin}`` holds the margin.
         fill: Colour of the cell.
-        ink: Colour of what is written on it.
-        verdict: The verdict that it stands for.
+        ink: Colour of its text.
+        verdict: Its verdict.
     """
 
     name: str

@@ -247,7 +247,7 @@ class Picture:
 
     Attributes:
         number: Its number, from 1, in the order of the page.
-        caption: What is said of it.
+        caption: Its caption.
         data: Address that holds the whole picture.
         width: In pixels.
         height: In pixels.
