@@ -18,7 +18,7 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import outcome_of, run_key
-from skewbridge.study.worker import identity_of
+from skewbridge.study.worker import row_of_task
 from skewbridge.units import G_MPS2
 from strong_motion import DT_S, strong_motion
 
@@ -187,8 +187,8 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     prepare_motions(parsed.motions, conditioning_t1_s=0.748, t1_s={"osb1": 0.748}, folder=folder)
     task = StudySetup.of(parsed).tasks("osb1_cf_skew30_gap051_mu050")[0]
     result = analyse(task.variant, task.excitation, task.settings, task.options)
-    times = {"wall_s": 0.0, "cpu_s": 0.0}
-    row = identity_of(task, run_key(task)) | outcome_of(result) | times | {"suspect": ""}
+    rest = {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}
+    row = row_of_task(outcome_of(result) | rest, task, run_key(task))
     write_demands([row], folder.demands, {})
 
     done = runner.invoke(
