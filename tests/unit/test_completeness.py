@@ -14,6 +14,7 @@ from skewbridge.demands.completeness import (
     with_derived_columns,
 )
 from skewbridge.study.task import no_result, outcome_of
+from skewbridge.study.worker import derived_columns
 
 RUNS = pd.DataFrame(
     {
@@ -97,11 +98,11 @@ def result_of(status: str, mode: str) -> AnalysisResult:
 def test_a_row_of_an_analysis_says_whether_it_is_complete(
     status: str, mode: str, complete: bool
 ) -> None:
-    row = outcome_of(result_of(status, mode))
+    row = derived_columns(outcome_of(result_of(status, mode)))
     assert row["complete"] is complete
     assert row["column_failure_ratio"] == 1.25
     assert type(row["column_failure_ratio"]) is float
 
 
 def test_an_analysis_without_a_result_is_not_complete() -> None:
-    assert no_result("crash", "it ended")["complete"] is False
+    assert derived_columns(no_result("crash", "it ended"))["complete"] is False

@@ -113,8 +113,8 @@ class StudyConfig(BaseModel):
 
     results: FileName = Field(
         default=DEFAULT_ROOT,
-        description="folder of everything that the study writes; left out, it is `results` for a "
-        "file `config.yaml` and `results/NAME` for a file `NAME.yaml`",
+        description="folder of everything that the study writes; left out, it is "
+        "`results/NAME` for a file config/NAME.yaml, and `results` for others",
     )
     accuracy: Accuracy = Field(
         default="default",

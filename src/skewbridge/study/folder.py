@@ -26,9 +26,14 @@ _LEFT_OUT: Final = shutil.ignore_patterns("__pycache__", ".*")
 
 
 def default_root(configuration: str | Path) -> str:
-    """Return the folder of a study whose configuration does not name it, from that file's name."""
-    name = Path(configuration).stem
-    return DEFAULT_ROOT if name == "config" else f"{DEFAULT_ROOT}/{name}"
+    """Return the folder of a study whose configuration does not name it.
+
+    It is `results`, and for a file `config/NAME.yaml` other than `config/config.yaml` it is
+    `results/NAME`, so that a copy of a configuration has results of its own.
+    """
+    path = Path(configuration).resolve()
+    is_named = path.parent.name == "config" and path.stem != "config"
+    return f"{DEFAULT_ROOT}/{path.stem}" if is_named else DEFAULT_ROOT
 
 
 class StudyFolder:

@@ -95,11 +95,15 @@ def crashed_row(task: Task, key: str, reason: str) -> Row:
 
 def row_of_task(row: Row, task: Task, key: str) -> Row:
     """Return a row with the columns that identify its analysis and those derived from others."""
-    derived = {
+    return {**row, **derived_columns(row), **identity_of(task, key)}
+
+
+def derived_columns(row: Row) -> Row:
+    """Return the columns of a row that follow from others; no journal line is believed for them."""
+    return {
         COMPLETE: bool(completed(row["status"], row.get(BEYOND_MODEL) or "")),
         COLUMN_FAILURE_RATIO: float(column_failure_ratio(row)),
     }
-    return {**row, **derived, **identity_of(task, key)}
 
 
 def identity_of(task: Task, key: str) -> Row:
