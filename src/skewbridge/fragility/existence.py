@@ -53,12 +53,6 @@ def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
     return FITTED
 
 
-def too_little(ln_im: FloatArray, least: int = 3) -> str:
-    """Return the status of runs without a line: fewer than ``least``, or a single intensity."""
-    single = ln_im.size >= least and np.ptp(ln_im) == 0.0
-    return SINGLE_LEVEL if single else "too_few_runs"
-
-
 def clopper_pearson(k: FloatArray, n: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
     """Return the exact limits of a proportion; one-sided where none or all exceed.
 

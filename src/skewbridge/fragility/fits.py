@@ -253,21 +253,18 @@ def fit_stripes(
     kept = runs > 0.0
     warnings = [] if np.all(kept) else ["stripes_without_runs"]
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
-    total = round(float(np.sum(runs)))
-    ln_im = np.log(x)
+    total, ln_im = round(float(np.sum(runs))), np.log(x)
     status = existence.binomial_status(ln_im, runs, exceed) if total else existence.NO_RUNS
-    unfitted = FragilityFit(
-        method="stripes",
-        status=status,
-        n_runs=total,
-        level=settings.confidence,
-        warnings=tuple(warnings),
-    )
+    shared: dict[str, Any] = {
+        "n_runs": total,
+        "level": settings.confidence,
+        "warnings": tuple(warnings),
+    }
+    unfitted = FragilityFit(method="stripes", status=status, **shared)
     if total == 0:
         return unfitted
     if status != FITTED:
-        details = _stripe_bounds(status, ln_im, runs, exceed, settings)
-        return replace(unfitted, details=details)
+        return replace(unfitted, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     kernel = exceedance_kernel(ln_im, exceed, runs - exceed)
     flat = float(special.ndtri(np.sum(exceed) / np.sum(runs)))
     best = maximise(kernel, np.array([[flat, 0.0]]))
@@ -626,14 +623,10 @@ def fit_cloud_states(
     seen = low == high
     n_motions = x.size if lines is None else lines.b.size
     censored = not bool(np.all(seen))
-    blank = FragilityFit(
-        method="cloud_tobit" if censored else "cloud_ols",
-        status=FITTED,
-        n_runs=int(x.size),
-        level=settings.confidence,
-    )
+    method, level = "cloud_tobit" if censored else "cloud_ols", settings.confidence
+    blank = FragilityFit(method=method, status=FITTED, n_runs=int(x.size), level=level)
     if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
-        status = existence.too_little(x[seen])
+        status = "too_few_runs" if np.sum(seen) < 3 else existence.SINGLE_LEVEL
         return [replace(blank, status=status)] * len(capacities)
     line = tested_line(x[seen], low[seen])
     blank = replace(blank, line=line)

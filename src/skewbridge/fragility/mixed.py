@@ -33,9 +33,8 @@ _ROUNDS: Final = 100
 _HALVINGS: Final = 30
 _DECREMENT: Final = 1e-10  # of the log-likelihood; the step after it leaves some 1e-20
 _REFIT_DECREMENT: Final = 1e-4
-_SMALLEST_SHARE: Final = (
-    1e-4  # of a standard deviation in the scatter of the least-squares residuals
-)
+# smallest standard deviation, as a share of the scatter of the least-squares residuals
+_SMALLEST_SHARE: Final = 1e-4
 _THINNEST: Final = 1e-10
 
 
