@@ -139,7 +139,8 @@ def test_workers_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study: Pa
             found.drop(columns=TIMES), expected.drop(columns=TIMES), check_exact=True
         )
     skewbridge = [str(SNAKEMAKE.parent / "skewbridge"), "status", "--json", "--study"]
-    (study / "merged.yaml").write_text((study / "config/smoke.yaml").read_text() + "results: again")
+    merged = (study / "config/smoke.yaml").read_text().replace("results: results", "results: again")
+    (study / "merged.yaml").write_text(merged)
     state = subprocess.run(
         [*skewbridge, "merged.yaml"], cwd=study, capture_output=True, text=True, check=True
     )

@@ -10,7 +10,6 @@ from fractions import Fraction
 from typing import Final
 
 import numpy as np
-from scipy.signal import firwin, resample_poly
 
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import displacement, pair_arias_build_up, velocity
@@ -122,6 +121,8 @@ def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
         return motion
     # An edge at 90 % of the lower Nyquist frequency, 80 dB down beyond it
     factor = max(up, down)
+    from scipy.signal import firwin, resample_poly  # here: every job imports this module
+
     taps = firwin(2 * 40 * factor + 1, 0.9 / factor, window=("kaiser", 8.0))
     return motion.mapped(
         lambda accel: resample_poly(accel, up, down, window=taps), dt_s=motion.dt_s * down / up

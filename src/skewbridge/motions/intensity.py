@@ -8,7 +8,6 @@ build-up of both (which no rotation changes).
 from typing import Final
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import component_psa, orbit_rotd50, pair_psa, sa_avg_periods
@@ -88,19 +87,26 @@ def peak_g(accel_mps2: Vector) -> float:
     return float(np.abs(accel_mps2).max()) / G_MPS2
 
 
+def _running_integral(values: Vector, dt_s: float) -> Vector:
+    """Return the integral from the first value by the trapezoidal rule."""
+    from scipy.integrate import cumulative_trapezoid  # here: every job imports this module
+
+    return cumulative_trapezoid(values, dx=dt_s, initial=0)
+
+
 def velocity(accel_mps2: Vector, dt_s: float) -> Vector:
     """Return the velocity in m/s by the trapezoidal rule from rest; nothing is filtered."""
-    return cumulative_trapezoid(accel_mps2, dx=dt_s, initial=0)
+    return _running_integral(accel_mps2, dt_s)
 
 
 def displacement(accel_mps2: Vector, dt_s: float) -> Vector:
     """Return the displacement in m by the trapezoidal rule twice from rest."""
-    return cumulative_trapezoid(velocity(accel_mps2, dt_s), dx=dt_s, initial=0)
+    return _running_integral(velocity(accel_mps2, dt_s), dt_s)
 
 
 def arias_build_up(accel_mps2: Vector, dt_s: float) -> Vector:
     """Return pi/(2 g) times the running integral of the squared acceleration, in m/s."""
-    return np.pi / (2.0 * G_MPS2) * cumulative_trapezoid(accel_mps2**2, dx=dt_s, initial=0)
+    return np.pi / (2.0 * G_MPS2) * _running_integral(accel_mps2**2, dt_s)
 
 
 def pair_arias_build_up(motion: GroundMotion) -> Vector:
@@ -111,6 +117,8 @@ def pair_arias_build_up(motion: GroundMotion) -> Vector:
 
 def cav(accel_mps2: Vector, dt_s: float) -> float:
     """Return the cumulative absolute velocity, the integral of |a|, in m/s."""
+    from scipy.integrate import trapezoid
+
     return float(trapezoid(np.abs(accel_mps2), dx=dt_s))
 
 
@@ -133,4 +141,6 @@ def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
     """Return the integral of the 5 % pseudo-spectral velocity from 0.1 to 2.5 s, in m."""
     psa_mps2 = component_psa(accel_mps2, dt_s, HOUSNER_PERIODS_S)
     psv_mps = psa_mps2 * HOUSNER_PERIODS_S / (2.0 * np.pi)
+    from scipy.integrate import trapezoid
+
     return float(trapezoid(psv_mps, HOUSNER_PERIODS_S))

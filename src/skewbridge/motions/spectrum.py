@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from skewbridge.errors import InputError
 from skewbridge.motions.record import Vector
@@ -133,6 +132,8 @@ class _Record:
         substeps = max(int(np.ceil(STEPS_PER_PERIOD * self._dt_s / period_s - 1.0e-9)), 1)
         accel = self._in_substeps(substeps)
         b, a, rest = _filter(2.0 * np.pi / period_s, damping_ratio, self._dt_s / substeps)
+        from scipy.signal import lfilter  # here: its import takes a second
+
         return lfilter(b, a, accel, axis=-1, zi=accel[..., :1] * rest)[0]
 
     def _in_substeps(self, substeps: int) -> Vector:

@@ -10,11 +10,8 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
 from skewbridge.errors import InputError, raise_all
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.content import content_digest
-from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.levels import MotionsConfig, striped, unscaled_cloud
-from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.reading import shortened
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
@@ -114,6 +111,11 @@ def prepare_motions(
     Raises:
         InputError: A folder or motion is missing or malformed.
     """
+    # Here, because every job imports this module, and they load scipy.signal.
+    from skewbridge.motions.conditioning import Conditioning
+    from skewbridge.motions.intensity import motion_measures
+    from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
+
     suite = prepare_suite(
         Path(motions.folder),
         count=motions.count,

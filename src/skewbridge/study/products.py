@@ -46,7 +46,7 @@ class Recipe:
         sources: Packages and files of the package whose code makes them.
         sections: Keys of the configuration.
         after: Rules whose outputs it reads.
-        inputs: Inputs besides the motions, which count for all, see `_input_digests`.
+        inputs: Further inputs, see `_input_digests`; the motions count for all after another rule.
     """
 
     sources: tuple[str, ...]
@@ -60,7 +60,7 @@ RECIPES: Final[Mapping[str, Recipe]] = {
     "prepare_motions": Recipe(
         sources=(*_TABLES[:-1], "motions", "study/inputs.py"),
         sections=("motions",),
-        inputs=("periods",),
+        inputs=("motions", "periods"),
     ),
     "verify_contact": Recipe(sources=(*ENGINE, "verification"), inputs=("opensees",)),
     "verification": Recipe(
@@ -128,7 +128,8 @@ def made_from(study: StudyConfig) -> dict[str, MadeFrom]:
         found[rule] = {
             "sources": layer_digest(recipe.sources),
             **{name: digest_of(canonical(values[name])) for name in recipe.sections},
-            **{name: inputs[name] for name in ("motions", *recipe.inputs)},
+            **{name: inputs[name] for name in recipe.inputs},
+            **({"motions": inputs["motions"]} if recipe.after else {}),
             **{name: rule_digest(found[name]) for name in recipe.after},
         }
     return found
@@ -166,7 +167,7 @@ def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str
         rule=rule,
         rule_digest=rule_digest(made),
         config_digest=digest_of(canonical(values)),
-        suite_digest=made["motions"],
+        suite_digest=made.get("motions", "none"),
     )
 
 
