@@ -266,8 +266,9 @@ def fit_stripes(
     if status != FITTED:
         return replace(unfitted, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     kernel = exceedance_kernel(ln_im, exceed, runs - exceed)
-    flat = float(special.ndtri(np.sum(exceed) / np.sum(runs)))
-    best = maximise(kernel, np.array([[flat, 0.0]]))
+    # line through the probits of the shares, which are kept off 0 and 1
+    line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
+    best = maximise(kernel, line[None, ::-1])
     a0, a1 = (float(value) for value in best.params[0])
     if not bool(best.converged[0]) or a1 <= FLATTEST_SLOPE:
         reason = existence.NON_INCREASING if bool(best.converged[0]) else existence.NOT_CONVERGED

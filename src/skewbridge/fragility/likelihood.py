@@ -345,6 +345,7 @@ class _Profiles:
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
         self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
         self._params = np.tile(best, (len(self._normals), 1))
+        self._now = kernel.derivatives(self._params)
 
     def evaluate(self, psi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the profiles at ``psi`` and their derivatives, shape (rows,)."""
@@ -366,11 +367,11 @@ class _Profiles:
 
         The slope stays at zero in the rows ``flat``.
         """
-        params = self._params
-        params[flat, self._slope] = 0.0
-        normals[flat, self._slope] = 0.0
+        params, now = self._params, self._now
+        if np.any(flat):
+            params[flat, self._slope] = normals[flat, self._slope] = 0.0
+            now = self._kernel.derivatives(params)
         miss = right - np.sum(normals * params, axis=1)
-        now = self._kernel.derivatives(params)
         multiplier = np.zeros(right.size)
         for number in range(_MAX_ITERATIONS):
             score, information = now.score.copy(), -now.hessian
@@ -404,5 +405,5 @@ class _Profiles:
             if number and np.all(np.abs(step) <= 1e-14 * (1.0 + np.abs(params))):
                 break
             params, now = params + step, trial
-        self._params = params
+        self._params, self._now = params, now
         return now.loglik, multiplier
