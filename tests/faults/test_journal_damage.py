@@ -190,5 +190,5 @@ def test_a_truncated_table_is_refused_with_its_name(tmp_path: Path) -> None:
     whole = path.read_bytes()
     for end in (0, 3, len(whole) // 2, len(whole) - 1):
         path.write_bytes(whole[:end])
-        with pytest.raises(InputError, match=r"demands\.parquet is no intact parquet table"):
+        with pytest.raises(InputError, match=r"demands\.parquet is not an intact parquet table"):
             read_table(path)

@@ -46,7 +46,7 @@ def test_the_size_of_a_job_comes_from_the_profile_and_its_environment(
 
 def test_a_faulty_profile_is_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text("executor: slurm\njobs: 3\n")
-    with pytest.raises(InputError, match="no profile of a cluster"):
+    with pytest.raises(InputError, match="not a valid cluster profile"):
         JobSize.of_profile(str(tmp_path))
 
 

@@ -37,7 +37,7 @@ X = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
     [
         (at_most(2.0), (2.0,), "agrees"),
         (at_most(2.0), (2.1,), "disagrees"),
-        (at_most(2.0), (math.nan,), "cannot be told"),
+        (at_most(2.0), (math.nan,), "undecidable"),
         (at_least(2.0), (2.0,), "agrees"),
         (at_least(2.0), (1.9,), "disagrees"),
         (greater(), (1.1, 1.0), "agrees"),
@@ -54,21 +54,21 @@ X = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
         (falls_to(0.1), ([0.3, 0.05, 0.1],), "disagrees"),
         (lower, (0.9, 1.0), "agrees"),
         (lower, (1.1, 1.0), "disagrees"),
-        (lower, (1.0 - 0.5 * RESOLUTION, 1.0), "cannot be told"),
+        (lower, (1.0 - 0.5 * RESOLUTION, 1.0), "undecidable"),
         (hardly_changed, (1.04, 1.0), "agrees"),
         (hardly_changed, (0.94, 1.0), "disagrees"),
         (more_often, (9, 10), "agrees"),
         (more_often, (1, 10), "disagrees"),
-        (more_often, (6, 10), "cannot be told"),
-        (more_often, (3, 3), "cannot be told"),
-        (more_often, (0, 0), "cannot be told"),
+        (more_often, (6, 10), "undecidable"),
+        (more_often, (3, 3), "undecidable"),
+        (more_often, (0, 0), "undecidable"),
         (grows_with, (X, [2.0, 1.0, 4.0, 3.0, 6.0, 5.0]), "agrees"),
         (grows_with, (X, [-value for value in X]), "disagrees"),
-        (grows_with, (X[:3], X[:3]), "cannot be told"),
+        (grows_with, (X[:3], X[:3]), "undecidable"),
         pytest.param(
             grows_with,
             (X, [1.0] * 6),
-            "cannot be told",
+            "undecidable",
             marks=pytest.mark.filterwarnings("ignore:An input array is constant"),
         ),
     ],
@@ -84,7 +84,7 @@ def test_each_rule_has_one_outcome(rule, numbers, outcome):
         (1.025, True, "disagrees"),
         (0.9, True, "disagrees"),
         (0.998, True, "disagrees"),
-        (0.9, False, "cannot be told"),
+        (0.9, False, "undecidable"),
         (1.1, False, "disagrees"),
     ],
 )
@@ -97,7 +97,7 @@ def test_size_of_a_reduction_is_judged_under_the_papers_record_only(value, same_
 @pytest.mark.parametrize("rule", [lower, hardly_changed])
 @pytest.mark.parametrize("value", [0.0, 1.0])
 def test_change_of_zero_cannot_be_told(rule, value):
-    assert rule(value, 0.0).outcome == "cannot be told"
+    assert rule(value, 0.0).outcome == "undecidable"
     assert not math.isfinite(relative_change(value, 0.0))
 
 
@@ -105,7 +105,7 @@ def test_positive_correlation_that_chance_explains_cannot_be_told():
     weak = grows_with(X, [3.0, 1.0, 5.0, 2.0, 6.0, 1.5])
     assert weak.value is not None
     assert weak.value > 0.0
-    assert weak.outcome == "cannot be told"
+    assert weak.outcome == "undecidable"
     assert "p = " in weak.reason
 
 
@@ -163,7 +163,7 @@ def test_disagreement_is_reported_and_does_not_fail(short_study):
     assert peak["reason"] == "transverse peak: changes by +20.0%"
     assert open_row["value"] is None
     table = pd.read_parquet(short_study / "statements.parquet")
-    assert table["outcome"].tolist() == ["disagrees", "cannot be told"]
+    assert table["outcome"].tolist() == ["disagrees", "undecidable"]
     assert pd.read_parquet(short_study / "studies.parquet")["quantity"].tolist() == [
         "the model works"
     ]

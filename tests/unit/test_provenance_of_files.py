@@ -92,7 +92,7 @@ def test_a_format_without_a_place_for_it_is_left_as_it_is(tmp_path, name):
     path.write_text("[1, 2]")
     stamp(path, SAID)
     assert path.read_text() == "[1, 2]"
-    with pytest.raises(InputError, match="does not say"):
+    with pytest.raises(InputError, match="has no provenance"):
         read_stamp(path)
 
 
@@ -188,7 +188,7 @@ def test_ctrl_c_ends_a_script_with_one_sentence(tmp_path, capsys):
     ):
         os.kill(os.getpid(), signal.SIGINT)
     assert stopped.value.code == 130
-    assert capsys.readouterr().err == "interrupted; what is finished is kept\n"
+    assert capsys.readouterr().err == "interrupted; finished analyses are kept\n"
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Commands about whole studies: start, plan, follow, compare, trace, maintain and publish them."""
+"""Commands for whole studies: start, plan, compare, trace, maintain and publish them."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -248,9 +248,9 @@ def provenance(
 
     rows = [
         {"provenance": name, "of the file": value, "now": now(name, value)}
-        for name, value in sorted(origin.told.items())
+        for name, value in sorted(origin.recorded.items())
     ]
-    answer = {"current": origin.is_current, "provenance": origin.told, "now": origin.now}
+    answer = {"current": origin.is_current, "provenance": origin.recorded, "now": origin.now}
     emit(answer | {"differences": origin.differences}, rows, as_json=as_json)
     if not origin.is_current:
         messages.print("not current: the present sources or configuration give another result")

@@ -1,1 +1,1 @@
-"""What must be computed again, and what need not: digests of sources, whole files, versions."""
+"""Provenance of results: digests of sources and inputs, versions, atomic files."""

@@ -1,4 +1,4 @@
-"""Digests of sources, values and versions: two that are equal stand for the same result."""
+"""Digests of sources, values and versions: equal digests mean equal results."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -9,7 +9,7 @@ from typing import Any, Final
 
 #: Folder of the package.
 PACKAGE: Final = Path(__file__).parents[1]
-#: Sources that one analysis runs. The key of an analysis contains their digest, so that an edit
+#: Sources that an analysis executes. The key of an analysis contains their digest, so that an edit
 #: runs all analyses again. Readers of motions, scheduling and journals are not among them: the
 #: accelerations themselves are part of the key.
 ENGINE: Final = (
@@ -36,7 +36,7 @@ def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
         package: Folder of the package.
 
     Raises:
-        FileNotFoundError: There is no such part.
+        FileNotFoundError: A part does not exist.
     """
     digest = hashlib.sha256()
     for part in parts:
@@ -51,7 +51,7 @@ def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
 
 @cache
 def engine_digest() -> str:
-    """Return the digest of the sources that one analysis runs."""
+    """Return the digest of the sources that an analysis executes."""
     return layer_digest(ENGINE)
 
 

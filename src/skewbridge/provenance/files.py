@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, into folders that can be written."""
+"""Atomic writing of files, and checks that folders can be written."""
 
 import os
 import socket
@@ -11,9 +11,9 @@ from skewbridge.errors import InputError
 
 @contextmanager
 def written_aside(path: Path) -> Generator[Path]:
-    """Give a temporary path beside a file, and rename it to the file once all is written.
+    """Yield a temporary path next to a file, and rename it to the file when it is complete.
 
-    A reader, or a study that goes on after a kill, never sees a file that is half there.
+    A reader, or a study that resumes after a kill, never sees an incomplete file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{_writer()}")
@@ -25,19 +25,19 @@ def written_aside(path: Path) -> Generator[Path]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all."""
+    """Write a text file atomically."""
     with written_aside(path) as part:
         part.write_text(text, encoding="utf-8")
 
 
 def writable_folder(folder: Path) -> Path:
-    """Return a folder, made if need be, into which files can be written.
+    """Return a folder in which files can be written, and create it if necessary.
 
-    The write is tried, because access rights alone say too little (the superuser, read-only file
-    systems, a file of that name).
+    A file is written as a test, because access rights alone do not suffice (the superuser,
+    read-only file systems, a file of that name).
 
     Raises:
-        InputError: It cannot be made or written.
+        InputError: The folder cannot be created or written.
     """
     probe = folder / f".write-test-{_writer()}"
     try:
@@ -50,7 +50,7 @@ def writable_folder(folder: Path) -> Path:
 
 
 def writable_file(path: Path) -> Path:
-    """Return the path of a file that can be written, its folder made if need be.
+    """Return the path of a file that can be written, and create its folder if necessary.
 
     Raises:
         InputError: The folder cannot be made or written, or the path is a folder.
@@ -62,5 +62,5 @@ def writable_file(path: Path) -> Path:
 
 
 def _writer() -> str:
-    """Who writes: process and host, since two nodes of a cluster have equal process numbers."""
+    """Return process and host: two nodes of a cluster may have equal process numbers."""
     return f"{socket.gethostname()}.{os.getpid()}"

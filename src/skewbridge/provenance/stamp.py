@@ -1,4 +1,4 @@
-"""Provenance of a result, written into its file and read from it again."""
+"""Provenance of a result: written into its file, and read from it."""
 
 import json
 import re
@@ -30,7 +30,7 @@ def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:
 
 
 def stamp(path: Path, metadata: Mapping[str, str]) -> None:
-    """Write provenance into a file: Parquet, a JSON object or HTML; others are left as they are.
+    """Write provenance into a file: Parquet, a JSON object or HTML; other files are left unchanged.
 
     Figures have it from `figure_metadata` when they are saved.
 
@@ -58,7 +58,7 @@ def read_stamp(path: Path) -> dict[str, str]:
     """Return the provenance in a file, by name.
 
     Raises:
-        InputError: There is no such file, or it has no provenance.
+        InputError: The file does not exist, or it has no provenance.
     """
     try:
         found = _read(path)
@@ -66,7 +66,7 @@ def read_stamp(path: Path) -> dict[str, str]:
         raise InputError(f"cannot read {path}: {error}", file=str(path)) from None
     if not found:
         raise InputError(
-            f"{path} does not say where it comes from: no skewbridge wrote it, or one before "
+            f"{path} has no provenance: skewbridge did not write it, or a version from before "
             "results were marked",
             file=str(path),
         )

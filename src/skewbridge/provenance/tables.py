@@ -1,4 +1,4 @@
-"""Parquet tables that say where they come from and in which form they are written."""
+"""Parquet tables with their provenance and the version of their format."""
 
 import os
 import platform
@@ -19,7 +19,7 @@ from skewbridge.provenance.digests import PACKAGE
 from skewbridge.provenance.files import written_aside
 from skewbridge.reading import read_bytes, shown_path
 
-#: Raised by one when a column changes its meaning; tables in another form are refused.
+#: Version of the format, raised when the meaning of a column changes; others are refused.
 TABLE_FORMAT: Final = 2
 MAX_TABLE_BYTES: Final = 2_000_000_000
 MAX_CELLS: Final = 200_000_000
@@ -32,9 +32,9 @@ _CPU_INFO: Final = Path("/proc/cpuinfo")
 
 
 def provenance(**digests: str) -> dict[str, str]:
-    """Return what a result is made with: versions, commit, machine, and the digests given.
+    """Return the provenance of a result: versions, commit, machine, and the given digests.
 
-    Of the machine these are the kind and the number of its processors, and no names.
+    The machine is described by the kind and number of its processors, without names.
     """
     commit = _git("rev-parse", "--short=12", "HEAD")
     changed = _git("status", "--porcelain", "--untracked-files=no")
@@ -51,18 +51,18 @@ def provenance(**digests: str) -> dict[str, str]:
 
 
 def write_table(table: pa.Table, path: Path) -> None:
-    """Write a table, whole or not at all, with the version of its form."""
-    told = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
-    write_joined([table], path, told)
+    """Write a table atomically, with the version of its format."""
+    metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    write_joined([table], path, metadata)
 
 
 def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, str]) -> None:
-    """Write tables of one schema below each other, whole or not at all, a row group at a time.
+    """Write tables of one schema below each other atomically, one row group at a time.
 
     Args:
-        tables: The parts, at least one; held are those of one row group.
+        tables: The parts, at least one; only one row group is in memory.
         path: The file.
-        metadata: Of the whole, to which the version of its form is added.
+        metadata: Metadata of the file; the version of the format is added.
 
     Raises:
         ValueError: The parts have different columns.
@@ -112,17 +112,17 @@ def encoded(metadata: Mapping[str, str]) -> dict[bytes, bytes]:
 
 
 def texts_of(schema: pa.Schema) -> dict[str, str]:
-    """Return what a file tells, by name, without what pandas and Arrow keep there."""
-    own = (schema.metadata or {}).items()
-    return {key.decode(): value.decode() for key, value in own if key not in _NOT_OURS}
+    """Return the metadata of a file by name, without those of pandas and Arrow."""
+    entries = (schema.metadata or {}).items()
+    return {key.decode(): value.decode() for key, value in entries if key not in _NOT_OURS}
 
 
 def read_table(path: Path) -> pa.Table:
     """Return a table of this version of the program, or one that another program wrote.
 
     Raises:
-        InputError: No such file, no parquet, or a table that another version of this program
-            wrote in another form; says what to do.
+        InputError: The file does not exist, is not parquet, or was written by another version of
+            this program in another format; the message states what to do.
     """
     table = _intact_table(path)
     metadata = table.schema.metadata or {}
@@ -131,7 +131,7 @@ def read_table(path: Path) -> pa.Table:
     if found != str(TABLE_FORMAT):
         raise InputError(
             f"{path} was written by another version of skewbridge (table format {found}, this "
-            f"one reads {TABLE_FORMAT}): run the study again to make it anew",
+            f"one reads {TABLE_FORMAT}): run the study again to replace it",
             file=str(path),
         )
     return table
@@ -141,23 +141,25 @@ def _intact_table(path: Path) -> pa.Table:
     """Return a table as it was written: checksums of pages hold, texts are UTF-8.
 
     Raises:
-        InputError: No file, no parquet, an altered or cut one, or more cells than any study has.
+        InputError: The file does not exist, is not parquet, is damaged, or has too many cells.
     """
     content = pa.BufferReader(read_bytes(path, MAX_TABLE_BYTES))
     try:
         file = pq.ParquetFile(content, page_checksum_verification=True)
         cells = file.metadata.num_rows * file.metadata.num_columns
         if not 0 <= cells <= MAX_CELLS or file.metadata.num_columns > MAX_COLUMNS:
-            told = f"{shown_path(path)}: {cells} cells, at most {MAX_CELLS} are read"
-            raise InputError(told, file=str(path))
+            problem = f"{shown_path(path)}: {cells} cells, at most {MAX_CELLS} are read"
+            raise InputError(problem, file=str(path))
         table = file.read()
         table.validate(full=True)
     except InputError:
         raise
     except (OSError, ValueError, MemoryError, pa.ArrowException) as error:
-        told = "".join(sign if sign.isprintable() else " " for sign in str(error))[:200]
+        problem = "".join(sign if sign.isprintable() else " " for sign in str(error))[:200]
         shown = shown_path(path)
-        raise InputError(f"{shown} is no intact parquet table: {told}", file=str(path)) from None
+        raise InputError(
+            f"{shown} is not an intact parquet table: {problem}", file=str(path)
+        ) from None
     return table
 
 
@@ -175,13 +177,13 @@ def frame_of(table: pa.Table) -> pd.DataFrame:
     try:
         return table.to_pandas()
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):
-        pass  # what pandas keeps about itself in the file is damaged
+        pass  # the metadata of pandas in the file are damaged
     return table.replace_schema_metadata(None).to_pandas()
 
 
 @cache
 def _git(*arguments: str) -> str | None:
-    """Return what git says of the sources, asked once; None without git or a repository."""
+    """Return the output of git about the sources, cached; None without git or a repository."""
     try:
         found = subprocess.run(
             ["git", "-C", str(PACKAGE), *arguments], capture_output=True, text=True, check=False
@@ -192,7 +194,7 @@ def _git(*arguments: str) -> str | None:
 
 
 def _processor() -> str:
-    """Return the kind of the processors, as the system names it."""
+    """Return the kind of the processors, as named by the system."""
     try:
         lines = _CPU_INFO.read_text(encoding="utf-8").splitlines()
     except OSError:

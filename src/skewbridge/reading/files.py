@@ -150,8 +150,8 @@ def parse_yaml(text: str, where: str, **details: object) -> Any:
             line = mark.line + 1
             raise InputError(f"{where}, line {line}: {problem}", **details, line=line) from None
         place = "" if mark is None else f" in line {mark.line + 1}, column {mark.column + 1}"
-        told = f"{_printable(problem)[:200]}{place}"
-        raise InputError(f"{where} is not valid YAML: {told}", **details) from None
+        message = f"{_printable(problem)[:200]}{place}"
+        raise InputError(f"{where} is not valid YAML: {message}", **details) from None
     except (ValueError, OverflowError) as error:  # such as a number like 1:99:99
         raise InputError(f"{where} is not valid YAML: {error}", **details) from None
 

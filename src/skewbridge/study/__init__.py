@@ -1,1 +1,1 @@
-"""The study: typed configuration, variants of the grid, provenance."""
+"""Studies: configuration, analyses of the variants, journals and products."""

@@ -18,9 +18,9 @@ from skewbridge.study.worker import Row, Work
 
 logger = logging.getLogger(__name__)
 
-#: How long a job waits for its journal. Where the node of its predecessor was lost, NFSv4 gives
-#: the lock free when the lease of that node has ended (90 s unless set otherwise); a node that
-#: comes back ends the job.
+#: Time that a job waits for the lock of its journal. If the node of the previous job was lost,
+#: NFSv4 releases the lock when the lease of that node ends (90 s by default); if the node comes
+#: back, the lock stays and this job ends.
 PREDECESSOR_S: Final = 180.0
 
 
@@ -64,7 +64,7 @@ def analyse_variant(
 def _searching(
     setup: StudySetup, done: Mapping[str, Row], journal: Path
 ) -> Callable[[Task], Work] | None:
-    """Return what makes the search of a task in an IDA; None in other designs."""
+    """Return the function that searches from a task in an IDA; None in other designs."""
     search = setup.search
     if search is None:
         return None

@@ -1,4 +1,4 @@
-"""Analyses in a pool of worker processes, each finished one written to the journal at once."""
+"""Analyses in a pool of worker processes; each finished row is written to the journal at once."""
 
 import logging
 import signal
@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 #: A task with its number and its key.
 type Pending = tuple[int, Task, str]
 
-#: One thread in each worker: more would compete for the processors of the others.
+#: One thread in each worker: more threads would compete with the other workers.
 _ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
 )
@@ -39,7 +39,7 @@ class Workers:
 
     Attributes:
         count: Number of processes.
-        no_progress_s: A worker that takes no step for so long is ended.
+        no_progress_s: Time without a step after which a worker is ended.
     """
 
     count: int
@@ -56,13 +56,13 @@ def run_tasks(
     on_finished: Callable[[Row], None],
     search: Callable[[Task], Work] | None = None,
 ) -> list[Row]:
-    """Run what the journals do not have, and return the rows of all tasks in their order.
+    """Run the tasks without a row in the journals, and return the rows of all tasks in order.
 
-    A worker that dies (a fault inside the solver) or hangs costs its own analysis only: it is tried
+    A worker that dies (a fault inside the solver) or hangs affects only its analysis: it is tried
     once more alone, and where that ends a second worker it is recorded with status ``crash``.
 
     Args:
-        tasks: What is needed, in the order in which to begin it; of any variants.
+        tasks: Tasks of any variants, in the order in which to start them.
         journal: Open journal for the new rows.
         done: Rows that the journals have already, by `run_key`.
         workers: The worker processes.
@@ -88,7 +88,9 @@ def run_tasks(
         for row in found:
             if row["run_key"] in done:
                 continue
-            if row["run_key"] == keys[number]:  # what a search adds, it has written itself
+            if (
+                row["run_key"] == keys[number]
+            ):  # a search has already written the rows that it added
                 journal.append(row)
             on_finished(row)
 
@@ -108,7 +110,7 @@ def run_tasks(
                     for number, found in pool.one_by_one(left[: workers.count + 1]):
                         finish(number, found)
         finally:
-            # at once: a worker that is stopped or hangs would never come to its end
+            # at once: a worker that is stopped or hangs would never end
             _loky().get_reusable_executor(reuse=True).shutdown(kill_workers=True)
     return [row for number in range(len(tasks)) for row in rows[number]]
 
@@ -118,10 +120,10 @@ class _Pool:
     """The workers of a batch.
 
     Attributes:
-        workers: How many, and how long one may stand still.
-        log_folder: For the messages of the solver.
+        workers: Number of workers, and the time that one may take without a step.
+        log_folder: Folder for the messages of the solver.
         search: See `run_tasks`.
-        ended: Processes that were ended because they were stopped.
+        ended: Processes that were ended because they had been stopped.
     """
 
     workers: Workers
@@ -152,7 +154,7 @@ class _Pool:
             yield futures[future], future.result()
 
     def one_by_one(self, suspects: Sequence[Pending]) -> Iterable[tuple[int, list[Row]]]:
-        """Yield the rows of tasks that may have ended a worker, each in a worker of its own.
+        """Yield the rows of tasks that may have ended a worker, one worker per task.
 
         Workers take the tasks in their order, so that the first ones without rows were under way.
         """
@@ -167,7 +169,13 @@ class _Pool:
                 reason = f"no progress for {self.workers.no_progress_s:g} s"
                 yield (
                     number,
-                    [crashed_row(task, key, reason if hung else "two worker processes died in it")],
+                    [
+                        crashed_row(
+                            task,
+                            key,
+                            reason if hung else "two worker processes died in this analysis",
+                        )
+                    ],
                 )
 
 

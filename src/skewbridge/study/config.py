@@ -1,4 +1,4 @@
-"""Configuration of a study: YAML in, typed sections out, and the variants that it names."""
+"""Configuration of a study: typed sections read from YAML, and the variants to run."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
@@ -24,9 +24,9 @@ from skewbridge.variant.variant import Variant, parse_slug
 #: The bridge whose conditioning period sets the factors of every study: they belong to a motion
 #: alone, or the pairs of variants and bridges would be lost.
 CONDITIONING_BRIDGE: Final = "osb1"
-#: Families that every machine has; what they stand for is the choice of matplotlib.
+#: Generic font families; matplotlib chooses the font for each.
 GENERIC_FONTS: Final = ("sans-serif", "serif", "monospace")
-#: Size of the labels that the figures are designed with.
+#: Label size for which the figures are designed.
 DESIGN_FONT_PT: Final = 9.0
 
 
@@ -38,7 +38,7 @@ class SensitivityConfig:
         default=4,
         ge=0,
         le=10_000,
-        description="so many rows of the study again at the reference accuracy and with halved and "
+        description="number of rows to repeat at the reference accuracy and with halved and "
         "doubled penalties, spread over its variants, under its strongest motions; 0 for none",
     )
     window_s: Number | None = Field(
@@ -52,13 +52,13 @@ class SensitivityConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class BatchesConfig:
-    """Worker processes of the analyses; it changes no result."""
+    """Worker processes of the analyses; these keys change no result."""
 
     no_progress_s: Whole = Field(
         default=120,
         ge=1,
         le=86400,
-        description="a worker whose analysis takes no step for so long is ended and the analysis "
+        description="a worker whose analysis takes no step for this time is ended and the analysis "
         "tried once more alone, after which its row is `crash`; only time during which the study "
         "itself runs counts",
     )
@@ -66,13 +66,13 @@ class BatchesConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class ModellingChoicesConfig:
-    """What `make choices` analyses: options of `model` and `analysis` changed one at a time."""
+    """Analyses of `make choices`: options of `model` and `analysis` changed one at a time."""
 
     motions: Whole = Field(
         default=4,
         ge=1,
         le=10_000,
-        description="so many motions of every variant, spread over their PGV",
+        description="number of motions of every variant, spread over their PGV",
     )
     variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(
         default=(),
@@ -119,7 +119,7 @@ class StudyConfig(BaseModel):
     accuracy: Accuracy = Field(
         default="default",
         description="set of numerics (steps, tolerance, wall points, fibers, deck elements); a key "
-        "that is written under model or analysis beats it",
+        "under model or analysis overrides it",
     )
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
@@ -130,7 +130,7 @@ class StudyConfig(BaseModel):
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     checks: Literal["report", "strict"] = Field(
         default="report",
-        description="what a failed check of the tables does: report shows it at the top of the "
+        description="effect of a failed check of the tables: report shows it at the top of the "
         "page, strict stops the study before the page",
     )
     max_unfinished_share: Number = Field(
@@ -152,7 +152,7 @@ def parse_config(raw: Mapping[str, Any], files: Sequence[str | Path] = ()) -> St
     """Return the validated configuration.
 
     Args:
-        raw: The mapping as Snakemake or YAML gives it; a section left out has its defaults.
+        raw: Mapping from Snakemake or YAML; an omitted section has its defaults.
         files: Files that it was read from, without the default one; the first names the folder of
             the results where the configuration does not.
 
@@ -189,18 +189,20 @@ def check_font(name: str) -> None:
         name: A generic family or the name of a font.
 
     Raises:
-        InputError: It is not installed; the message names those with a like name.
+        InputError: It is not installed; the message lists fonts with a similar name.
     """
     if name in GENERIC_FONTS:
         return
-    from matplotlib.font_manager import get_font_names  # takes a second, and few studies need it
+    from matplotlib.font_manager import (
+        get_font_names,
+    )  # imported here: it takes a second, and few studies need it
 
     installed = get_font_names()
     if name not in installed:
         like = get_close_matches(name, installed, n=3, cutoff=0.5)
         near = f" (installed: {', '.join(like)})" if like else ""
-        told = f"{', '.join(GENERIC_FONTS)} or the name of an installed font{near}"
-        raise InputError(f"figures.font must be {told}, got {shortened(name)}")
+        choices = f"{', '.join(GENERIC_FONTS)} or the name of an installed font{near}"
+        raise InputError(f"figures.font must be {choices}, got {shortened(name)}")
 
 
 def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
@@ -210,7 +212,7 @@ def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[s
     the middle and the largest skew.
 
     Raises:
-        InputError: A name is no variant, or of a bridge that the grid does not have.
+        InputError: A name is not that of a variant, or its bridge is not in the grid.
     """
     by_bridge: dict[str, list[Variant]] = {}
     for variant in variants:

@@ -1,4 +1,4 @@
-"""Files of a study: the paths of its results, and the files that a new study begins with."""
+"""Files of a study: paths of its results, and the starter files of a new study."""
 
 import shutil
 from pathlib import Path
@@ -8,7 +8,7 @@ from skewbridge.errors import InputError
 from skewbridge.provenance.digests import PACKAGE
 
 DEFAULT_ROOT: Final = "results"
-#: As in a clone. pyproject.toml puts the same files beside the installed package.
+#: Paths as in a clone; pyproject.toml installs the same files next to the package.
 STARTER_PARTS: Final = (
     "Snakefile",
     "workflow/Snakefile",
@@ -29,7 +29,7 @@ def default_root(configuration: str | Path) -> str:
     """Return the folder of a study whose configuration does not name it.
 
     It is `results`, and for a file `config/NAME.yaml` other than `config/config.yaml` it is
-    `results/NAME`, so that a copy of a configuration has results of its own.
+    `results/NAME`, so that a copy of a configuration writes to another folder.
     """
     path = Path(configuration).resolve()
     is_named = path.parent.name == "config" and path.stem != "config"
@@ -49,7 +49,7 @@ class StudyFolder:
         self.suite: Final = root / "motions" / "suite.parquet"
         #: Intensity measures at factor 1, by bridge and motion.
         self.intensities: Final = root / "motions" / "intensities.parquet"
-        #: What the files of the motions say, kept so that they are read again only if touched.
+        #: Digests of the motion files, so that a file is read again only if it was touched.
         self.motions_digest: Final = root / "motions" / "digest.json"
         #: The demands of all variants.
         self.demands: Final = root / "demands.parquet"
@@ -59,13 +59,13 @@ class StudyFolder:
         self.modelling_choices: Final = root / "modelling_choices.parquet"
         #: Histories of a bridge without and with friction.
         self.friction_pair: Final = root / "friction_pair.parquet"
-        #: Folder of the checks against independent references.
+        #: Folder of the verification against independent references.
         self.verification: Final = root / "verification"
         #: Checks of the contact law before anything is analysed.
         self.gate: Final = self.verification / "contact_gate.parquet"
         #: Folder of the figures.
         self.figures: Final = root / "figures"
-        #: What the report says of the figures, written when all are drawn.
+        #: Captions of the figures, written when all are drawn.
         self.captions: Final = root / "captions.json"
         #: Checks of the tables.
         self.checks: Final = root / "checks.json"
@@ -96,12 +96,12 @@ class StudyFolder:
         return self.root / "logs" / f"{rule}.log"
 
     def benchmark(self, job: str) -> Path:
-        """Return where Snakemake writes the cost of a job."""
+        """Return the file in which Snakemake writes the cost of a job."""
         return self.root / "benchmarks" / f"{job}.tsv"
 
 
 def starter_files(package: Path = PACKAGE) -> Path:
-    """Return the folder of the files: beside an installed package, the root of a clone.
+    """Return the folder of the files: next to an installed package, or the root of a clone.
 
     Args:
         package: Folder of the package.
@@ -112,7 +112,9 @@ def starter_files(package: Path = PACKAGE) -> Path:
     for folder in (package.parent / "skewbridge_starter", package.parents[1]):
         if all((folder / part).exists() for part in STARTER_PARTS):
             return folder
-    raise InputError(f"the files of a study are not beside {package}: install the package again")
+    raise InputError(
+        f"the starter files of a study are not next to {package}: install the package again"
+    )
 
 
 def write_starter(folder: Path) -> list[Path]:
@@ -122,10 +124,10 @@ def write_starter(folder: Path) -> list[Path]:
         folder: May hold other files.
 
     Returns:
-        What was written: files and folders.
+        The written files and folders.
 
     Raises:
-        InputError: Something that would be written is there already; nothing is written then.
+        InputError: One of the files exists already; nothing is written then.
     """
     source = starter_files()
     there = [part for part in STARTER_PARTS if (folder / part).exists()]

@@ -1,4 +1,4 @@
-"""The same bridge under the same motion, without and with friction, as histories to draw."""
+"""Histories of one bridge under one motion, without and with friction."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ class FrictionPair:
     """Two histories that differ by friction only.
 
     Attributes:
-        variants: Without, and with most friction.
+        variants: Variant without friction, and variant with the largest friction.
         motion_id: Their motion.
         by_friction: History tables by a label for legends, such as ``friction 0.5``.
     """
@@ -32,7 +32,7 @@ class FrictionPair:
 
 
 def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
-    """Return the most skewed bridge with the smallest gap, without and with most friction.
+    """Return the most skewed bridge with the smallest gap, without and with the largest friction.
 
     Args:
         demands: Demands table.
@@ -84,7 +84,7 @@ def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
 
 
 def read_friction_pair(path: Path) -> FrictionPair | None:
-    """Return what `write_friction_pair` wrote, or None where there was no pair."""
+    """Return the pair that `write_friction_pair` wrote, or None if there was none."""
     table = read_frame(path)
     if table.empty:
         return None

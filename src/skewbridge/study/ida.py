@@ -1,4 +1,4 @@
-"""Incremental dynamic analysis: a search per motion instead of given factors."""
+"""Incremental dynamic analysis: a search for the capacity of each motion."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,17 +14,17 @@ from skewbridge.study.journal import open_journal
 from skewbridge.study.task import Task, run_key
 from skewbridge.study.worker import Row, analysed_row, row_of_task
 
-#: How long a worker waits while others write what they have found.
+#: Time that a worker waits while other workers write to the journal.
 _PATIENCE_S: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Search:
-    """What an incremental dynamic analysis looks for.
+    """Target and range of an incremental dynamic analysis.
 
     Attributes:
         demand: Column of the demands table.
-        threshold: Its limit; a collapse exceeds it whatever the demand.
+        threshold: Its limit; a collapse always exceeds it.
         low_g: Lowest Sa_avg tried.
         high_g: Highest Sa_avg tried.
     """
@@ -40,16 +40,16 @@ class Search:
         return self.low_g / at_1_g, self.high_g / at_1_g
 
     def first_factor(self, motion: SuiteMotion) -> float:
-        """Return the factor that the search begins with."""
+        """Return the first factor of the search."""
         low, high = self.limits(motion)
         return sqrt(low * high)
 
     def exceeds(self, row: Row) -> bool:
         """Return whether an analysis exceeds the limit.
 
-        A collapse does, and so does an analysis without a usable end or beyond the model: the
-        search then goes on at lower levels, where it can be believed, and the fit sees the row with
-        its own status.
+        A collapse does, and so does an analysis that failed or continued after a column failure:
+        the search then continues at lower levels, where the model is valid, and the fit uses the
+        row with its status.
         """
         is_complete = completed(row["status"], row.get(BEYOND_MODEL) or "")
         return bool(not is_complete or row[self.demand] >= self.threshold)
@@ -57,12 +57,12 @@ class Search:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Known:
-    """The analyses of a search that are not to be repeated.
+    """Finished analyses, which a search does not repeat.
 
     Attributes:
         rows: Rows of earlier analyses by `run_key`.
-        journal: Where each further one is written at once, so that a search that is killed goes on
-            from there. The first is left to the batch: with it the search counts as done.
+        journal: Journal in which each further analysis is written at once, so that a killed search
+            can resume. The batch writes the first analysis, which marks the search as done.
     """
 
     rows: Mapping[str, Row]
@@ -72,11 +72,11 @@ class Known:
 def search_capacity(
     search: Search, known: Known, task: Task, first_key: str, log_folder: Path
 ) -> list[Row]:
-    """Return the rows of all analyses that it took to bracket the capacity of one motion.
+    """Return the rows of all analyses that bracket the capacity of one motion.
 
     Args:
-        search: What to look for.
-        known: What is analysed already, and where more of it is kept.
+        search: Target and range of the search.
+        known: Finished analyses, and the journal for new ones.
         task: The first analysis of the search; this and what follows is given by the batch.
         first_key: Its `run_key`.
         log_folder: Folder for the messages of the solver.

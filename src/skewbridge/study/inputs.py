@@ -1,4 +1,4 @@
-"""Inputs of a study: checked before its first analysis, and the motions prepared for all."""
+"""Inputs of a study: checks before the first analysis, and preparation of the motions."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -52,7 +52,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
-    """Return the digest of what the motions of a study say, see `content_digest`.
+    """Return the digest of the contents of the motions of a study, see `content_digest`.
 
     Raises:
         InputError: A folder or a motion is missing or malformed.
@@ -70,15 +70,15 @@ def motions_digest(config: StudyConfig, cache: Path | None) -> str:
 def _check_measure(name: str) -> None:
     known = [column.name for column in INTENSITY_COLUMNS]
     if name not in known:
-        told = f"fragility.im must be one of {', '.join(known)}, got {shortened(name)}"
-        raise InputError(told)
+        problem = f"fragility.im must be one of {', '.join(known)}, got {shortened(name)}"
+        raise InputError(problem)
 
 
 def _check_ida_demand(name: str) -> None:
     known = [column.name for column in DEMAND_COLUMNS]
     if name not in known:
-        told = f"motions.ida_demand must be one of {', '.join(known)}, got {shortened(name)}"
-        raise InputError(told)
+        problem = f"motions.ida_demand must be one of {', '.join(known)}, got {shortened(name)}"
+        raise InputError(problem)
 
 
 def _check_limit_states(path: Path) -> None:
@@ -106,7 +106,7 @@ def prepare_motions(
         motions: The section of the configuration.
         conditioning_t1_s: Period that the factors are made with.
         t1_s: Conditioning period of each bridge of the study.
-        folder: Where the study lies.
+        folder: Folder of the study.
 
     Raises:
         InputError: A folder or motion is missing or malformed.
@@ -150,7 +150,7 @@ def _designed(suite: pd.DataFrame, motions: MotionsConfig) -> pd.DataFrame:
     table = striped(suite, motions.stripes_g, factor_limits=(low, high))
     if table.attrs["left_out"]:
         logger.warning(
-            "%d of %d scaled motions are left out: their factor is beyond %g to %g",
+            "%d of %d scaled motions are left out: their factor is outside %g to %g",
             table.attrs["left_out"],
             len(suite) * len(motions.stripes_g),
             low,

@@ -1,7 +1,7 @@
 """The journal of a job: append-only, one JSON line per finished analysis, with its checksum.
 
-A study that was killed repeats nothing that its journals have. A journal is never a declared output
-of a rule, so that Snakemake does not delete it.
+A killed study resumes without repeating the analyses in its journals. A journal is never a declared
+output of a rule, so that Snakemake does not delete it.
 """
 
 import fcntl
@@ -22,18 +22,18 @@ from skewbridge.study.folder import StudyFolder
 
 type Row = dict[str, Any]
 
-#: Raised by one when a column changes its meaning; lines in another form are not used.
+#: Version of the format, raised when the meaning of a column changes; other versions are ignored.
 JOURNAL_FORMAT: Final = 3
 _FORMAT_KEY: Final = "journal_format"
-#: The last entry of a line: the CRC-32 of the line without it, which tells every altered byte.
+#: The last entry of a line: the CRC-32 of the line without this entry, which detects altered bytes.
 _CHECKSUM: Final = re.compile(rb', "crc32": "([0-9a-f]{8})"\}$')
-#: Between two attempts to lock a journal.
+#: Time between two attempts to lock a journal.
 POLL_S: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JournalContent:
-    """What the journals of a study hold.
+    """Content of the journals of a study.
 
     Attributes:
         rows: Rows by `run_key`; the last line of a key counts.
@@ -49,24 +49,24 @@ class JournalContent:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What is to be said of lines that do not count."""
-        said: list[str] = []
+        """Messages about lines that are not used."""
+        messages: list[str] = []
         if self.outdated:
-            said.append(
+            messages.append(
                 f"The journals hold {self.outdated} line(s) of another version of skewbridge, "
                 "which do not count: their analyses run again."
             )
         if self.damaged:
-            said.append(
+            messages.append(
                 f"The journals hold {self.damaged} line(s) cut short or altered, which do not "
                 "count: their analyses run again (`skewbridge study journal --compact` removes "
                 "the lines)."
             )
-        return tuple(said)
+        return tuple(messages)
 
 
 def read_content(paths: Sequence[Path]) -> JournalContent:
-    """Return what some journals hold; a line that is no line of ours is counted and passed over."""
+    """Return the content of journals; lines of unknown form are counted and skipped."""
     rows: dict[str, Row] = {}
     repeated = outdated = damaged = 0
     for path in paths:
@@ -87,7 +87,7 @@ def read_journals(folder: StudyFolder) -> dict[str, Row]:
 
 
 def _lines(path: Path) -> Iterator[Row | None]:
-    """Yield the rows of a journal, and None for a line that is not as it was written."""
+    """Yield the rows of a journal, and None for an altered or foreign line."""
     if not path.exists():
         return
     for line in path.read_bytes().split(b"\n"):
@@ -96,17 +96,17 @@ def _lines(path: Path) -> Iterator[Row | None]:
 
 
 def _row(line: bytes) -> Row | None:
-    told = _CHECKSUM.search(line)
-    body = line if told is None else line[: told.start()] + b"}"
-    if told is not None and int(told[1], 16) != zlib.crc32(body):
+    checksum = _CHECKSUM.search(line)
+    body = line if checksum is None else line[: checksum.start()] + b"}"
+    if checksum is not None and int(checksum[1], 16) != zlib.crc32(body):
         return None
     try:
         row = json.loads(body)
     except (ValueError, RecursionError):
         return None
-    # Lines without a checksum are of versions before it: outdated, or ours with its end lost.
-    known = isinstance(row, dict) and (told is not None or _is_older(row))
-    return row if known else None
+    # A line without a checksum is of an older version, or was cut short.
+    is_row = isinstance(row, dict) and (checksum is not None or _is_older(row))
+    return row if is_row else None
 
 
 def _is_older(row: Mapping[str, Any]) -> bool:
@@ -119,11 +119,11 @@ def _line(row: Mapping[str, Any]) -> bytes:
 
 
 class JournalWriter:
-    """Appends rows to a journal that it holds the lock of.
+    """Writer of a journal, which holds its lock.
 
     Args:
-        descriptor: Of the open file.
-        path: Of the file.
+        descriptor: File descriptor of the open journal.
+        path: Path of the journal.
     """
 
     def __init__(self, descriptor: int, path: Path) -> None:
@@ -147,17 +147,17 @@ class JournalWriter:
             os.ftruncate(self._descriptor, size)
             raise InputError(
                 f"cannot write the journal {self.path}: {error.strerror}; the analyses that it "
-                "has are kept: make room and give the same command again"
+                "has are kept: free disk space and run the same command again"
             ) from None
 
 
 @contextmanager
 def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter]:
-    """Open a journal for writing, alone.
+    """Lock a journal and open it for writing.
 
     Args:
         path: The journal.
-        patience_s: How long to wait for the process that writes it.
+        patience_s: Time to wait for another process to release it.
 
     Raises:
         InputError: Another process runs the same job in the same folder, or the file cannot be
@@ -176,11 +176,11 @@ def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter
 
 
 def compact(path: Path, keep: Callable[[Row], bool]) -> JournalContent:
-    """Rewrite a journal with the last line of every key, and return what it held before.
+    """Rewrite a journal with the last line of every key, and return its previous content.
 
     Args:
         path: The journal.
-        keep: Says of a row whether it stays.
+        keep: Returns whether to keep a row.
 
     Raises:
         InputError: Another process writes it.
@@ -192,7 +192,7 @@ def compact(path: Path, keep: Callable[[Row], bool]) -> JournalContent:
 
 
 def _lock(descriptor: int, path: Path, patience_s: float) -> None:
-    """Lock a journal against other processes, those on other nodes of a cluster, too.
+    """Lock a journal against other processes, including those on other nodes of a cluster.
 
     NFS (from version 4 without a daemon, Linux) makes a lock of the whole file by `fcntl` of it. It
     is not asked for by `fcntl` here, since that one ends when this process closes any descriptor of
@@ -217,7 +217,7 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
 
 
 def compact_journals(folder: StudyFolder) -> JournalContent:
-    """Drop all lines that do not count, and return what the journals held.
+    """Drop all lines that are not used, and return the previous content of the journals.
 
     Raises:
         InputError: The study runs.
@@ -229,14 +229,14 @@ def compact_journals(folder: StudyFolder) -> JournalContent:
 
 
 def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
-    """Take analyses out of the journals, so that the study tries them again.
+    """Remove analyses from the journals, so that the study repeats them.
 
     The table of demands goes, too: it is what the study then makes again, from the journals and
     these analyses.
 
     Args:
-        folder: Where the study lies.
-        statuses: What became of the analyses to forget.
+        folder: Folder of the study.
+        statuses: Statuses of the analyses to remove.
 
     Returns:
         Their rows.
@@ -249,7 +249,7 @@ def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
     if forgotten:
         for path in folder.journals:
             with open_journal(path):
-                pass  # nothing is touched while one of them is written
+                pass  # do not change any journal while one of them is being written
         folder.demands.unlink(missing_ok=True)
         for path in folder.journals:
             compact(path, lambda row: row["status"] not in statuses)

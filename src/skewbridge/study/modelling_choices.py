@@ -1,6 +1,6 @@
-"""Choices of the modeller compared with friction, gap and skew: a new choice is a row of `CHOICES`.
+"""Effects of modelling choices compared with those of friction, gap and skew (`CHOICES`).
 
-Each choice is an option that another engineer could as well have set otherwise. It is changed alone
+Each choice is an option that another engineer could have set otherwise. It is changed alone
 on a few motions, and the demands are compared with those of the configured model motion by motion,
 next to the axes of the grid, from their lowest to their highest value on the same motions.
 """
@@ -41,11 +41,11 @@ class Choice:
     Attributes:
         key: Key of the section.
         label: Short name in figures and on the page.
-        values: What to try; the configured one among them is passed over.
-        source: Why these values.
+        values: Values to try; the configured one is skipped.
+        source: Reason for these values.
         section: Section of the configuration.
         acts_on: Whether the option changes the model of a variant.
-        when_null: The value of an analysis whose option is null.
+        when_null: Effective value where the option is null.
     """
 
     key: str
@@ -57,13 +57,13 @@ class Choice:
     when_null: Callable[[Task], Value] | None = None
 
     def configured_in(self, task: Task) -> Value:
-        """Return the value that an analysis has."""
+        """Return the value of the option in an analysis."""
         part = task.settings if self.section == "analysis" else _effective_options(task)
         value: Value | None = getattr(part, self.key)
         if value is not None:
             return value
         if self.when_null is None:
-            raise ValueError(f"choice {self.key}: nothing says what null stands for")
+            raise ValueError(f"choice {self.key}: when_null must state the meaning of null")
         return self.when_null(task)
 
     def set_in(self, task: Task, value: Value) -> Task:
@@ -72,7 +72,7 @@ class Choice:
         return replace(task, **{part: replace(getattr(task, part), **{self.key: value})})
 
     def alternatives(self, task: Task) -> list[Value]:
-        """Return the values that make another analysis of this one.
+        """Return the values that change an analysis.
 
         None where the option does not act on the variant, or where the scheme sets it anyway.
         """
@@ -111,7 +111,7 @@ CHOICES: Final = (
         key="keys",
         label="Shear keys",
         values=("sacrificial", "monolithic"),
-        source="the two backbones of the bridge's file: keys that break, or that hold",
+        source="the two backbones of the bridge's file: keys that break, or that do not",
         acts_on=_has_keys,
     ),
     Choice(
@@ -201,7 +201,7 @@ CHOICES: Final = (
         key="integrator",
         label="Integrator",
         values=(("Newmark", 0.5, 0.25), ("HHT", 0.7)),
-        # not Houbolt, which starts anew at every change of the step
+        # not Houbolt, which restarts at every change of the step
         source="without numerical damping, and with more",
         section="analysis",
         when_null=lambda task: task.settings.integrator_command,
@@ -231,7 +231,7 @@ def _effective(task: Task) -> tuple[object, object]:
     return task.settings, _effective_options(task)
 
 
-#: Columns of the table, with what they mean.
+#: Columns of the table with their meaning.
 CHOICE_COLUMNS: Final = {
     "bridge": "catalogue name of the bridge",
     "abutment": "abutment model",
@@ -273,7 +273,7 @@ class Pair:
     after: Task
 
     def names(self) -> dict[str, str]:
-        """Return what the pair compares, by column."""
+        """Return the compared quantities by column."""
         variant = self.before.variant
         return {
             "bridge": variant.bridge_name,
@@ -283,7 +283,7 @@ class Pair:
 
 
 def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
-    """Return so many analyses of a variant: the middles of equal parts of them, by scaled PGV."""
+    """Return a number of analyses of a variant, at equal quantiles of the scaled PGV."""
     ranked = sorted(tasks, key=_strength)
     parts = min(count, len(ranked))
     return [ranked[(2 * part + 1) * len(ranked) // (2 * parts)] for part in range(parts)]
@@ -337,15 +337,15 @@ def write_choices(
     workers: Workers,
     output: Path,
 ) -> None:
-    """Run what is missing and write the table of `CHOICE_COLUMNS`.
+    """Run the missing analyses and write the table of `CHOICE_COLUMNS`.
 
-    What stands in a journal of the study is not run again.
+    Analyses in a journal of the study are not repeated.
 
     Args:
-        setup: What the variants share.
+        setup: Settings that the variants share.
         variants: Names of the variants to change.
         axes: Values on every axis of the grid, by its name.
-        motions: So many of each.
+        motions: Number of motions of each variant.
         workers: The worker processes.
         output: Parquet file.
     """
@@ -361,7 +361,7 @@ def choices_table(pairs: Sequence[Pair], rows: Mapping[str, Mapping[str, Any]]) 
     """Return the ratios of the demands, one row per compared value and demand.
 
     Args:
-        pairs: What to compare; a pair that is there twice counts once.
+        pairs: Pairs to compare; a repeated pair counts once.
         rows: Rows of the demands table by `run_key`.
     """
     keys = {(run_key(pair.before), run_key(pair.after)): pair for pair in pairs}

@@ -1,6 +1,6 @@
-"""A pilot of a study: a few motions on a few variants say where the levels should lie.
+"""Trial runs of a study: a few motions on a few variants, to choose the levels.
 
-The analyses stand in the journals of the study, which does not repeat those that it has itself.
+The analyses are stored in the journals of the study, which reuses those that it needs.
 """
 
 import os
@@ -38,14 +38,14 @@ from skewbridge.variant.variant import Variant
 type Levels = tuple[float, float]
 
 LEAST_MOTIONS: Final = 4  # for a line with its scatter
-#: Lowest and highest levels that are tried, as multiples of those configured.
+#: Lowest and highest levels to try, as multiples of the configured ones.
 LOWEST: Final = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
-# ASSUME the line of a demand is not to be followed beyond 1.5 times the strongest level of a pilot.
-# After a second pilot, with the levels that the first proposed, it may go on.
+# ASSUME the line of a demand is not extrapolated above 1.5 times the strongest level of a pilot.
+# A second pilot, with the levels that the first proposed, may go further.
 HIGHEST: Final = (0.6, 0.7, 0.8, 1.0, 1.2, 1.4, 1.5)
 # A wider range is worth it if it brings more than this share of the states.
 WORTH_WIDENING: Final = 0.01
-# Which end of its axis a corner takes: four corners have both ends of each of three axes twice, and
+# End of each axis at each corner: four corners have both ends of each of three axes twice, and
 # no two axes change together.
 _CORNERS: Final = ((0, 0, 1, 1), (0, 1, 0, 1), (0, 1, 1, 0))
 _JOURNAL: Final = "pilot"
@@ -53,7 +53,7 @@ _JOURNAL: Final = "pilot"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
-    """Where the levels of a study should lie.
+    """Proposed range of the levels of a study.
 
     Attributes:
         level_range_g: The range proposed.
@@ -61,7 +61,7 @@ class Proposal:
         share: Forecast share of the states in reach, of all variants, with outcomes on both sides
             if the levels lie as proposed.
         configured_share: The same if they lie as configured.
-        in_reach: How many states of a variant are in reach.
+        in_reach: Number of states of a variant that motions can reach.
         n_states: How many there are.
         states: By bridge, component and limit state: of how many variants it is in reach, the
             median level of its median in g, and both shares.
@@ -84,7 +84,7 @@ class Proposal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strengths:
-    """How strong the motions of a study are at factor 1, arrays of shape (motions,).
+    """Intensities of the motions of a study at factor 1, arrays of shape (motions,).
 
     Attributes:
         level_g: Level of each motion.
@@ -95,7 +95,7 @@ class Strengths:
     measures: Mapping[str, list[dict[str, float]]]
 
     def allow(self, level_range_g: Levels) -> bool:
-        """Say whether the motions reach these levels with factors within their limits."""
+        """Return whether the motions reach these levels with factors within their limits."""
         factors = block_factors(self.level_g.tolist(), level_range_g)
         low, high = FACTOR_LIMITS
         return bool(factors.min() >= low and factors.max() <= high)
@@ -120,11 +120,11 @@ def corner_variants(grid: GridConfig) -> list[str]:
 
 
 def run_pilot(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
-    """Analyse what the journals do not have of a pilot, and propose the levels of the study.
+    """Run the missing analyses of a pilot, and propose the levels of the study.
 
     Args:
         config: The study.
-        motions: So many of its first motions, on each of `corner_variants`.
+        motions: Number of its first motions, run on each of `corner_variants`.
 
     Returns:
         The proposal and the rows of the pilot.
@@ -171,7 +171,7 @@ def run_pilot(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
 
 
 def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) -> Proposal:
-    """Return the narrowest range of levels that about as many states profit from as from any.
+    """Return the narrowest range of levels that serves nearly the largest number of states.
 
     The demand of a state is that of its line in the cloud of the pilot, beyond the pilot too: the
     probability that a motion exceeds the state follows from its intensity at its level. A state is
@@ -202,7 +202,9 @@ def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) ->
     median = np.exp((np.log(lines["threshold"]) - lines["ln_a"]) / lines["b"]) / per_g
     lines = lines.assign(median_g=median)[median.between(lowest_g[0], highest_g[-1])]
     if lines.empty:
-        raise InputError("no limit state is in reach of the pilot: are the demands those of it?")
+        raise InputError(
+            "no limit state is in reach of the pilot: check that the demands are those of the pilot"
+        )
     others = [each for each in product(lowest_g, highest_g) if strengths.allow(each)]
     ranges = dict.fromkeys([configured_g, *others])
     shares = {each: _both_sides(lines, strengths, im, each) for each in ranges}
@@ -232,7 +234,7 @@ def _both_sides(
     lines: pd.DataFrame, strengths: Strengths, im: str, level_range_g: Levels
 ) -> Vector:
     """Return for each line the probability of two motions or more on both sides of its state."""
-    # ASSUME a fit that hangs on one motion is none, so both outcomes are wanted twice
+    # ASSUME a fit that depends on one motion is unusable: both outcomes must occur twice
     found = np.empty(len(lines))
     for bridge in lines["bridge"].unique():
         intensities = strengths.intensities(str(bridge), im, level_range_g)

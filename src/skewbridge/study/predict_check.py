@@ -1,4 +1,4 @@
-"""Check of `skewbridge predict` inside the grid: new analyses of variants that the study lacks.
+"""Check of `skewbridge predict` inside the grid: new analyses between its variants.
 
 Three variants of each bridge and abutment model lie inside the grid of the study; they are analysed
 under some of its motions, and the medians of their own clouds are compared with predicted ones.

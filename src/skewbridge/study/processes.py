@@ -1,4 +1,4 @@
-"""Processes of a study: none outlives it, stands still in it, or runs it twice in one tree."""
+"""Processes of a study: end with their parent, stopped workers, one study per tree."""
 
 import ctypes
 import fcntl
@@ -30,23 +30,23 @@ _POLL_S: Final = 0.5
 def end_with_parent() -> None:
     """Let the kernel end this process with its parent, even while it is stopped.
 
-    A killed parent cannot end its children, and an orphan would work beside its successor.
+    A killed parent cannot end its children, and an orphan would compete with the next study.
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != _PARENT:  # it ended before
+    if os.getppid() != _PARENT:  # the parent has already ended
         os._exit(_EXIT_ORPHANED)
 
 
 @contextmanager
 def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
-    """End workers of this process that are stopped (SIGSTOP) for some time, while it is entered.
+    """Context in which workers of this process that stay stopped (SIGSTOP) are ended.
 
     Only time during which this process runs counts, so that a study that is stopped as a whole
     (Ctrl-Z) loses nothing.
 
     Args:
-        limit_s: How long a worker may be stopped.
+        limit_s: Time that a worker may be stopped.
 
     Yields:
         Process numbers of the workers that were ended, added as they are.
@@ -74,7 +74,7 @@ def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
 
 
 def worker_processes() -> list[psutil.Process]:
-    """Return the workers of this process, whether or not they have begun anything."""
+    """Return the worker processes of this process, idle ones included."""
     found: list[psutil.Process] = []
     for child in psutil.Process().children():
         with suppress(psutil.Error):
@@ -105,7 +105,7 @@ def hold_tree(folder: Path) -> None:
         os.close(descriptor)
         raise InputError(
             f"another study is running in {folder.parent.resolve()} (process {holder}): wait for "
-            "it or end it, then give the same command again"
+            "it or end it, then run the same command again"
         ) from None
     with suppress(OSError):  # the number is for the message above; a full disk need not have it
         os.ftruncate(descriptor, 0)
@@ -115,7 +115,7 @@ def hold_tree(folder: Path) -> None:
 def cancel_left_behind(prefix: str) -> None:
     """Cancel the Slurm jobs that a killed workflow of this tree left in the queue.
 
-    They would work beside their successors. What they have finished is in their journals.
+    They would compete with the new jobs. Their finished analyses are in their journals.
 
     Args:
         prefix: Beginning of the names of the jobs of this tree.

@@ -1,4 +1,4 @@
-"""Digests of what each product of a study is made from; is a file still what would be made?"""
+"""Products of a study: digests of their sources and inputs, and whether a file is current."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from skewbridge.variant.grid import expand_grid
 
 type MadeFrom = dict[str, str]
 
-#: Of the configuration, without influence on any result.
+#: Keys of the configuration that influence no result.
 _NO_RESULT: Final = {"results", "batches"}
 _TABLES: Final = ("errors.py", "units.py", "reading", "provenance", "variant", "demands")
 _ANALYSES: Final = (
@@ -40,7 +40,7 @@ _SCREEN: Final = (*_TABLES, "motions", "fragility", "report", "study/config.py")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recipe:
-    """What the outputs of a rule depend on.
+    """Dependencies of the outputs of a rule.
 
     Attributes:
         sources: Packages and files of the package whose code makes them.
@@ -113,10 +113,10 @@ RECIPES: Final[Mapping[str, Recipe]] = {
 
 
 def made_from(study: StudyConfig) -> dict[str, MadeFrom]:
-    """Return for each rule what its outputs are made from, as digests by name.
+    """Return the digests of everything that the outputs of each rule depend on, by name.
 
-    Equal digests mean equal outputs. They are parameters of the rules, so that Snakemake makes
-    again what changed, and are kept in the outputs.
+    Equal digests mean equal outputs. They are parameters of the rules, so that Snakemake repeats
+    the rules that changed, and are stored in the outputs.
 
     Raises:
         InputError: An input of the study is missing or wrong.
@@ -150,7 +150,7 @@ def _input_digests(study: StudyConfig) -> dict[str, str]:
 
 
 def rule_digest(made: Mapping[str, str]) -> str:
-    """Return the digest of all that the outputs of a rule are made from."""
+    """Return the digest of all dependencies of the outputs of a rule."""
     return digest_of(canonical(made))
 
 
@@ -159,7 +159,7 @@ def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str
 
     Args:
         rule: Name of the rule.
-        made: What they are made from, see `made_from`.
+        made: Digests of their dependencies, see `made_from`.
         study: The configuration.
     """
     values = study.model_dump(mode="json", exclude=_NO_RESULT)
@@ -173,22 +173,22 @@ def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
-    """Provenance of a file, compared with what would be made now.
+    """Provenance of a file, compared with that of a new result.
 
     Attributes:
-        told: Provenance in the file, by name.
-        now: The same of what would be made now, where it is known.
+        recorded: Provenance in the file, by name.
+        now: Provenance that the file would have if it were made now, where known.
         is_current: Whether the present sources and configuration would give the file.
     """
 
-    told: dict[str, str]
+    recorded: dict[str, str]
     now: dict[str, str]
     is_current: bool
 
     @property
     def differences(self) -> list[str]:
-        """Names of what differs now."""
-        return [name for name, value in self.now.items() if self.told.get(name) != value]
+        """Names of the entries that differ now."""
+        return [name for name, value in self.now.items() if self.recorded.get(name) != value]
 
 
 def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
@@ -206,23 +206,23 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
     Raises:
         InputError: The file has no provenance, or the configuration is bad.
     """
-    told = read_stamp(path)
-    now = {name: value for name, value in provenance().items() if name in told}
+    recorded = read_stamp(path)
+    now = {name: value for name, value in provenance().items() if name in recorded}
     decisive = ["openseespy_version"]
-    if "rule" in told:
+    if "rule" in recorded:
         study = load_config(config, base=base)
-        made: MadeFrom = made_from(study).get(told["rule"], {"motions": "unknown"})
-        present: dict[str, Any] = stamp_of(told["rule"], made, study)
+        made: MadeFrom = made_from(study).get(recorded["rule"], {"motions": "unknown"})
+        present: dict[str, Any] = stamp_of(recorded["rule"], made, study)
         now |= {name: present[name] for name in ("rule_digest", "config_digest", "suite_digest")}
         decisive = ["rule_digest"]
-    elif "engine_digest" in told:
+    elif "engine_digest" in recorded:
         now["engine_digest"] = engine_digest()
         decisive += ["engine_digest"]
     else:
         raise InputError(
-            f"{path} says with which versions it was made, but not for what: it was written "
-            "before results were marked with it",
+            f"{path} states the versions that made it, but not its sources: it was written "
+            "before results recorded them",
             file=str(path),
         )
-    is_current = all(told.get(name) == now[name] for name in decisive)
-    return Origin(told=told, now=now, is_current=is_current)
+    is_current = all(recorded.get(name) == now[name] for name in decisive)
+    return Origin(recorded=recorded, now=now, is_current=is_current)

@@ -1,4 +1,4 @@
-"""Progress and forecast of a study: what is done, failed and left, and what it will cost."""
+"""Progress and forecast of a study: analyses done, failed and left, and their cost."""
 
 import logging
 import time
@@ -37,7 +37,7 @@ SHOWN_CRASHES: Final = 10
 #: source: docs/scaling.md, 4 s for 25 s of motion, two-column bridge, default steps
 CPU_S_PER_MOTION_S: Final = 0.16
 TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
-CORES: Final = 2  # that a study works with
+CORES: Final = 2  # workers of a study
 COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 PROFILES: Final = Path("workflow/profiles")
@@ -55,7 +55,7 @@ class StudyState:
         cpu_s: Processor time of the finished analyses.
         rungs: Analyses by the highest recovery rung they used.
         statuses: Analyses by status.
-        suspect: Analyses that someone should look at.
+        suspect: Analyses that a user should check.
         variants_left: Variants with analyses that are not done.
         notes: Sentences about lines of the journals that do not count, and about analyses that
             ended their workers.
@@ -85,8 +85,8 @@ def study_state(
 
     Args:
         run_keys: Keys of the analyses by variant name.
-        content: What the journals of the study hold.
-        limits: What is suspect.
+        content: Content of the journals of the study.
+        limits: Limits above which a row is suspect.
     """
     found = content.rows
     rows = [found[key] for keys in run_keys.values() for key in keys if key in found]
@@ -111,7 +111,7 @@ class JobProgress:
 
     Args:
         name: Name of the job.
-        keys: Keys of its analyses; what a search adds to them does not count.
+        keys: Keys of its analyses; analyses that a search adds do not count.
         done: Analyses that were done when it began.
     """
 
@@ -149,13 +149,13 @@ class JobProgress:
 
 
 def log_failure(row: Mapping[str, Any]) -> None:
-    """Warn of an analysis without a usable result, and say how to repeat it by itself."""
+    """Warn of an analysis without a usable result, with the command that repeats it."""
     if row["status"] in FAILED:
         logger.warning(failure_note(row))
 
 
 def failure_note(row: Mapping[str, Any]) -> str:
-    """Return what became of an analysis, and the command that repeats it by itself."""
+    """Return the outcome of an analysis, and the command that repeats it alone."""
     return (
         f"{row['variant']} under {row['motion_id']}: {row['status']} "
         f"({row['collapse_criterion']}); alone: {run_command(row)}"
@@ -163,12 +163,12 @@ def failure_note(row: Mapping[str, Any]) -> str:
 
 
 def run_command(row: Mapping[str, Any]) -> str:
-    """Return the command that repeats one analysis by itself."""
+    """Return the command that repeats one analysis alone."""
     return f"skewbridge run --row {row['run_key']} --out row_{row['run_key']}"
 
 
 def _crash_notes(rows: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Return what is to be said of analyses that ended or stopped their workers."""
+    """Return notes on analyses that ended or stopped their workers."""
     notes = [failure_note(row) for row in rows if row["status"] == CRASH]
     if len(notes) > SHOWN_CRASHES:
         notes[SHOWN_CRASHES:] = [f"and {len(notes) - SHOWN_CRASHES} more with status {CRASH}"]
@@ -193,18 +193,20 @@ class JobSize:
 
     @classmethod
     def of_profile(cls, name: str) -> Self | None:
-        """Return the size of the jobs of a profile of Snakemake; None for one of one machine.
+        """Return the size of the jobs of a profile of Snakemake; None for a profile of one machine.
 
         Args:
             name: A folder of `PROFILES`, or a path.
 
         Raises:
-            InputError: There is no such profile, or it is none.
+            InputError: The profile does not exist or is invalid.
         """
         places = [Path(name), PROFILES / name]
         found = [place / "config.yaml" for place in places if (place / "config.yaml").is_file()]
         if not found:
-            raise InputError(f"no profile {name!r}: neither {places[0]} nor {places[1]} has one")
+            raise InputError(
+                f"no profile {name!r}: neither {places[0]} nor {places[1]} is a profile"
+            )
         try:
             with found[0].open(encoding="utf-8") as text:
                 profile: Any = yte.process_yaml(text, require_use_yte=True)
@@ -215,7 +217,7 @@ class JobSize:
                 jobs=profile["jobs"],
             )
         except (YteError, KeyError, TypeError) as error:
-            raise InputError(f"{found[0]} is no profile of a cluster: {error}") from None
+            raise InputError(f"{found[0]} is not a valid cluster profile: {error}") from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

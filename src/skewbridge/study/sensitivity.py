@@ -1,4 +1,4 @@
-"""Numerical sensitivity: rows of the study again at the reference accuracy, and other penalties.
+"""Numerical sensitivity: rows repeated at the reference accuracy and with other penalties.
 
 A row at the reference accuracy costs as much as many rows of the study, so that both sides of every
 comparison are analysed for the strongest part of the motion only.
@@ -36,7 +36,7 @@ def _with_options(**values: float) -> Callable[[Task], Task]:
     return lambda task: replace(task, options=replace(task.options, **values))
 
 
-#: What is made of a row of the study, by name; the names start columns of the table.
+#: Changed analyses of a row of the study; their names begin columns of the table.
 CHANGES: Final[Mapping[str, Callable[[Task], Task]]] = {
     AS_IN_STUDY: lambda task: task,
     "reference": _reference,
@@ -53,9 +53,9 @@ def sampled_rows(
     """Return rows of the study, spread over its variants, each with another strong motion.
 
     Args:
-        setup: What the variants share.
+        setup: Settings that the variants share.
         slugs: Variants to choose from, in the order of the study.
-        count: How many; the strongest motions by their largest scaled PGV, in turn.
+        count: Number of rows; the strongest motions by their largest scaled PGV, in turn.
         window_s: Length that is left of each motion; a shorter analysis, and all with None, is
             that of the study itself.
     """
@@ -87,12 +87,12 @@ def write_sensitivity(
     workers: Workers,
     output: Path,
 ) -> None:
-    """Run the changes and write how the demands move.
+    """Run the changed analyses and write the changes of the demands.
 
-    What stands in a journal of the study is not run again.
+    Analyses in a journal of the study are not repeated.
 
     Args:
-        setup: What the variants share.
+        setup: Settings that the variants share.
         slugs: Variants to choose from.
         count: Rows of the study; 0 writes an empty table.
         window_s: Length that is left of each motion; None for all.
@@ -124,11 +124,11 @@ def write_sensitivity(
 
 
 def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return how the demands move, one row per demand.
+    """Return the changes of the demands, one row per demand.
 
     Args:
         rows: Demands rows with the columns ``row`` (of the study) and ``change``. Those that did
-            not run to a status of theirs are left out and counted.
+            not finish are left out and counted.
     """
     ran = rows[rows["status"].isin(RAN)]
     table: list[dict[str, object]] = []

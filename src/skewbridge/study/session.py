@@ -1,4 +1,4 @@
-"""Life of a script of the workflow: its configuration, log, clear errors and stamped outputs."""
+"""Scripts of the workflow: their configuration, log, error messages and stamped outputs."""
 
 import errno
 import logging
@@ -25,7 +25,7 @@ logger = logging.getLogger("skewbridge")
 EXIT_FAILED: Final = 1
 EXIT_BAD_INPUT: Final = 2
 EXIT_INTERRUPTED: Final = 130
-#: Faults of the disk or its access rights, not of the program.
+#: Errors of the disk or its access rights, not of the program.
 _OF_THE_DISK: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
 )
@@ -52,11 +52,11 @@ class Job:
     stamp: Mapping[str, str]
 
     def current(self, path: Path, made: Mapping[str, str]) -> Path | None:
-        """Return the path of an optional table if it is there and would be made the same now.
+        """Return the path of an optional table if it exists and is current.
 
         Args:
             path: The table, of a rule that runs on request.
-            made: What it would be made from now, see `made_from`.
+            made: Digests that it would have now, see `made_from`.
         """
         if not path.is_file() or read_stamp(path).get("rule_digest") != rule_digest(made):
             return None
@@ -65,7 +65,7 @@ class Job:
 
 @contextmanager
 def script_session(snakemake: Any) -> Generator[Job]:
-    """Give a script its job; log to a file, and warnings and progress to the terminal too.
+    """Yield the job of a script; log to a file, and show warnings and progress in the terminal.
 
     Bad input and a disk that is full or cannot be written end in one sentence. When the script is
     through, its provenance is written into its outputs.
@@ -79,7 +79,7 @@ def script_session(snakemake: Any) -> Generator[Job]:
     """
     hush_exit_message()
     end_with_parent()
-    logging.raiseExceptions = False  # a log that the disk has no room for ends nothing
+    logging.raiseExceptions = False  # a full disk that stops the log does not stop the study
     logger.setLevel(logging.INFO)
     to_terminal = logging.StreamHandler(sys.stderr)
     to_terminal.addFilter(for_terminal)
@@ -98,12 +98,12 @@ def script_session(snakemake: Any) -> Generator[Job]:
         logger.error("%s", error)
         raise SystemExit(EXIT_FAILED) from None
     except KeyboardInterrupt:
-        logger.error("interrupted; what is finished is kept")
+        logger.error("interrupted; finished analyses are kept")
         raise SystemExit(EXIT_INTERRUPTED) from None
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
-        logger.error("cannot write the results: %s; what is finished is kept", error)
+        logger.error("cannot write the results: %s; finished analyses are kept", error)
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)
@@ -113,7 +113,7 @@ def _job(snakemake: Any) -> Job:
     study = parse_config({**snakemake.config, "results": snakemake.params.results})
     made = snakemake.params.made_from
     if made["sources"] != layer_digest(RECIPES[snakemake.rule].sources):
-        raise InputError("the sources were edited while the study ran: give the same command again")
+        raise InputError("the sources were edited while the study ran: run the same command again")
     return Job(
         study=study,
         folder=StudyFolder(Path(study.results)),
@@ -132,7 +132,9 @@ def for_terminal(record: logging.LogRecord) -> bool:
 @contextmanager
 def _logging_to(log: str | Path) -> Generator[None]:
     Path(log).unlink(missing_ok=True)  # of the last run
-    to_file = logging.FileHandler(log, mode="w", delay=True)  # no file without a message
+    to_file = logging.FileHandler(
+        log, mode="w", delay=True
+    )  # the file is created with the first message
     to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     logger.addHandler(to_file)
     try:

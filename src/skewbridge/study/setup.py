@@ -1,4 +1,4 @@
-"""From the configuration and the prepared motions to the analyses of a study."""
+"""Analyses of a study from its configuration and the prepared motions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -21,16 +21,16 @@ from skewbridge.variant.variant import parse_slug
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudySetup:
-    """What all variants of a study share.
+    """Settings and motions that all variants of a study share.
 
     Attributes:
-        folder: Where the study lies.
+        folder: Folder of the study.
         suite: The ground motions with their factors.
         measures: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
         incidence_deg: Angles of incidence.
-        settings: How to integrate.
-        options: How to model.
-        search: What an IDA searches for; None where the factors are given.
+        settings: Settings of the integration.
+        options: Modelling options.
+        search: Target of an IDA; None where the factors are given.
     """
 
     folder: StudyFolder
@@ -75,7 +75,7 @@ class StudySetup:
         """Return the analyses of one variant.
 
         In an IDA there is one per motion, at the first factor of its search. The values of a
-        variant on the axes of modelling options stand above the configured ones.
+        variant on the axes of modelling options override the configured ones.
 
         Raises:
             InputError: The motions are not prepared for the bridge of the variant.
@@ -99,14 +99,14 @@ class StudySetup:
         ]
 
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
-        """Return the analysis that a row of the demands is of, None if the study has no such.
+        """Return the analysis of a row of the demands; None if the study does not have it.
 
         Raises:
             InputError: The bridge of the row is not in the study.
         """
         wanted = row["motion_id"], row["scale"], row["incidence_deg"]
         for task in self.tasks(row["variant"]):
-            # a search has analyses at factors of its own
+            # a search chooses its factors
             own = task if self.search is None else at_factor(task, row["scale"])
             if (own.motion.motion.motion_id, own.motion.scale, own.incidence_deg) == wanted:
                 return own

@@ -1,4 +1,4 @@
-"""One analysis: what it is given, its key, and what it gives.
+"""One analysis: its inputs, its key and its result.
 
 The sources of this module are part of the key of every analysis (`provenance.digests.ENGINE`), so
 that an edit runs all analyses again. Scheduling, journals and configuration are kept out of it.
@@ -34,8 +34,8 @@ class Task:
         variant: The bridge.
         motion: The ground motion with its factor and its intensity measures at that factor.
         incidence_deg: Angle from bridge x to component 1.
-        settings: How to integrate.
-        options: How to model.
+        settings: Settings of the integration.
+        options: Modelling options.
     """
 
     variant: Variant
@@ -52,7 +52,7 @@ class Task:
 
     @property
     def excitation(self) -> Excitation:
-        """What the model is shaken with."""
+        """Excitation of the model."""
         return Excitation(
             motion=self.motion.motion, scale=self.motion.scale, incidence_deg=self.incidence_deg
         )
@@ -70,16 +70,16 @@ def run_key(task: Task) -> str:
 
 
 def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, Any]:
-    """Run one analysis in this process; whatever fails in it is data.
+    """Run one analysis in this process; a failure is recorded as its result.
 
     Args:
         task: The analysis.
-        log_path: Where the solver's messages go.
-        progress: Called now and then with the time reached and the duration, in s.
+        log_path: File for the messages of the solver.
+        progress: Called at intervals with the time reached and the duration, in s.
 
     Returns:
-        What the analysis adds to its row of the demands table, see `outcome_of`; without demands
-        if it was refused or broke off with an error.
+        The columns that the analysis adds to its row of the demands table, see `outcome_of`;
+        without demands if it was refused or stopped with an error.
     """
     try:
         result = analyse(
@@ -99,7 +99,7 @@ def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, An
 
 
 def outcome_of(result: AnalysisResult) -> dict[str, Any]:
-    """Return the columns of a row that an analysis gives: demands and what became of it."""
+    """Return the columns of a row that an analysis computes: demands and status."""
     reason = "" if result.status in RAN else "; ".join(result.messages)
     return {
         **result.demands,

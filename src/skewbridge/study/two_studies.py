@@ -69,8 +69,8 @@ class StudyPair:
 def compare_studies(first: Path, second: Path, judgement: Judgement) -> StudyPair:
     """Compare two studies, each given by its folder or by its table of demands.
 
-    Motions are the same if their files are (by digest) where both studies have their suite, and by
-    name where they have not.
+    Motions are matched by the digests of their files if both studies have a suite, otherwise by
+    name.
 
     Raises:
         InputError: A table or column is missing, a value unusable, or nothing in common.

@@ -1,4 +1,4 @@
-"""Work of one worker process: an analysis and its row, ended by the system when it hangs.
+"""Worker processes: an analysis and its row, ended by the system when it hangs.
 
 A worker imports this module and the packages below it: no tables, no pools of workers.
 """
@@ -42,7 +42,7 @@ class Alarm:
 
     @classmethod
     def restart(cls, *_: object) -> None:
-        """Begin to count again; to be called at every step. Without a limit nothing is ended."""
+        """Restart the timer; call this at every step. Without a limit it does nothing."""
         if cls.limit_s:
             signal.setitimer(signal.ITIMER_REAL, cls.limit_s)
 
@@ -51,7 +51,7 @@ def guarded(work: Work, task: Task, key: str, log_folder: Path, no_progress_s: f
     """Return the rows of a task in a worker process that ends with its parent or when it hangs."""
     hush_exit_message()
     end_with_parent()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     Alarm.limit_s = no_progress_s
     Alarm.restart()
     try:
@@ -78,7 +78,7 @@ def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     log = log_folder / f"{task.motion.motion.motion_id}_{key}.log"
     outcome = analyse_task(task, log, Alarm.restart)
-    if log.is_file() and log.stat().st_size == 0:  # OpenSees had nothing to say
+    if log.is_file() and log.stat().st_size == 0:  # OpenSees wrote no message
         log.unlink()
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
     if outcome["status"] in _WITHOUT_RESULT:
@@ -99,7 +99,7 @@ def row_of_task(row: Row, task: Task, key: str) -> Row:
 
 
 def derived_columns(row: Row) -> Row:
-    """Return the columns of a row that follow from others; no journal line is believed for them."""
+    """Return the columns of a row that follow from others; they are never read from a journal."""
     return {
         COMPLETE: bool(completed(row["status"], row.get(BEYOND_MODEL) or "")),
         COLUMN_FAILURE_RATIO: float(column_failure_ratio(row)),

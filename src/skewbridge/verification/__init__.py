@@ -1,1 +1,1 @@
-"""The paper's studies and statements, held against closed forms and other references."""
+"""The paper's studies and statements, compared with closed forms and other references."""

@@ -79,7 +79,7 @@ def run_studies(
         except RuntimeError as error:
             # The others still run.
             study = Study(name)
-            study.holds(f"the study ends ({error})", truth=False, source="")
+            study.holds(f"the study finishes ({error})", truth=False, source="")
             study.leave_open(f"the study stopped: {error}")
         _write(study, out)
         rows += study.rows()
@@ -95,7 +95,7 @@ def run_studies(
 def run_study(
     name: str, kept: Path | None = None, report_progress: Callable[[str], None] | None = None
 ) -> Study:
-    """Run one study; statements without a verdict cannot be told.
+    """Run one study; statements without a verdict are undecidable.
 
     Args:
         name: Name of the study.

@@ -3,8 +3,8 @@
 The table paraphrases what sections 2 to 5 of the paper state and a computation can check: one row
 of claim, study, computed number and rule (two rows where two numbers judge a claim). A study
 computes the number in each of its cases (`Study.states`); the rule gives the verdict: agrees,
-disagrees or cannot be told. A claim with a direction is tested in that direction only. A change
-below the resolution of the analyses, or one that chance explains, cannot be told.
+disagrees or is undecidable. A claim with a direction is tested in that direction only. A change
+below the resolution of the analyses, or one that chance explains, is undecidable.
 
 Assumed limits of the table: the paper calls at most 5 % small; contact is enforced where a penalty
 lets in at most 3 % of the gap; stick-slip events are at least ten changes; a history is coupled if
@@ -26,9 +26,9 @@ from typing import Any, Final, Literal
 
 from scipy.stats import binomtest, spearmanr
 
-type Outcome = Literal["agrees", "disagrees", "cannot be told"]
+type Outcome = Literal["agrees", "disagrees", "undecidable"]
 
-# ASSUME a change of a peak smaller than the median error of the default time step says nothing.
+# ASSUME a change of a peak within the median error of the default time step is not significant.
 RESOLUTION: Final = 0.005
 # ASSUME what the paper calls minimal, small or similar is at most 5 %.
 SMALL: Final = 0.05
@@ -41,7 +41,7 @@ class Verdict:
     """Verdict on a statement in one case.
 
     Attributes:
-        outcome: Agrees, disagrees or cannot be told.
+        outcome: Agrees, disagrees or is undecidable.
         reason: Why, with the numbers.
         value: The number that decides, if there is one.
         reference: What the number is compared with.
@@ -66,7 +66,7 @@ def relative_change(value: float, reference: float) -> float:
 
 def _decided(truth: bool, reason: str, value: float, reference: float) -> Verdict:
     if isnan(value) or isnan(reference):
-        return Verdict("cannot be told", f"{reason}: not a number", value, reference)
+        return Verdict("undecidable", f"{reason}: not a number", value, reference)
     return Verdict("agrees" if truth else "disagrees", reason, value, reference)
 
 
@@ -137,28 +137,28 @@ def lower(value: float, reference: float) -> Verdict:
     """Apply the rule that a peak with friction is below the peak without (the reference)."""
     change = relative_change(value, reference)
     if not isfinite(change):
-        return Verdict("cannot be told", "zero without friction", value, reference)
+        return Verdict("undecidable", "zero without friction", value, reference)
     if abs(change) <= RESOLUTION:
         reason = f"changes by {change:+.1%}, within the resolution of {RESOLUTION:.1%}"
-        return Verdict("cannot be told", reason, value, reference)
+        return Verdict("undecidable", reason, value, reference)
     return _decided(change < 0.0, f"changes by {change:+.1%}", value, reference)
 
 
 def reduced_by(low: float, high: float) -> Rule:
     """Return the rule that friction reduces a peak by a share within limits.
 
-    Under another record than the paper's (`same_record` false) the size cannot be told.
+    Under another record than the paper's (`same_record` false) the size is undecidable.
     """
 
     def rule(value: float, reference: float, *, same_record: bool) -> Verdict:
         change = relative_change(value, reference)
         reason = f"changes by {change:+.1%}, reduction of {low:.1%} to {high:.1%} in the paper"
         if not isfinite(change):
-            return Verdict("cannot be told", "zero without friction", value, reference)
+            return Verdict("undecidable", "zero without friction", value, reference)
         if change >= RESOLUTION:
             return _decided(False, reason, value, reference)
         if not same_record:
-            return Verdict("cannot be told", f"{reason}, other record", value, reference)
+            return Verdict("undecidable", f"{reason}, other record", value, reference)
         return _decided(low <= -change <= high, reason, value, reference)
 
     return rule
@@ -168,7 +168,7 @@ def hardly_changed(value: float, reference: float) -> Verdict:
     """Apply the rule that friction changes a peak by at most what the paper calls small."""
     change = relative_change(value, reference)
     if not isfinite(change):
-        return Verdict("cannot be told", "zero without friction", value, reference)
+        return Verdict("undecidable", "zero without friction", value, reference)
     reason = f"changes by {change:+.1%}, small is {SMALL:.0%}"
     return _decided(abs(change) <= SMALL, reason, value, reference)
 
@@ -176,7 +176,7 @@ def hardly_changed(value: float, reference: float) -> Verdict:
 def more_often(count: int, total: int) -> Verdict:
     """Apply the rule that something happens in most of several cases, by a one-sided sign test."""
     if total < FEWEST_VALUES:
-        return Verdict("cannot be told", f"{count} of {total}, too few to test", count, total)
+        return Verdict("undecidable", f"{count} of {total}, too few to test", count, total)
     p_for, p_against = (
         float(binomtest(count, total, 0.5, alternative=side).pvalue) for side in ("greater", "less")
     )
@@ -186,11 +186,11 @@ def more_often(count: int, total: int) -> Verdict:
 def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
     """Apply the rule that y grows with x, by Spearman's rank correlation tested against zero."""
     if len(x) < FEWEST_VALUES:
-        return Verdict("cannot be told", f"{len(x)} values, too few to test")
+        return Verdict("undecidable", f"{len(x)} values, too few to test")
     up, down = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
     correlation = float(up.statistic)
     if not isfinite(correlation):
-        return Verdict("cannot be told", "one of the two does not vary")
+        return Verdict("undecidable", "one of the two does not vary")
     text = f"rank correlation {correlation:+.2f} of {len(x)}, test against zero"
     return _tested(text, float(up.pvalue), float(down.pvalue), (correlation, 0.0))
 
@@ -199,7 +199,7 @@ def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, flo
     """Return the verdict by the p values of the claim and of its opposite."""
     reason = f"{text}: p = {min(p_for, p_against):.2g}"
     if min(p_for, p_against) > SIGNIFICANCE:
-        return Verdict("cannot be told", reason, *numbers)
+        return Verdict("undecidable", reason, *numbers)
     return _decided(p_for < p_against, reason, *numbers)
 
 
@@ -248,7 +248,7 @@ class Statement:
         """Return the verdict from the numbers of a case; the reason names the number."""
         if self.open_because:
             listed = [f"{self.number} {number:.2g}" for number in numbers[:1]]
-            return Verdict("cannot be told", "; ".join([*listed, self.open_because]), *numbers)
+            return Verdict("undecidable", "; ".join([*listed, self.open_because]), *numbers)
         rule = _RULES.get(self.rule) or _RULES_WITH_LIMITS[self.rule](*self.limits)
         found = rule(*numbers, **conditions)
         return replace(found, reason=f"{self.number}: {found.reason}")

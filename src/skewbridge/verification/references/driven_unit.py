@@ -228,6 +228,6 @@ def figure_3(rows_per_s: int, *, duration_s: float = 12.0) -> Array:
     Triangles of 4 s and 1 m along x and of 6 s and 2 m along y; a square wave of 2.5 s and 0.1 m
     along the normal, open in its first half.
     """
-    # ASSUME the waves start together at zero, rising, and open: the paper does not say.
+    # ASSUME the waves start together at zero, rising, and open: the paper does not state it.
     t = np.arange(round(duration_s * rows_per_s) + 1) / rows_per_s
     return np.column_stack([t, triangle(t, 4.0), 2.0 * triangle(t, 6.0), 0.1 * square(t, 2.5)])

@@ -119,12 +119,12 @@ class Study:
         self.verdicts.append(StatementCase(statement, case, verdict))
 
     def leave_open(self, reason: str = "") -> None:
-        """Add "cannot be told" for every statement of this study that has no verdict yet."""
+        """Add "undecidable" for every statement of this study that has no verdict yet."""
         judged = {found.statement for found in self.verdicts}
         for key, statement in statements_of(self.name).items():
             if key not in judged:
                 why = statement.open_because or reason
-                self.verdicts.append(StatementCase(key, "", Verdict("cannot be told", why)))
+                self.verdicts.append(StatementCase(key, "", Verdict("undecidable", why)))
 
     def statement_rows(self) -> list[dict[str, Any]]:
         """Return one row per verdict; no verdict fails the study."""
