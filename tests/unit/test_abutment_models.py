@@ -8,7 +8,7 @@ import pytest
 
 import skewbridge
 from skewbridge.bridge.abutment import BUILDERS
-from skewbridge.report.checks import contact_twins
+from skewbridge.report.checks import contact_differences
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import parse_config
 from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
@@ -81,5 +81,5 @@ def test_a_further_friction_model_is_compared_with_its_model_without_friction(mo
         run | {"abutment": "spring", "deck_disp_m": 0.3},
     ]
     table = pd.DataFrame(rows)
-    assert contact_twins(table, table)["abutment"].tolist() == ["further"]
-    assert contact_twins(table, table.assign(deck_disp_m=0.2)).empty
+    assert contact_differences(table, table)["abutment"].tolist() == ["further"]
+    assert contact_differences(table, table.assign(deck_disp_m=0.2)).empty

@@ -91,7 +91,7 @@ def test_good_tables_pass():
         ({"unseating_m": float("nan")}, "finished rows with a demand that is not a number"),
         ({"column_shear_x_kn": 101.0}, "finished rows whose resultant shear is below a component"),
         ({"slip_work_kj": -1.0, "friction": 0.5}, "rows with negative friction work"),
-        ({"slip_work_kj": 1.0}, "rows with friction work though nothing rubs"),
+        ({"slip_work_kj": 1.0}, "rows with friction work but without friction"),
     ],
 )
 def test_a_fault_of_the_demands_is_named_with_its_row(changed, name):

@@ -94,7 +94,7 @@ def test_a_study_in_which_nothing_exceeds_has_no_median(render):
 def test_a_single_variant_and_motion_compare_nothing(render):
     demands = synthetic_demands(motions=1, skews=(30,), gaps=(25,), frictions=(50,))
     page, _ = render(demands)
-    assert "This study compares nothing" in page
+    assert "No comparison is possible" in page
     assert "1 motion unscaled," in page
     assert 'id="answer"' not in page
 

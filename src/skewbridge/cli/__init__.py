@@ -1,4 +1,4 @@
-"""The command line: what each command takes and prints; the work is done by the other packages."""
+"""The command line: arguments and output of each command; the other packages do the work."""
 
 from importlib import import_module
 from typing import Annotated, Any, Final

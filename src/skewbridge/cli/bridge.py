@@ -1,4 +1,4 @@
-"""Commands about single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
+"""Commands for single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
 
 from dataclasses import asdict, replace
 from itertools import product
@@ -316,7 +316,7 @@ def model(
     out: OutOption,
     changes: SetOption = None,
     gap_scale: Annotated[
-        float, typer.Option("--gap-scale", help="Exaggeration of the drawn gaps.")
+        float, typer.Option("--gap-scale", help="Factor on the gaps in the drawing.")
     ] = 20.0,
     as_json: JsonOption = False,
 ) -> None:

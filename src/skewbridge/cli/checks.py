@@ -1,4 +1,4 @@
-"""Commands that check: the environment, contact and deck test cases, the paper's studies."""
+"""Commands for checks: the environment, contact and deck cases, the paper's studies."""
 
 import time
 from pathlib import Path

@@ -45,7 +45,7 @@ def fit(
     ] = None,
     assumed_beta: Annotated[float, typer.Option(help="Dispersion for one-sided bounds.")] = 0.4,
     accept_bounds: Annotated[
-        bool, typer.Option("--accept-bounds", help="Fit though failed runs decide the result.")
+        bool, typer.Option("--accept-bounds", help="Fit even if failed runs decide the result.")
     ] = False,
     columns: Annotated[
         Path | None,

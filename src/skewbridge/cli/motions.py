@@ -1,4 +1,4 @@
-"""Commands about ground motions: check, measure, draw, synthesize."""
+"""Commands for ground motions: check, measure, draw, synthesize."""
 
 from dataclasses import asdict
 from pathlib import Path

@@ -1,1 +1,1 @@
-"""From analyses to the demands table: batch, journal, parquet, progress."""
+"""The demands table: columns, completeness, suspect rows and files."""

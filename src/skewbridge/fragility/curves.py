@@ -327,7 +327,7 @@ class _DemandFits:
             for j in range(len(self._states))
         ]
         estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
-        # states that no run tells apart share an intercept: the first of them represents all
+        # states that no run separates share an intercept: the first of them represents all
         first: dict[int, int] = {}
         for before, j in zip([None, *estimable], estimable, strict=False):
             apart = before is None or np.any(exceed[:, before] & known[:, j] & ~exceed[:, j])
@@ -515,8 +515,9 @@ class _DemandFits:
     def _depends_on_collapses(self, lines: Lines, state: LimitState) -> bool:
         """Return whether the censored peaks of collapsed runs decide the median of the line.
 
-        A collapse ends a run because demands were large, so that the peak so far is no independent
-        bound: the median counts only if it hardly moves when these peaks are taken as final.
+        A collapse ends a run because demands were large, so that the peak until then is not an
+        independent bound: the median counts only if it hardly moves when these peaks are taken
+        as final.
         """
         outcomes = self._outcomes
         ended = self._runs.ends.collapsed & np.isposinf(outcomes.upper)

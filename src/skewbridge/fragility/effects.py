@@ -236,7 +236,7 @@ def study_pairs(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[Pairs
 
 
 def other_axes(table: pd.DataFrame, axis: str) -> list[str]:
-    """Return the axis columns of a table but one."""
+    """Return the axis columns of a table, except one."""
     return [name for name in axis_names(table) if name != axis]
 
 
@@ -297,7 +297,7 @@ def effect_tables(
     Args:
         demands: Table of demands.
         columns: Demands; by default those with the role ``effect`` that the table has.
-        settings: Level, margins and intensity measure; without its column there are no slopes.
+        settings: Level, margins and intensity measure; slopes need its column.
         reference_im: Intensity by bridge and abutment at which the effect is given as well.
         jobs: Number of processes.
 

@@ -90,7 +90,7 @@ def separated_bounds(
 ) -> tuple[float, float]:
     """Return the one-sided lower and upper bound of the median of separated data.
 
-    The data alone say that it lies in the bracket between the last level without and the first with
+    The data alone place it in the bracket between the last level without and the first with
     an exceedance, whatever beta -> 0. For an assumed ``beta`` the likelihood of theta is concave
     with one maximum; each bound is where twice its logarithm has dropped by the square of the
     one-sided normal quantile.

@@ -427,7 +427,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
         ``files`` (the CSV and a JSON of names) and ``holes`` (rows that lack states, with them).
 
     Raises:
-        InputError: The intensity measure is no demand type of pelicun, or the file asked for is
+        InputError: The intensity measure is not a demand type of pelicun, or the file asked for is
             the JSON.
         OSError: A file cannot be written.
     """

@@ -294,7 +294,7 @@ def fit_stripes(
 def _stripe_bounds(
     status: str, ln_im: FloatArray, n: FloatArray, k: FloatArray, settings: FitSettings
 ) -> dict[str, Any]:
-    """Return what counts still say where no estimate exists."""
+    """Return the bounds that counts give where no estimate exists."""
     level, beta = settings.confidence, settings.assumed_beta
     low, high = existence.clopper_pearson(k, n, level)
     details: dict[str, Any] = {"p_lower": low.tolist(), "p_upper": high.tolist()}

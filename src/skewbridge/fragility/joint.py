@@ -322,7 +322,7 @@ def joint_table(
     )
     rows = spread(_rows, items, jobs, least=_WORTH_PROCESSES)
     table = pd.DataFrame([row for part in rows for row in part], columns=list(JOINT_COLUMNS))
-    if curves is not None:  # a model that no variant's own fit confirms is not for use
+    if curves is not None:  # do not use a model that no fit of a single variant confirms
         table.loc[(table["status"] == FITTED) & table["loo_variants"].eq(0), "status"] = UNCONFIRMED
     return table
 

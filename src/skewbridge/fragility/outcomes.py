@@ -1,8 +1,8 @@
 """Outcome of each run for one demand and its limit states: exceeded, not exceeded or unknown.
 
 A run that ended early is never dropped: its demand lies above its peak so far (right-censored). A
-column failure decides only the states of its own mode, a collapse the states that say so. A demand
-of zero (a wall that was not touched) lies below a small limit (left-censored).
+column failure decides only the states of its mode, a collapse those with `collapse: exceeds`. A
+demand of zero (a wall that was not touched) lies below a small limit (left-censored).
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ from skewbridge.statuses import COLLAPSE
 #: Treatments of runs whose outcome is unknown.
 TREATMENTS: Final[tuple[str, ...]] = ("exclude", "all_exceed", "none_exceed")
 # ASSUME where a demand is zero in some run (the deck did not reach a wall or key), demands below a
-# tenth of the mildest state say only that they are small
+# tenth of the mildest state count only as small
 _SMALL_SHARE: Final = 0.1
 _MIN_RUNS: Final = 3
 
@@ -50,7 +50,7 @@ class DemandOutcomes:
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """Runs that say something about the demand, shape (n,)."""
+        """Runs with information about the demand, shape (n,)."""
         return np.isfinite(self.lower) & ((self.lower > 0.0) | np.isfinite(self.upper))
 
     def exceed(self, state: LimitState) -> NDArray[np.bool_]:
@@ -147,7 +147,7 @@ def peak_outcomes(peak: FloatArray, ends: RunEnds, states: Sequence[LimitState])
     decided = np.zeros(peak.size)
     exceeding = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
     if exceeding:
-        # ASSUME a collapsed bridge exceeds every limit state that does not say `collapse: peak`
+        # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`
         decided[ends.collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
     # ASSUME a column that failed has passed the states of its own mode at 1 and above
     failed = [s.threshold for s in states if s.threshold >= 1.0]

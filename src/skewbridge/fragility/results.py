@@ -1,4 +1,4 @@
-"""Tables of demands and results: read, taken over from other programs, fitted and compared."""
+"""Tables of demands and results: reading, import from other programs, and statistics."""
 
 import re
 import warnings

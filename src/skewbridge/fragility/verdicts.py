@@ -124,7 +124,7 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
 def may_be_negligible(table: pd.DataFrame) -> NDArray[np.bool_]:
     """Return for each effect whether enough of its pairs have a demand on both sides."""
-    # ASSUME changes of the other pairs say nothing about those in which one side has no demand
+    # ASSUME the changes of complete pairs do not describe pairs in which one side has no demand
     return (table["n_discordant"] <= MAX_DISCORDANT * table["n_pairs"]).to_numpy(dtype=np.bool_)
 
 

@@ -49,8 +49,8 @@ ANSWER_COLUMNS: Final[dict[str, str]] = {
     "ci_high": "upper end of its interval",
     "level": "confidence level",
     "margin": "relative change that counts as negligible",
-    "verdict": "verdict of the own interval; of a demand of that at `im`",
-    "pooled_verdict": "verdict of the own interval; of a demand of that over all intensities",
+    "verdict": "verdict of the interval; for a demand, of the interval at `im`",
+    "pooled_verdict": "verdict of the interval; for a demand, of the interval over all intensities",
     "claim": "verdict that is printed: adjusted for the family of comparisons (Holm); of a demand "
     "the weaker one of this and of the verdict at `im`",
     "im": "intensity at which the effect on a demand is stated",
@@ -241,7 +241,7 @@ def _demand_row(effect: Mapping[str, Any], line: pd.DataFrame) -> dict[str, Any]
 
 
 def _weaker(effect: Mapping[str, Any], point: Mapping[str, Any]) -> str:
-    """Return what holds of a demand at an intensity: in its family and by the interval there."""
+    """Return the weaker of two verdicts: that of the family and that at an intensity."""
     pooled, here = str(effect["verdict_family"]), str(point["verdict"])
     if pooled == here:
         return here
@@ -251,7 +251,7 @@ def _weaker(effect: Mapping[str, Any], point: Mapping[str, Any]) -> str:
 
 
 def with_seats(table: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
-    """Return the answer with the support length of each bridge, of bridges with a readable file."""
+    """Return the answer with the support length of each bridge, if its file can be read."""
     seats: dict[str, float] = {}
     for bridge, part in demands.groupby("bridge"):
         try:
@@ -383,7 +383,7 @@ def _clearest(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
 def title_of(table: pd.DataFrame) -> str:
     """Return the answer of a study in one sentence: the axes and the median capacities."""
     if table.empty:
-        return "This study compares nothing: no two variants differ in one axis only"
+        return "No comparison is possible: no two variants differ in one axis only"
     names = short_names(table)
     estimated = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
     if estimated.empty:

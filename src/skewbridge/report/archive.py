@@ -1,4 +1,4 @@
-"""A study in one file for the supplement of a paper: what it asked, found, and how to repeat it."""
+"""Archive of a study for the supplement of a paper, with instructions to repeat it."""
 
 import hashlib
 import json
@@ -28,7 +28,7 @@ from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.products import origin_of
 
-#: Patterns of what is taken from the folder of a study; parquet, CSV, JSON, LaTeX and the page.
+#: Patterns of the archived files in the folder of a study; parquet, CSV, JSON, LaTeX and the page.
 TAKEN: Final = (
     "demands.parquet",
     "fragility/*",
@@ -41,7 +41,7 @@ TAKEN: Final = (
 )
 #: The folder that the archive unpacks to.
 TOP: Final = "study"
-#: Of every file, so that equal contents are equal bytes; the first date that the format knows.
+#: Date of every file, so that equal contents give equal bytes: the earliest date of ZIP.
 _DATE: Final = (1980, 1, 1, 0, 0, 0)
 _ACCELERATIONS: Final = ["accel_1_mps2", "accel_2_mps2"]
 _MAX_BYTES: Final = 2_000_000_000
@@ -55,7 +55,7 @@ class Archive:
         path: The file.
         names: Names of the files in it.
         sha256: SHA-256 of the file.
-        doubts: Reservations that a reader of the paper should know, a sentence each.
+        doubts: Reservations for readers of the paper, one sentence each.
     """
 
     path: Path
@@ -82,7 +82,7 @@ def write_archive(config: Path, base: Path, out: Path) -> Archive:
     folder = StudyFolder(Path(study.results))
     missing = [path for path in (folder.demands, folder.fragility("curves")) if not path.is_file()]
     if missing:
-        raise InputError(f"{missing[0]} is not there: run the study to its end first")
+        raise InputError(f"{missing[0]} is missing: finish the study first")
     suite = read_frame(folder.suite)
     doubts = _doubts(folder, config, base)
     files = {
@@ -158,7 +158,7 @@ def _licences() -> dict[str, bytes]:
 
 
 def _doubts(folder: StudyFolder, config: Path, base: Path) -> tuple[str, ...]:
-    """Return in what the tables are not those of one study as it is configured now."""
+    """Return the ways in which the tables differ from the study as configured now."""
     doubts: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -215,6 +215,6 @@ def _write_zip(files: Mapping[str, bytes], out: Path) -> None:
         for name in sorted(files):
             entry = zipfile.ZipInfo(f"{TOP}/{name}", date_time=_DATE)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.create_system = 3  # Unix, whatever wrote it
+            entry.create_system = 3  # Unix, on every system
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, files[name], compresslevel=9)

@@ -33,7 +33,7 @@ MAX_SHOWN_RUNS: Final = 5000
 #: Marks of the runs in a cloud.
 MARKS: Final = ("o", "s", "D", "P", "X", "*")
 DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
-_WIDEST, _THINNEST = 2.3, 1.0  # lines in points; those drawn later are thinner: both show
+_WIDEST, _THINNEST = 2.3, 1.0  # lines in points; later lines are thinner, so that both are visible
 _LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constant ones included
 _PANEL_LETTERS: Final = 34  # width of the title of a panel
 _MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
@@ -106,7 +106,7 @@ def named_value(axis: Axis, value: float) -> str:
 
 
 def short_value(axis: Axis, value: float, others: Sequence[Axis]) -> str:
-    """Return a value of an axis, with its name where the unit does not tell it from the others."""
+    """Return a value of an axis, with its name where the unit is ambiguous."""
     clash = any(other.unit == axis.unit for other in others if other != axis)
     return named_value(axis, value) if axis.unit == "-" or clash else value_text(axis, value)
 

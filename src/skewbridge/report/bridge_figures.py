@@ -63,7 +63,7 @@ def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCAL
     end.set_xlim(right[:, 0].min() - _AROUND_M, right[:, 0].max() + _AROUND_M)
     end.set_ylim(right[:, 1].min() - _AROUND_M, right[:, 1].max() + _AROUND_M)
     end.set_title("right abutment", fontsize=10)
-    gap_text = f"; gaps drawn {gap_scale:g} times" if geometry.contacts else ""
+    gap_text = f"; gaps exaggerated {gap_scale:g} times" if geometry.contacts else ""
     figure.suptitle(f"{geometry.title}{gap_text}")
     handles, labels = elevation.get_legend_handles_labels()
     more, names = plan.get_legend_handles_labels()

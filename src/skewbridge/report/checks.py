@@ -1,4 +1,4 @@
-"""Checks of the products of a study: what a sceptical reader would ask of the tables."""
+"""Checks of the tables of a study: completeness, plausibility and known invariances."""
 
 import json
 import logging
@@ -26,13 +26,13 @@ CONTACT_TOLERANCE: Final = 1e-9
 #: Rounding differs between an analysis and its image and grows with every contact.
 #: source: tests/verification/test_analysis_invariances.py, peaks of a whole motion
 MIRROR_TOLERANCE: Final = 0.01
-#: Below these a demand (in its own unit) is as good as nothing.
+#: Demands below these limits (in their units) count as zero.
 _CONTACT_NOTHING: Final = 1e-12
 _MIRROR_NOTHING: Final = 1e-9
 _RUN: Final = ("motion_id", "scale", "incidence_deg")
 _TWIN: Final = "_of_twin"
 
-#: So many rows of a failed check are named.
+#: Number of rows that a failed check lists.
 NAMED: Final = 10
 _ROUNDING_KJ: Final = 1e-6
 #: Medians of two states that the same analyses exceed may be equal.
@@ -48,10 +48,10 @@ class TableCheck:
     """One check of the tables of a study.
 
     Attributes:
-        name: What is counted or measured.
-        value: What was found.
+        name: Quantity that is counted or measured.
+        value: Its value.
         limit: Largest value that passes.
-        passed: Whether it holds.
+        passed: Whether the check passed.
         rows: Names of the rows that do not pass, the first `NAMED` of them.
     """
 
@@ -64,7 +64,7 @@ class TableCheck:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyTables:
-    """The tables that are checked, and what was asked of them.
+    """The tables to check, and settings of the study that the checks need.
 
     Attributes:
         demands: All rows of the study.
@@ -126,12 +126,18 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
         ),
         _none("rows with negative friction work", ok[ok["slip_work_kj"] < -_ROUNDING_KJ], KEY),
         _none(
-            "rows with friction work though nothing rubs",
+            "rows with friction work but without friction",
             ok[loose & (ok["slip_work_kj"].abs() > _ROUNDING_KJ)],
             KEY,
         ),
-        _none("rows without friction that differ from contact", contact_twins(ok[loose], ok), KEY),
-        _none("rows that differ from their mirror image", mirror_twins(ok, tables.suite), KEY),
+        _none(
+            "rows without friction that differ from contact",
+            contact_differences(ok[loose], ok),
+            KEY,
+        ),
+        _none(
+            "rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY
+        ),
         _none(
             "fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME
         ),
@@ -156,7 +162,7 @@ def falling_medians(fitted: pd.DataFrame) -> pd.DataFrame:
 
 
 def _none(name: str, found: pd.DataFrame, named_by: Sequence[str]) -> TableCheck:
-    """Return the check that nothing was found."""
+    """Return the check that a list of rows is empty."""
     return TableCheck(
         name=name,
         value=float(len(found)),
@@ -190,8 +196,8 @@ def suspect_rows(demands: pd.DataFrame, limits: SuspectLimits) -> list[dict[str,
 def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
     """Check the products of a study and write the findings as JSON.
 
-    With them go the suspect rows by reason, and what each rung of the recovery ladder carried.
-    What fails is logged with its rows, and the report shows it at the top.
+    The file also has the suspect rows by reason and the steps of each recovery attempt.
+    Failed checks are logged with their rows, and the report shows them at the top.
 
     Args:
         tables: The products.
@@ -254,11 +260,11 @@ def read_tables(
     )
 
 
-def contact_twins(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.DataFrame:
+def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.DataFrame:
     """Return rows without friction that differ from those of the model without friction.
 
     Args:
-        frictionless: Rows without friction and cohesion, of whatever abutment model.
+        frictionless: Rows without friction and cohesion, of any abutment model.
         ok: Finished rows of the study.
     """
     models = {traits.without_friction: name for name, traits in ABUTMENTS.items()}
@@ -270,7 +276,7 @@ def contact_twins(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.DataFrame:
     return _different(joined, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
 
 
-def mirror_twins(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
+def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
     """Return rows of positive skew that differ from their mirror image, where the study has it.
 
     The image has the opposite skew under the mirrored motion, which is one whose first component
@@ -321,7 +327,7 @@ def _bytes(values: object) -> bytes:
 def _different(
     joined: pd.DataFrame, names: list[str], tolerance: float, nothing: float
 ) -> pd.DataFrame:
-    """Return the rows in which a number is not that of the twin."""
+    """Return the rows in which a number differs from that of the paired row."""
     one = joined[names].to_numpy(float)
     other = joined[[f"{name}{_TWIN}" for name in names]].to_numpy(float)
     close = np.isclose(one, other, rtol=tolerance, atol=nothing, equal_nan=True)

@@ -1,4 +1,4 @@
-"""A run's contact events in plan, as one self-contained page: closures, slip and forces."""
+"""Replay of the contacts of a run in plan, as a self-contained page: closures, slip, forces."""
 
 from collections.abc import Sequence
 from html import escape

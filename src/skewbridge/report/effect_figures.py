@@ -33,7 +33,7 @@ from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.variant.axes import Axis, axes_of, axis
 
 _WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
-_COLUMN_LETTERS: Final = 11  # the same in the small size
+_COLUMN_LETTERS: Final = 11  # the same in the small font
 _WIDE_IN: Final = 7.0  # width of a figure in which three columns of the legend fit
 _SMALL_SIZE: Final = 7.5
 
@@ -229,7 +229,7 @@ _BAR_IN: Final = 0.21  # height of a bar in the figure, with the space between t
 _HEAD_IN: Final = 0.95  # title and axis of a panel
 _LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
 _TICKS_PCT: Final = (2, 5, 20, 100, 500)
-_LEAST_PCT: Final = 6.0  # reach of a panel in which nothing moves
+_LEAST_PCT: Final = 6.0  # range of a panel without any change
 
 type Record = Mapping[Hashable, Any]
 

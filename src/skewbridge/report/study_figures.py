@@ -64,9 +64,9 @@ EFFECTS, CURVES, CLOUDS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
 )
 _TABLES: Final = ("demands", "curves", "medians", "effects", "intensity_effects")
 PNG_DPI: Final = 300
-#: Font that has every sign of the figures.
+#: Font that contains all characters of the figures.
 _EVERY_SIGN: Final = "DejaVu Sans"
-#: Smallest part of its own width in which the texts of a figure do not meet.
+#: Smallest share of its width at which the texts of a figure do not overlap.
 _NARROWEST: Final = 0.8
 _MARGIN_IN: Final = 0.1  # white margin of a figure
 _SVG_SIZE: Final = re.compile(rb'(<svg [^>]*)width="([\d.]+)pt" height="([\d.]+)pt"')

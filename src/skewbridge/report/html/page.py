@@ -222,7 +222,7 @@ def _number(value: object, digits: int = 3) -> str:
 
 
 def _unbroken(text: str) -> str:
-    """Return a text in which no line ends between a number and its unit."""
+    """Return a text without line breaks between a number and its unit."""
     return re.sub(r"(?<=\d) (?=(%|mm|mrad|motions)\b|%)", "\u00a0", text)
 
 
@@ -238,7 +238,7 @@ def _head(name: str) -> str:
 # Lossless WebP with few shades is smaller than lossy WebP of quality 40, and its texts are sharp.
 # As SVG the figures of two bridges take 10 MB; files for papers lie in the folder of the figures.
 _PACKING: Final = {"lossless": True, "quality": 60, "method": 4}
-_SHADES: Final = 12  # of each primary colour
+_SHADES: Final = 12  # levels of each primary colour
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
