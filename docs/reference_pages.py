@@ -47,7 +47,8 @@ CONFIG_HEAD: Final = """\
 
 An unknown key, a value outside its limits or a number read as text stops the study before anything
 is computed. Keys end with the unit of their numbers. Write numbers with an exponent like `2.0e+7`:
-YAML reads `2e7` as text. Give every study that you keep its own folder `results:`.
+YAML reads `2e7` as text. A study writes to `results:`, which is `results/NAME` for a file
+`config/NAME.yaml` other than `config.yaml`.
 
 A new skew, gap, friction or motion runs only what is new; a limit state or a statistical key reruns
 fits and what follows; a key of `model` or `analysis`, a number of a bridge or another version of

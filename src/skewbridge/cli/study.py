@@ -349,7 +349,7 @@ def plot(
 ) -> None:
     """Draw figures of a finished study again, as SVG and PNG.
 
-    Example: skewbridge study plot 'effects*' --width-mm 90 --out paper
+    Example: skewbridge study plot '*_verdict_*' --width-mm 90 --out paper
     """
     from skewbridge.provenance.files import writable_folder
     from skewbridge.reading import checked

@@ -6,8 +6,10 @@ from typing import Final, Literal
 from skewbridge.demands.completeness import COLUMN_FAILURE_RATIO
 
 type Kind = Literal["text", "integer", "number", "boolean"]
-#: What a study does with a demand: paired effects and factors; fragility curves and clouds in the
-#: report; comparison of the numerics.
+#: What a study does with a demand. ``effect``: paired effects. ``headline``: also needed motions,
+#: effects along the intensity, the ranking of measures and a place in the family of verdicts, so
+#: that another headline demand may change adjusted verdicts. ``sensitivity``: comparison of the
+#: numerics. Curves and clouds belong to limit states (``config/limit_states.yaml``).
 type Role = Literal["effect", "headline", "sensitivity"]
 
 

@@ -16,6 +16,7 @@ import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
+from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.demands.columns import label_of
 from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.errors import InputError
@@ -370,11 +371,16 @@ def draw_study(
     folder.mkdir(parents=True, exist_ok=True)
     figures = list(study_figures(read_tables(paths, choices)))
     Parallel(n_jobs=n_jobs, backend="loky")(
-        delayed(save_figure)(draw, settings, folder, caption.name, provenance)
+        delayed(_saved_by_worker)(draw, settings, folder, caption.name, provenance)
         for caption, draw in figures
     )
     texts = {"figures": [asdict(caption) for caption, _ in figures]}
     write_text(captions, json.dumps(texts, indent=1))
+
+
+def _saved_by_worker(*arguments: Any) -> None:
+    hush_exit_message()
+    save_figure(*arguments)
 
 
 def finished_figures(results: Path) -> list[StudyFigure]:
