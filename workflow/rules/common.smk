@@ -23,7 +23,7 @@ try:
     check_inputs(STUDY, FOLDER.motions_digest)
     VARIANTS = sorted(variant.slug for variant in expand_grid(STUDY.grid))
     # Digests of sources, configuration and inputs by rule, for `params`: with the contents of files
-    # they decide what is made again.
+    # they decide which rules run again.
     MADE_FROM = made_from(STUDY)
 except InputError as error:
     raise WorkflowError(str(error)) from None

@@ -1,4 +1,4 @@
-"""Sets of numerics by name: how finely an analysis resolves space and time."""
+"""Named sets of numerics: resolution of an analysis in space and time."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,7 +13,7 @@ type Accuracy = Literal["reference", "default", "fast"]
 
 #: By name, the keys of the sections ``analysis`` and ``model`` that a set changes.
 NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
-    # What half of this step still changes: docs/theory/analysis.md, convergence.
+    # Changes at half of this step: docs/theory/analysis.md, convergence.
     "reference": {
         "analysis": {
             "dt_s": 0.0005,
@@ -53,7 +53,7 @@ def under_explicit_keys(raw: Mapping[str, Any], accuracy: object) -> dict[str, A
         accuracy: Name of the set.
 
     Raises:
-        InputError: There is no such set.
+        InputError: The set does not exist.
     """
     if accuracy not in NUMERICS:
         known = ", ".join(get_args(Accuracy.__value__))

@@ -1,4 +1,4 @@
-"""OpenSees greets the end of every process on stderr; users and logs need not see it."""
+"""Suppression of the message that OpenSees writes to stderr at the end of a process."""
 
 import atexit
 import os

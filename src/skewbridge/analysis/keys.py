@@ -1,4 +1,4 @@
-"""Digests of what an analysis is given: equal digests mean equal results of one engine."""
+"""Digests of the inputs of an analysis: equal digests mean equal results of one engine."""
 
 import hashlib
 from dataclasses import asdict
@@ -15,7 +15,7 @@ from skewbridge.variant.variant import Variant
 def input_digest(
     variant: Variant, motion: GroundMotion, settings: AnalysisSettings, options: ModelOptions
 ) -> str:
-    """Return the digest of everything that an analysis is given.
+    """Return the digest of all inputs of an analysis.
 
     Of the motion these are its accelerations and time step as analysed, whatever files they were
     read from; its name, event and intensity measures are not.

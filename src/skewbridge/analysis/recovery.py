@@ -1,4 +1,4 @@
-"""Recovery of steps that do not converge: the attempts in order, as data."""
+"""Recovery of steps that do not converge: the attempts in their order."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence

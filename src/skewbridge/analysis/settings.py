@@ -1,4 +1,4 @@
-"""How an analysis integrates in time, and when it stops: section ``analysis``."""
+"""Settings of the time integration and of its end: section ``analysis``."""
 
 from dataclasses import replace
 from math import ceil, log2

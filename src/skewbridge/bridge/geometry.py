@@ -123,10 +123,10 @@ def _elements(model: BridgeModel) -> Generator[Member]:
 
 
 def _rigid_links() -> Generator[Member]:
-    """Yield links from each retained node to its followers."""
+    """Yield links from each retained node to its constrained nodes."""
     for retained in ops.getRetainedNodes() or []:
-        followers = ops.getConstrainedNodes(retained) or []
-        for node in [followers] if isinstance(followers, int) else followers:
+        constrained = ops.getConstrainedNodes(retained) or []
+        for node in [constrained] if isinstance(constrained, int) else constrained:
             yield Member(group="rigid links", tag=0, ends=(_place(retained), _place(node)))
 
 

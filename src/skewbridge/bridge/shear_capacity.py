@@ -15,7 +15,7 @@ from skewbridge.units import KSI, MPA, PSI
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShearSection:
-    """What the shear strength of a circular column depends on.
+    """Parameters of the shear strength of a circular column.
 
     Core and cover end at the hoop centre line; strengths are the specified ones unless expected.
     The shear span runs from the largest moment to the point of contraflexure, the neutral axis is

@@ -118,7 +118,7 @@ def _files_of(folder: Path) -> list[Path]:
     files = motion_files(folder)
     if not files:
         raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
-    # A velocity or displacement next to its acceleration is no mistake.
+    # A velocity or displacement next to its acceleration is not a mistake.
     stems = {path.stem.lower() for path in files}
     stray = [
         path

@@ -35,7 +35,7 @@ Factor = Annotated[Number, Field(ge=1.0e-4, le=1.0e4)]
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class MotionsConfig:
-    """Which ground motions, how strong and from which direction."""
+    """Ground motions of a study, their levels and their directions."""
 
     folder: FileName = Field(
         default="motions", description="folder with an index.csv or with motions"

@@ -1,4 +1,4 @@
-"""How a variant is modelled: the choices that are not data of the bridge, section ``model``.
+"""Modelling options of a variant that are not data of the bridge: section ``model``.
 
 Each field is a key of the configuration; every numeric one can be an axis of the grid.
 """

@@ -30,7 +30,7 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SideContext:
-    """Data from which an abutment model builds the joint of one side, its deck end at rest."""
+    """Data for building the joint of one side, with its deck end at rest."""
 
     end: DeckEnd
     arrays: Arrays

@@ -106,7 +106,7 @@ class Study:
         self.absolute(quantity, truth, 1.0, 0.0, source)
 
     def report(self, quantity: str, value: float, reference: float, source: str) -> None:
-        """Report two numbers side by side without judging."""
+        """Report two numbers without judging them."""
         self.absolute(quantity, value, reference, None, source)
 
     def states(self, statement: str, case: str, *numbers: Any, **conditions: bool) -> None:

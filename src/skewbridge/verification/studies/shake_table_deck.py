@@ -1,7 +1,7 @@
 """Figures 7 and 8 of the paper: the skew deck of the shake-table tests of Wu et al. (2019).
 
 Mass, bearings, damping and the table motion of the tests are not public, and the rotation varies
-four- to fivefold over the plausible range. So nothing is compared with the tests. The deck is
+four- to fivefold over the plausible range. So there is no comparison with the tests. The deck is
 compared with the same equations solved without OpenSees, and only statements that do not need the
 tests are judged.
 """
