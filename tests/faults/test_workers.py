@@ -22,7 +22,7 @@ from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.ida import Known, Search
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.processes import worker_processes
+from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Work
 from skewbridge.variant.options import ModelOptions
@@ -73,7 +73,7 @@ def batch(folder: Path, work: Work) -> list[dict[str, Any]]:
 def test_an_analysis_that_ends_two_workers_is_a_crash(sent: signal.Signals, tmp_path: Path) -> None:
     rows = batch(tmp_path, partial(signalled, motion_id="pulse3", sent=sent, first=None))
     assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
-    assert rows[2]["collapse_criterion"] == "two worker processes died in it"
+    assert rows[2]["collapse_criterion"] == "two worker processes died in this analysis"
 
 
 def test_a_worker_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
@@ -147,11 +147,39 @@ def test_a_worker_ends_with_its_parent_even_when_stopped(
 
 
 def test_a_process_whose_parent_ended_before_it_asked_ends_too() -> None:
-    late = (
-        "import os, sys; from skewbridge.study import processes; processes._PARENT = -1;"
-        "processes.end_with_parent(); sys.exit(0)"
+    late = "from skewbridge.study import processes; processes.end_with_parent()"
+    for parent, code in ((os.getpid(), 0), (1, 3)):
+        environment = {**os.environ, PARENT_VARIABLE: str(parent)}
+        done = subprocess.run([sys.executable, "-c", late], env=environment, check=False)
+        assert done.returncode == code
+
+
+PARENT_OF_A_POOL = """
+import sys
+from functools import partial
+from pathlib import Path
+from fake_work import slow
+from test_workers import batch
+batch(Path(sys.argv[1]), partial(slow, seconds=300.0))
+"""
+
+
+def test_a_worker_whose_parent_is_killed_during_its_start_ends_too(
+    tmp_path: Path, ended: Callable[[int], bool]
+) -> None:
+    """The parent is killed as soon as it has a worker, which has loaded nothing yet."""
+    folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
+    parent = psutil.Popen(
+        [sys.executable, "-c", PARENT_OF_A_POOL, str(tmp_path)],
+        env={**os.environ, "PYTHONPATH": folders},
     )
-    assert subprocess.run([sys.executable, "-c", late], check=False).returncode == 3
+    workers: list[psutil.Process] = []
+    while not workers:
+        assert parent.poll() is None
+        workers = [child for child in parent.children() if "popen_loky" in "".join(child.cmdline())]
+    parent.kill()
+    parent.wait()
+    assert all(ended(worker.pid) for worker in workers)
 
 
 def test_a_worker_that_hangs_inside_the_solver_is_ended(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Analyses in a pool of worker processes; each finished row is written to the journal at once."""
 
 import logging
+import os
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
@@ -11,7 +12,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.study.journal import JournalWriter
-from skewbridge.study.processes import stopped_workers_ended
+from skewbridge.study.processes import (
+    PARENT_VARIABLE,
+    end_with_parent,
+    stopped_workers_ended,
+)
 from skewbridge.study.task import Task, run_key
 from skewbridge.study.worker import (
     Row,
@@ -138,7 +143,11 @@ class _Pool:
             BrokenProcessPool: A worker died.
         """
         count = min(self.workers.count, len(pending))
-        executor = _loky().get_reusable_executor(max_workers=count, env=_ONE_THREAD)
+        executor = _loky().get_reusable_executor(
+            max_workers=count,
+            env={**_ONE_THREAD, PARENT_VARIABLE: str(os.getpid())},
+            initializer=end_with_parent,
+        )
         futures = {
             executor.submit(
                 guarded,

@@ -23,6 +23,9 @@ LOCK_NAME: Final = "study.lock"
 _EXIT_ORPHANED: Final = 3
 _PR_SET_PDEATHSIG: Final = 1  # source: linux/prctl.h
 _PARENT: Final = os.getppid()
+#: Environment variable with the number of the parent process, so that a process also notices a
+#: parent that ended before this module was imported.
+PARENT_VARIABLE: Final = "SKEWBRIDGE_PARENT"
 _POLL_S: Final = 0.5
 
 
@@ -34,7 +37,7 @@ def end_with_parent() -> None:
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != _PARENT:  # the parent has already ended
+    if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # it has already ended
         os._exit(_EXIT_ORPHANED)
 
 
