@@ -137,7 +137,7 @@ def test_without_a_name_all_are_listed(study):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["osb1_cf_verdict_skew"], "among them are osb1_cf_verdict_skew_deg"),
+        (["osb1_cf_verdict_skew"], "similar names: osb1_cf_verdict_skew_deg"),
         (["suite_spectra", "--font", "STIXGenerl"], "(installed: STIXGeneral"),
         (["suite_spectra", "--width-mm", "4"], "width_mm: must be greater than or equal to 40"),
     ],
@@ -152,6 +152,4 @@ def test_unfinished_study_is_refused(study):
     (study / "own/fragility/curves.parquet").unlink()
     done = plot("suite_spectra")
     assert done.exit_code == 2
-    assert "curves.parquet is missing: run the study to its end first" in done.stderr.replace(
-        "\n", " "
-    )
+    assert "curves.parquet is missing: finish the study first" in done.stderr.replace("\n", " ")

@@ -261,7 +261,7 @@ def test_inner_variants_are_inside_the_grid_and_not_among_its_variants():
         for point in found:
             assert any(value not in own[name] for name, value in point.items())
             assert all(min(own[name]) <= value <= max(own[name]) for name, value in point.items())
-    with pytest.raises(InputError, match="one variant only"):
+    with pytest.raises(InputError, match="has one variant"):
         inner_variants({"skew_deg": [30]})
 
 

@@ -127,7 +127,7 @@ def test_number_and_files_together_are_refused(folder: Path, old: str, new: str)
     index.write_text(index.read_text().replace(old, new))
     done = CliRunner().invoke(build_app(), ["motions", "check", str(folder), "--json"])
     assert done.exit_code == 2
-    assert "made_from_number is a number from 1 in place of files" in done.stdout
+    assert "made_from_number must be at least 1, without files in the row" in done.stdout
 
 
 def test_default_suite_has_enough_motions() -> None:

@@ -182,11 +182,14 @@ def test_what_failed_ends_with_its_sentence_and_its_code(tmp_path, capsys):
 
 
 def test_ctrl_c_ends_a_script_with_one_sentence(tmp_path, capsys):
+    # A shell starts background processes with SIGINT ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     with (
         pytest.raises(SystemExit) as stopped,
         script_session(job(tmp_path, tmp_path / "none.parquet")),
     ):
         os.kill(os.getpid(), signal.SIGINT)
+    signal.signal(signal.SIGINT, before)
     assert stopped.value.code == 130
     assert capsys.readouterr().err == "interrupted; finished analyses are kept\n"
 

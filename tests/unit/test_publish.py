@@ -111,7 +111,7 @@ def test_tables_of_different_origin_are_reported(study: Path) -> None:
     ("arguments", "message"),
     [
         (["results/own"], "no file in config/ with `results: results/own`"),
-        (["other.yaml"], "run the study to its end first"),
+        (["other.yaml"], "finish the study first"),
         (["own.yaml", "--out", "a.tar"], "must end with .zip"),
     ],
 )

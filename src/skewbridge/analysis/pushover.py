@@ -144,7 +144,7 @@ def _guided_abutment(
 
 
 def _build_guide(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:
-    """Tie the connector to a driver, still fixed; return the tie (axis 1 along the push) and it."""
+    """Tie the connector to a new fixed node; return tie (axis 1 along the push) and node."""
     driver, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
     stiff = elastic_material(_GUIDE_N_PER_M, tags)
     axes = (*direction, 0.0, -direction[1], direction[0], 0.0)

@@ -210,15 +210,15 @@ def steps_from_text(text: str) -> list[int]:
 
 
 def rung_shares(steps_by_rung: Iterable[Sequence[int]]) -> list[dict[str, Any]]:
-    """Return how many steps and analyses each rung of the ladder carried.
+    """Return the number of steps and analyses by recovery step.
 
     Args:
-        steps_by_rung: (Sub-)steps of each analysis by rung; empty for an analysis without a step.
+        steps_by_rung: (Sub-)steps of each analysis by recovery step; empty without any step.
 
     Returns:
-        By rung: ``rung``, ``attempt`` (its description), ``steps`` and ``steps_share`` (the
-        (sub-)steps that converged on it), ``analyses`` and ``analyses_share`` (those whose highest
-        rung it is).
+        One row per recovery step: ``rung``, ``attempt`` (description), ``steps`` and
+        ``steps_share`` ((sub-)steps that converged at it), ``analyses`` and ``analyses_share``
+        (analyses that needed it and none higher).
     """
     counts = list(steps_by_rung)
     highest = [max((rung for rung, n in enumerate(steps) if n), default=0) for steps in counts]

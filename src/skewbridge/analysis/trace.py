@@ -64,7 +64,7 @@ class Layout:
 
     @property
     def width(self) -> int:
-        """Numbers in a row."""
+        """Number of values in a row."""
         return self._start("end")
 
     def _start(self, part: str) -> int:

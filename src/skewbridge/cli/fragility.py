@@ -32,10 +32,10 @@ def fit(
     level: Annotated[float, typer.Option(help="Confidence level.")] = 0.95,
     threshold: Annotated[float | None, typer.Option(help="Median capacity.")] = None,
     im: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Intensities in a table of runs.")
+        str | None, typer.Option(metavar="COLUMN", help="Column with the intensities of the runs.")
     ] = None,
     edp: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Demands in a table of runs.")
+        str | None, typer.Option(metavar="COLUMN", help="Column with the demands of the runs.")
     ] = None,
     capacity_dispersion: Annotated[
         float, typer.Option(help="Dispersion of the capacity (cloud).")
@@ -53,7 +53,7 @@ def fit(
     ] = None,
     paper_table: Annotated[
         bool,
-        typer.Option("--paper-table", help="Print the fragility table of a table of demands."),
+        typer.Option("--paper-table", help="Print a publication table from a table of demands."),
     ] = False,
     limit_states: Annotated[
         Path, typer.Option("--limit-states", help="File of limit states of that table.")
@@ -109,7 +109,8 @@ def export(
         typer.Option(help="Method of the curves; without it the preferred ones."),
     ] = None,
     hazard: Annotated[
-        Path | None, typer.Option(help="CSV im, rate: adds annual frequencies (csv).")
+        Path | None,
+        typer.Option(help="Hazard curve, CSV with im and rate: adds annual frequencies."),
     ] = None,
     im_range: Annotated[
         tuple[float, float] | None,

@@ -138,7 +138,9 @@ def plot(
 @motions.command(cls=Command)
 def synthesize(
     magnitude: Annotated[float, typer.Option("--magnitude", help="Moment magnitude, 6.5 to 7.9.")],
-    distance_km: Annotated[float, typer.Option("--distance-km", help="Closest distance, to 31.")],
+    distance_km: Annotated[
+        float, typer.Option("--distance-km", help="Distance to the rupture, up to 31 km.")
+    ],
     vs30_mps: Annotated[float, typer.Option("--vs30-mps", help="Site stiffness.")],
     out: OutOption,
     count: Annotated[int, typer.Option("--count", help="Number of pairs.")] = 40,
@@ -154,7 +156,7 @@ def synthesize(
         float, typer.Option(help="Rupture length towards the site, for pulses.")
     ] = 20.0,
     calibrate: Annotated[
-        Literal["bssa14", "none"], typer.Option(help="Model of the spectra.")
+        Literal["bssa14", "none"], typer.Option(help="Ground-motion model that the spectra follow.")
     ] = "bssa14",
     orientation: Annotated[
         Literal["random", "principal"], typer.Option(help="Orientation of the components.")

@@ -61,7 +61,7 @@ def run(
         Literal["reference", "default", "fast"], typer.Option("--accuracy", help="Set of numerics.")
     ] = "default",
     dt_s: Annotated[
-        float | None, typer.Option("--dt-s", help="Time step instead of that of the accuracy.")
+        float | None, typer.Option("--dt-s", help="Time step; overrides that of --accuracy.")
     ] = None,
     duration_s: Annotated[
         float | None, typer.Option("--duration-s", help="Cut the motion to this length.")

@@ -336,13 +336,13 @@ def plot(
     ] = None,
     out: OutOption = Path(),
     width_mm: Annotated[
-        float | None, typer.Option("--width-mm", help="Width instead of figures.width_mm.")
+        float | None, typer.Option("--width-mm", help="Width; overrides figures.width_mm.")
     ] = None,
     font: Annotated[
-        str | None, typer.Option("--font", help="Font family instead of figures.font.")
+        str | None, typer.Option("--font", help="Font family; overrides figures.font.")
     ] = None,
     font_size_pt: Annotated[
-        float | None, typer.Option("--font-size-pt", help="Size instead of figures.font_size_pt.")
+        float | None, typer.Option("--font-size-pt", help="Size; overrides figures.font_size_pt.")
     ] = None,
     study: StudyOption = None,
     as_json: JsonOption = False,

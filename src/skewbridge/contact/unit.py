@@ -85,7 +85,7 @@ class ContactUnit:
         """Set the springs to the state of an open pair; they are created without strength."""
 
     def steps_to_change(self) -> float:
-        """Return in how many steps like the last one the pair opens or closes, or inf."""
+        """Return the steps until the pair opens or closes at the rate of the last one, or inf."""
         towards = self._opening_before - self.opening
         return self.opening / towards if self.opening * towards > 0.0 else inf
 

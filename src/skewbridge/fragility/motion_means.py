@@ -110,7 +110,7 @@ class Jackknifed:
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom: motions with an exact value less the parameters."""
+        """Degrees of freedom: number of motions with an exact value minus number of parameters."""
         return int(np.count_nonzero(self.exact)) - self.parameters
 
     @property
@@ -186,7 +186,7 @@ def line_by_motion(
     """Return the value at x = 0 and the slope of a regression on x, an estimate of shape (2,).
 
     ``x`` has shape (n,), the other arguments are those of `mean_by_motion`. NaN where fewer than
-    four motions have an exact value, or these have no slope without one of them.
+    four motions have an exact value, or where leaving out one of them makes the slope undefined.
     """
     return _by_motion(np.column_stack([np.ones(x.size), x]), values, bound, motions, count)
 

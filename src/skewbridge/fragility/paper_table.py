@@ -142,7 +142,7 @@ def _ratio(axis: str, values: Sequence[float]) -> dict[str, float]:
 
 
 def ratio_names(table: pd.DataFrame) -> list[str]:
-    """Return the axes that have a ratio in some row of the table of a paper, without units."""
+    """Return the axes, without units, that have a ratio in some row of a publication table."""
     names = (ratio_name(axis) for axis in reversed(_axes(table)))
     return [name for name in names if table[f"{name}_ratio"].notna().any()]
 

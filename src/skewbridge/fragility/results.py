@@ -241,7 +241,9 @@ def _usable_states(
         raise InputError(f"{demands.name} has none of the demands of the limit states: {wanted}")
     measures = list(map(str, table.filter(regex="^im_")))
     if im is None and DEFAULTS.im not in measures and len(measures) != 1:
-        raise InputError(f"name the intensity by --im, one of {', '.join(measures)}", column="im")
+        raise InputError(
+            f"choose the intensity with --im: one of {', '.join(measures)}", column="im"
+        )
     chosen = im or (DEFAULTS.im if DEFAULTS.im in measures else measures[0])
     if chosen not in table:
         raise InputError(f"no column {chosen!r}; intensities: {', '.join(measures)}", column=chosen)

@@ -79,15 +79,15 @@ NEEDED_COLUMNS: Final[dict[str, str]] = {
 def judged(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table of effects with status, verdict, direction and family-wise verdict.
 
-    The verdict is that of the row's own interval. The family-wise verdict holds together with those
-    of its family: rows of one bridge, abutment model, axis, scope and quantity, of the headline
-    demands and states or of the others. For each kind of claim (outside the margin, inside it, a
-    direction) the p-values are adjusted after Holm, so that with probability 1 - level, or half of
-    it for a claim on one side, any of the claims is wrong.
+    The verdict follows from the interval of the row. The family-wise verdicts of a family hold
+    jointly. A family contains the rows of one bridge, abutment model, axis, scope and quantity,
+    either of the headline demands and states or of the others. For each kind of claim (outside the
+    margin, inside it, direction) the p-values are adjusted after Holm: the probability that any
+    claim is wrong is at most 1 - level, or half of that for one-sided claims.
 
     ``table`` has ratio, ci_low, ci_high, margin, level, dof, n_discordant and n_pairs; difference,
     difference_low, difference_high and difference_margin where ``judged_by`` is the difference. A
-    ratio whose interval is wider than a factor of 10 is set to NaN. A ``status`` that is given is
+    ratio whose interval is wider than a factor of 10 is set to NaN. An existing ``status`` is
     kept.
     """
     wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])

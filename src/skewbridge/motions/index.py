@@ -195,7 +195,7 @@ def _entry(row: dict[str, str], index: Path, line: int) -> IndexEntry:
     made = whole(MADE_FROM)
     if made is not None and (made < 1 or row["file_1"].strip() or row["file_2"].strip()):
         raise InputError(
-            f"{where}: {MADE_FROM} is a number from 1 in place of files, got {made}",
+            f"{where}: {MADE_FROM} must be at least 1, without files in the row, got {made}",
             file=str(index),
         )
     components: list[tuple[Path, Given]] = []

@@ -229,7 +229,7 @@ def bracket_capacity(
     if not 0.0 < low < high or not np.isfinite(high):
         raise InputError(f"limits must be two ascending positive factors, got {limits}")
     if not 1.0e-6 <= tolerance < 1.0:
-        raise InputError(f"tolerance must be within 1e-6 and below 1, got {tolerance}")
+        raise InputError(f"tolerance must be at least 1e-6 and below 1, got {tolerance}")
     trials: list[bool] = []
 
     def trial(factor: float) -> bool:

@@ -100,7 +100,7 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
 
 
 def _without_echoes(findings: Sequence[Any]) -> list[Any]:
-    """Leave out that a list is too short where its items are already reported as wrong."""
+    """Drop the finding that a list is too short if its items are already reported as wrong."""
     places = [finding["loc"] for finding in findings]
     return [
         finding

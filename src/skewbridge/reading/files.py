@@ -43,7 +43,7 @@ def shortened(value: object) -> str:
 
 
 def shown_path(path: Path) -> str:
-    """Return a path for a message; of a long path the end, which contains the file name."""
+    """Return a path for a message; a long path is shortened to its end with the file name."""
     text = _printable(str(path))
     return text if len(text) <= LONGEST_PATH else f"...{text[3 - LONGEST_PATH :]}"
 

@@ -428,7 +428,7 @@ def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> st
 
 
 def failure_sentence(counts: pd.DataFrame) -> str:
-    """Return how many columns failed, collapses and demands that are lower bounds."""
+    """Return a sentence with the numbers of failed columns, collapses and lower-bound demands."""
     whole, names = counts[counts["axis"] == ""], short_names(counts)
     totals = whole.filter(regex="^n_").sum()
     runs = int(totals["n_runs"])

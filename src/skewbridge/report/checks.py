@@ -277,10 +277,10 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
 
 
 def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
-    """Return rows of positive skew that differ from their mirror image, where the study has it.
+    """Return rows of positive skew whose demands differ from those of their mirror image, if any.
 
-    The image has the opposite skew under the mirrored motion, which is one whose first component
-    is the same and whose second is the negative, from the opposite angle.
+    The mirror image has the opposite skew and angle of incidence; its motion has the same first
+    component and the negative second component.
 
     Args:
         ok: Finished rows of the study.

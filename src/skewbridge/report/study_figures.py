@@ -404,7 +404,7 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     }
     for path in paths.values():
         if not path.is_file():
-            raise InputError(f"{path} is missing: run the study to its end first", file=str(path))
+            raise InputError(f"{path} is missing: finish the study first", file=str(path))
     choices = folder.modelling_choices if folder.modelling_choices.is_file() else None
     return list(study_figures(read_tables(paths, choices)))
 
@@ -430,8 +430,8 @@ def draw_figures(
     for name in names:
         if not any(fnmatchcase(each, name) for each in known):
             like = get_close_matches(name, known, n=3) or known[:3]
-            text = f"no figure has the name {shortened(name)}; among them are {', '.join(like)}"
-            raise InputError(f"{text}; skewbridge study plot lists all")
+            text = f"unknown figure {shortened(name)}; similar names: {', '.join(like)}"
+            raise InputError(f"{text}; `skewbridge study plot` lists all figures")
     return [
         path
         for caption, draw in figures

@@ -167,7 +167,9 @@ class _Pool:
 
         Workers take the tasks in their order, so that the first ones without rows were under way.
         """
-        logger.warning("a worker died; the %d analyses under way run alone", len(suspects))
+        logger.warning(
+            "a worker died; the %d analyses in progress are repeated one at a time", len(suspects)
+        )
         alone = replace(self, workers=replace(self.workers, count=1))
         for number, task, key in suspects:
             ended_before = len(self.ended)

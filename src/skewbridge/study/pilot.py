@@ -203,7 +203,7 @@ def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) ->
     lines = lines.assign(median_g=median)[median.between(lowest_g[0], highest_g[-1])]
     if lines.empty:
         raise InputError(
-            "no limit state is in reach of the pilot: check that the demands are those of the pilot"
+            "the trial runs reach no limit state: check that the demands come from the trial runs"
         )
     others = [each for each in product(lowest_g, highest_g) if strengths.allow(each)]
     ranges = dict.fromkeys([configured_g, *others])

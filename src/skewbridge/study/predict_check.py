@@ -127,7 +127,9 @@ def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]
         if all(value in grid[name] for name, value in point.items()):
             name = next((name for name, values in grid.items() if len(set(values)) > 1), None)
             if name is None:
-                raise InputError("the grid has one variant only, and no variants inside")
+                raise InputError(
+                    "the grid has one variant and nothing inside: add values to an axis"
+                )
             levels = sorted(set(grid[name]))
             place = min(levels.index(point[name]), len(levels) - 2)
             point[name] = levels[place] + (levels[place + 1] - levels[place]) / 3.0

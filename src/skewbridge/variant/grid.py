@@ -114,7 +114,7 @@ class GridConfig(BaseModel):
         lists = [self.bridge, self.abutment, *self.values().values()]
         count = prod(map(len, lists))
         if count > MAX_VARIANTS:
-            raise ValueError(f"the grid has {count} variants, at most {MAX_VARIANTS} are taken")
+            raise ValueError(f"the grid has {count} variants; the limit is {MAX_VARIANTS}")
         return self
 
 

@@ -150,8 +150,8 @@ class DefaultMotion:
     Attributes:
         number: Number of the motion in the stream of the seed, from 1.
         whole: The motion as synthesized.
-        cut: The motion of the suite.
-        is_stored: Whether the suite has files of it; else `made_motion` generates it.
+        cut: The shortened motion of the suite.
+        is_stored: Whether the suite stores it in files; otherwise `made_motion` generates it.
     """
 
     number: int
@@ -250,7 +250,7 @@ def write_synthetic_suite(
         InputError: A count or length outside its limits, an unwritable folder.
     """
     if not 1 <= count <= MAX_COUNT:
-        raise InputError(f"count must be within 1 to {MAX_COUNT}, got {count}")
+        raise InputError(f"count must be between 1 and {MAX_COUNT}, got {count}")
     rows: list[dict[str, object]] = []
     for index in range(count):
         motion = synthesize(scenario, index=index, seed=seed, options=options)

@@ -30,7 +30,7 @@ def free_decay_turning_points(x0_m: float, slip_m: float) -> list[float]:
 def forced_amplitude(frequency_ratio: float, friction_ratio: float) -> float:
     """Return amplitude / (P / k) of an oscillator under P cos(W t), motion without stops (B2).
 
-    The ratios are r = W / w, not 1, 1/2, 1/4 ..., and F / P.
+    The frequency ratio r = W / w must not be 1, 1/2, 1/4, ...; the friction ratio is F / P.
 
     References:
         Den Hartog (1931), Transactions ASME 53; Shaw (1986), Journal of Sound and Vibration 108.

@@ -194,7 +194,7 @@ def _ending(task: Task) -> Row:
     try:
         found = analyse(task.variant, task.excitation, task.settings, task.options)
     except Exception as error:
-        logger.exception("%s under %s", task.variant.slug, row["motion_id"])
+        logger.exception("the analysis of %s under %s crashed", task.variant.slug, row["motion_id"])
         why = f"crash: {type(error).__name__}: {error}"
         return row | {"status": "crash", "as_it_should": False, "why": why, "steps_by_rung": ""}
     residual = found.demands["energy_residual_ratio"]
