@@ -21,7 +21,7 @@ from synthetic_rows import arrow_table, synthetic_rows
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.suspect import LIMITS
-from skewbridge.demands.tables import write_study
+from skewbridge.demands.tables import join_variants, write_variant
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables
@@ -62,7 +62,7 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
     )
     timed("check", lambda: check_tables(checked))
     timed("table", lambda: latex_table(paper_table(curves, medians, joint, settings)))
-    timed("explorer", lambda: explorer_data(rows, curves, effects))
+    timed("explorer", lambda: explorer_data(rows, curves, effects, medians))
     timed("systems", lambda: system_curves(runs, states, settings))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     return {"variants": variants, "motions": motions, "seconds": seconds, "peak_mb": peak}
@@ -70,16 +70,13 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
 
 def _collect(rows: Any, motions: int) -> None:
     """Write the rows as the workflow does, a variant at a time."""
-    table = arrow_table(rows)
+    table = arrow_table(rows).drop_columns(["suspect"])
     with TemporaryDirectory() as folder:
-        parts = (
-            (
-                Path(folder) / f"{first}.parquet",
-                table.slice(first, motions).drop_columns(["suspect"]).to_pylist(),
-            )
-            for first in range(0, table.num_rows, motions)
-        )
-        write_study(parts, Path(folder) / "all.parquet", LIMITS, rows["run_key"])
+        paths: list[Path] = []
+        for first in range(0, table.num_rows, motions):
+            paths.append(Path(folder) / f"{first}.parquet")
+            write_variant(table.slice(first, motions).to_pylist(), paths[-1], LIMITS)
+        join_variants(paths, Path(folder) / "all.parquet")
 
 
 def exponents(found: list[dict[str, Any]]) -> dict[str, float]:
@@ -99,14 +96,14 @@ def main() -> None:
     for variants, motions in sizes:
         with ProcessPoolExecutor(1) as pool:
             found.append(pool.submit(measured, variants, motions).result())
-    told = {"sizes": found} | ({"exponents": exponents(found)} if len(found) > 1 else {})
+    result = {"sizes": found} | ({"exponents": exponents(found)} if len(found) > 1 else {})
     heads = list(found[0]["seconds"])
     lines = ["| variants x motions | " + " | ".join(heads) + " | memory, MB |"]
     lines.append("|---" * (len(heads) + 2) + "|")
     for each in found:
         cells = [f"{each['variants']} x {each['motions']}", *each["seconds"].values()]
         lines.append("| " + " | ".join(map(str, [*cells, each["peak_mb"]])) + " |")
-    sys.stdout.write("\n".join([json.dumps(told, indent=1), *lines, ""]))
+    sys.stdout.write("\n".join([json.dumps(result, indent=1), *lines, ""]))
 
 
 if __name__ == "__main__":
