@@ -32,12 +32,11 @@ from skewbridge.study.modelling_choices import (
     axis_pairs,
     choice_pairs,
     choices_table,
-    sampled,
     write_choices,
 )
 from skewbridge.study.products import rule_digest
 from skewbridge.study.session import Job
-from skewbridge.study.setup import StudySetup
+from skewbridge.study.setup import StudySetup, sampled
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions

@@ -42,6 +42,8 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}),
     "study/session.py": (set(), ALL),
     "study/sensitivity.py": ({"sensitivity"}, ALL - {"sensitivity"}),
+    "study/setup.py": (ANALYSING, {ANALYSES}),
+    "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse", "check_predict"}),
     "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
     "report/html/page.py": (PAGES, ALL - PAGES),
     "report/html/templates/report.html.j2": (PAGES, ALL - PAGES),

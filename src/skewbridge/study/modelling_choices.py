@@ -22,7 +22,7 @@ from skewbridge.statuses import OK
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.progress import log_failure
-from skewbridge.study.setup import StudySetup
+from skewbridge.study.setup import StudySetup, sampled
 from skewbridge.study.task import Task, run_key
 from skewbridge.units import MN, split_unit
 from skewbridge.variant.variant import Variant, parse_slug
@@ -280,18 +280,6 @@ class Pair:
             "abutment": variant.abutment,
             **{name: getattr(self, name) for name in ("kind", "name", "from_value", "to_value")},
         }
-
-
-def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
-    """Return a number of analyses of a variant, at equal quantiles of the scaled PGV."""
-    ranked = sorted(tasks, key=_strength)
-    parts = min(count, len(ranked))
-    return [ranked[(2 * part + 1) * len(ranked) // (2 * parts)] for part in range(parts)]
-
-
-def _strength(task: Task) -> tuple[float, str, float]:
-    motion = task.motion
-    return motion.measures["im_pgv_rotd50_mps"], motion.motion.motion_id, task.incidence_deg
 
 
 def choice_pairs(tasks: Sequence[Task], choices: Sequence[Choice] = CHOICES) -> Iterator[Pair]:

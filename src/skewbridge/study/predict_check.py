@@ -31,9 +31,8 @@ from skewbridge.provenance.tables import read_frame
 from skewbridge.reading import records_of
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_journals
-from skewbridge.study.modelling_choices import sampled
 from skewbridge.study.progress import log_failure
-from skewbridge.study.setup import StudySetup
+from skewbridge.study.setup import StudySetup, sampled
 from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import Variant
 

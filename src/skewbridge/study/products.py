@@ -35,7 +35,11 @@ _ANALYSES: Final = (
     "demands",
     *(f"study/{name}.py" for name in ("batch", "ida", "journal", "setup", "worker")),
 )
-_SCREEN: Final = (*_TABLES, "motions", "fragility", "report", "study/config.py")
+#: The figure of the modelling choices has their labels.
+_SCREEN: Final = (
+    *(*_TABLES, "motions", "fragility", "report"),
+    *("study/config.py", "study/modelling_choices.py"),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,6 +1,6 @@
 """Analyses of a study from its configuration and the prepared motions."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
@@ -118,3 +118,15 @@ class StudySetup:
         if self.search is not None:
             scale = self.search.first_factor(replace(motion, scale=1.0, measures=dict(at_1)))
         return replace(motion, scale=scale, measures=scaled_measures(dict(at_1), scale))
+
+
+def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
+    """Return a number of analyses of a variant, at equal quantiles of the scaled PGV."""
+    ranked = sorted(tasks, key=_strength)
+    parts = min(count, len(ranked))
+    return [ranked[(2 * part + 1) * len(ranked) // (2 * parts)] for part in range(parts)]
+
+
+def _strength(task: Task) -> tuple[float, str, float]:
+    motion = task.motion
+    return motion.measures["im_pgv_rotd50_mps"], motion.motion.motion_id, task.incidence_deg
