@@ -61,6 +61,10 @@ def test_an_analysis_loads_nothing_more() -> None:
     assert loaded.isdisjoint(HEAVY)
 
 
+def test_the_processes_that_draw_figures_load_no_solver() -> None:
+    assert "openseespy.opensees" not in loaded_by("import skewbridge.report.study_figures")
+
+
 @pytest.mark.parametrize(
     ("arguments", "forbidden"),
     [

@@ -3,15 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import pandas as pd
 
-from skewbridge.analysis.transient import analyse
 from skewbridge.demands.completeness import is_complete
 from skewbridge.provenance.tables import provenance, read_frame, write_frame
-from skewbridge.study.setup import StudySetup
 from skewbridge.variant.variant import Variant, parse_slug
+
+if TYPE_CHECKING:
+    from skewbridge.study.setup import StudySetup
 
 TYPICAL_QUANTILE: Final = 0.75
 
@@ -59,7 +60,7 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     return str(ordered.iloc[int(TYPICAL_QUANTILE * (len(ordered) - 1))])
 
 
-def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
+def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
     """Repeat one analysis without and one with friction, and write their histories.
 
     Args:
@@ -68,6 +69,9 @@ def write_friction_pair(setup: StudySetup, demands: Path, output: Path) -> None:
         output: Parquet file: variant, motion_id, and the columns of the histories; without rows
             where the study has one friction only. A run that diverged has no rows.
     """
+    # Here, because the processes that draw the figures do without OpenSees.
+    from skewbridge.analysis.transient import analyse
+
     rows = read_frame(demands)
     pair = friction_pair(rows)
     if pair is None:

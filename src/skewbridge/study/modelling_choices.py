@@ -9,23 +9,23 @@ import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 import pandas as pd
 
-from skewbridge.analysis.modal import damping_ratio
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for
 from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import OK
-from skewbridge.study.batch import Workers, run_tasks
-from skewbridge.study.journal import open_journal, read_journals
-from skewbridge.study.progress import log_failure
-from skewbridge.study.setup import StudySetup, sampled
-from skewbridge.study.task import Task, run_key
 from skewbridge.units import MN, split_unit
 from skewbridge.variant.variant import Variant, parse_slug
+
+if TYPE_CHECKING:
+    # The processes that draw the figures need the table of the choices and no OpenSees.
+    from skewbridge.study.batch import Workers
+    from skewbridge.study.setup import StudySetup
+    from skewbridge.study.task import Task
 
 logger = logging.getLogger(__name__)
 
@@ -54,9 +54,9 @@ class Choice:
     source: str
     section: Literal["model", "analysis"] = "model"
     acts_on: Callable[[Variant], bool] = lambda _: True
-    when_null: Callable[[Task], Value] | None = None
+    when_null: Callable[["Task"], Value] | None = None
 
-    def configured_in(self, task: Task) -> Value:
+    def configured_in(self, task: "Task") -> Value:
         """Return the value of the option in an analysis."""
         part = task.settings if self.section == "analysis" else _effective_options(task)
         value: Value | None = getattr(part, self.key)
@@ -66,12 +66,12 @@ class Choice:
             raise ValueError(f"choice {self.key}: when_null must state the meaning of null")
         return self.when_null(task)
 
-    def set_in(self, task: Task, value: Value) -> Task:
+    def set_in(self, task: "Task", value: Value) -> "Task":
         """Return an analysis with another value of the option."""
         part = _PARTS[self.section]
         return replace(task, **{part: replace(getattr(task, part), **{self.key: value})})
 
-    def alternatives(self, task: Task) -> list[Value]:
+    def alternatives(self, task: "Task") -> list[Value]:
         """Return the values that change an analysis.
 
         None where the option does not act on the variant, or where the scheme sets it anyway.
@@ -195,7 +195,7 @@ CHOICES: Final = (
         label="Damping ratio",
         values=(0.02, 0.05),
         source="the paper gives none; 2 to 5 % are usual for concrete bridges",
-        when_null=lambda task: damping_ratio(load_bridge(task.variant.bridge), task.options),
+        when_null=lambda task: load_bridge(task.variant.bridge).damping.ratio,
     ),
     Choice(
         key="integrator",
@@ -223,11 +223,11 @@ def value_text(key: str, value: Value) -> str:
     return f"{value:g}" if unit == "-" else f"{value:g} {unit}"
 
 
-def _effective_options(task: Task) -> object:
+def _effective_options(task: "Task") -> object:
     return task.settings.model_options(task.options)
 
 
-def _effective(task: Task) -> tuple[object, object]:
+def _effective(task: "Task") -> tuple[object, object]:
     return task.settings, _effective_options(task)
 
 
@@ -269,8 +269,8 @@ class Pair:
     name: str
     from_value: str
     to_value: str
-    before: Task
-    after: Task
+    before: "Task"
+    after: "Task"
 
     def names(self) -> dict[str, str]:
         """Return the compared quantities by column."""
@@ -282,7 +282,7 @@ class Pair:
         }
 
 
-def choice_pairs(tasks: Sequence[Task], choices: Sequence[Choice] = CHOICES) -> Iterator[Pair]:
+def choice_pairs(tasks: Sequence["Task"], choices: Sequence[Choice] = CHOICES) -> Iterator[Pair]:
     """Yield each analysis with each alternative of each choice that acts on it."""
     for task in tasks:
         for choice in choices:
@@ -299,9 +299,11 @@ def choice_pairs(tasks: Sequence[Task], choices: Sequence[Choice] = CHOICES) -> 
 
 
 def axis_pairs(
-    setup: StudySetup, slug: str, axes: Mapping[str, Sequence[float]], count: int
+    setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
 ) -> Iterator[Pair]:
     """Yield the analyses of a variant at the ends of each axis of the grid that has two values."""
+    from skewbridge.study.setup import sampled
+
     variant = parse_slug(slug)
     for name, values in axes.items():
         low, high = (end(values, key=abs) for end in (min, max))
@@ -317,12 +319,12 @@ def axis_pairs(
 
 
 def write_choices(
-    setup: StudySetup,
+    setup: "StudySetup",
     variants: Sequence[str],
     axes: Mapping[str, Sequence[float]],
     *,
     motions: int,
-    workers: Workers,
+    workers: "Workers",
     output: Path,
 ) -> None:
     """Run the missing analyses and write the table of `CHOICE_COLUMNS`.
@@ -337,6 +339,8 @@ def write_choices(
         workers: The worker processes.
         output: Parquet file.
     """
+    from skewbridge.study.setup import sampled
+
     pairs: list[Pair] = []
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
@@ -352,6 +356,8 @@ def choices_table(pairs: Sequence[Pair], rows: Mapping[str, Mapping[str, Any]]) 
         pairs: Pairs to compare; a repeated pair counts once.
         rows: Rows of the demands table by `run_key`.
     """
+    from skewbridge.study.task import run_key
+
     keys = {(run_key(pair.before), run_key(pair.after)): pair for pair in pairs}
     table = pd.DataFrame(
         {**pair.names(), "demand": demand, **_compared(rows[before], rows[after], demand)}
@@ -379,7 +385,14 @@ def _compared(before: Mapping[str, Any], after: Mapping[str, Any], demand: str) 
     return {"log": np.log(top / bottom) if usable else np.nan, "failed": failed}
 
 
-def _run(setup: StudySetup, tasks: Iterable[Task], workers: Workers) -> dict[str, dict[str, Any]]:
+def _run(
+    setup: "StudySetup", tasks: Iterable["Task"], workers: "Workers"
+) -> dict[str, dict[str, Any]]:
+    from skewbridge.study.batch import run_tasks
+    from skewbridge.study.journal import open_journal, read_journals
+    from skewbridge.study.progress import log_failure
+    from skewbridge.study.task import run_key
+
     once = {run_key(task): task for task in tasks}
     done = read_journals(setup.folder)
     logger.info("%d analyses, %d of them done", len(once), len(once.keys() & done.keys()))
