@@ -15,12 +15,12 @@ import pandas as pd
 from joblib import Parallel, delayed
 from scipy import stats
 
+from skewbridge.files.tables import records_of
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.joint import JointModel, joint_table
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.reading import records_of
 
 SEED: Final = 20261122
 REPLICATES: Final = 500

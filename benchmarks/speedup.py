@@ -24,7 +24,7 @@ from skewbridge.analysis.accuracy import Accuracy, at_accuracy
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import AnalysisResult, analyse
-from skewbridge.provenance.digests import canonical, digest_of, engine_digest
+from skewbridge.files.digests import canonical, digest_of, engine_digest
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.variant.options import ModelOptions
 

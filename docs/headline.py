@@ -16,13 +16,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_frame, records_of
+from skewbridge.files.text import write_text
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
-from skewbridge.provenance.files import write_text
-from skewbridge.provenance.tables import read_frame
-from skewbridge.reading import records_of
 from skewbridge.report.answer import (
     NOT_REACHED,
     answer_table,

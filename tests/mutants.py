@@ -23,13 +23,13 @@ from motions_files import at2_text
 from mutation import mutant_of
 from skewbridge.bridge.catalogue import load_bridge_file
 from skewbridge.errors import InputError
+from skewbridge.files.tables import write_frame
 from skewbridge.fragility.fit_data import FitOptions, fit_file
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.read import DT_LIMITS_S, PGA_LIMITS_G, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.trace import Given
-from skewbridge.provenance.tables import write_frame
 from skewbridge.study.config import load_config
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid

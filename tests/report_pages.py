@@ -9,11 +9,11 @@ import pandas as pd
 import yaml
 from matplotlib.image import imsave
 
+from skewbridge.files.checking import merged
+from skewbridge.files.tables import write_frame
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables
-from skewbridge.provenance.tables import write_frame
-from skewbridge.reading import merged
 from skewbridge.report.html.page import write_report
 from skewbridge.report.study_figures import CURVES
 

@@ -5,7 +5,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
 
-from skewbridge.provenance.licences import licence_of
+from skewbridge.files.digests import licence_of
 
 HEAD = """\
 # Licences

@@ -15,12 +15,12 @@ import pytest
 from scipy.special import ndtr
 
 from fragility_tables import IM, synthetic_demands
+from skewbridge.files.tables import write_frame
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.exports import export_curves, identifier
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.provenance.tables import write_frame
 
 pytestmark = pytest.mark.exports
 

@@ -10,12 +10,11 @@ import pytest
 from mutation import BOMB
 from skewbridge.bridge.catalogue import load_bridge_file
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_frame, read_table, stamp, write_frame
+from skewbridge.files.text import read_csv, read_json, read_yaml
 from skewbridge.fragility.fit_data import read_data
 from skewbridge.motions.index import list_motions
 from skewbridge.motions.read import read_trace
-from skewbridge.provenance.stamp import stamp
-from skewbridge.provenance.tables import read_frame, read_table, write_frame
-from skewbridge.reading import read_csv, read_json, read_yaml
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,9 @@ import pandas as pd
 import pytest
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import writable_folder
-from skewbridge.provenance.tables import provenance, read_table, write_frame
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import read_table, write_frame
+from skewbridge.files.text import writable_folder
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import compact_journals, forget, open_journal, read_content
 

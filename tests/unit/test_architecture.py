@@ -12,9 +12,8 @@ PACKAGE = Path(skewbridge.__file__).parent
 ORDER = (
     "errors",
     "statuses",
-    "reading",
     "units",
-    "provenance",
+    "files",
     "variant",
     "motions",
     "contact",

@@ -10,7 +10,7 @@ from reference_pages import ROOT
 from skewbridge.bridge.catalogue import bridge_names, load_bridge, load_bridge_file
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.errors import InputError
-from skewbridge.reading import read_mapping
+from skewbridge.files.text import read_mapping
 
 
 def write_variant(tmp_path: Path, text: str) -> Path:

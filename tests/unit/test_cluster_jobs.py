@@ -7,8 +7,8 @@ import pytest
 import yte
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import writable_folder, written_aside
-from skewbridge.reading import merged, read_mapping
+from skewbridge.files.checking import merged
+from skewbridge.files.text import read_mapping, writable_folder, written_aside
 from skewbridge.study.config import parse_config
 from skewbridge.study.processes import cancel_left_behind
 from skewbridge.study.progress import JobSize, forecast_study

@@ -8,6 +8,7 @@ from statsmodels.stats.multitest import multipletests
 
 from fragility_tables import IM, paired_effects, several_models, synthetic_demands, verdict_of
 from skewbridge.errors import InputError
+from skewbridge.files.checking import checked
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.motion_means import (
     Jackknifed,
@@ -25,7 +26,6 @@ from skewbridge.fragility.verdicts import (
     needed_motions,
     verdicts_of,
 )
-from skewbridge.reading import checked
 
 DEMAND = "deck_disp_m"
 MODEL = ["bridge", "abutment"]

@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 
 from fragility_tables import synthetic_demands
 from skewbridge.cli import build_app
+from skewbridge.files.tables import write_frame
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
-from skewbridge.provenance.tables import write_frame
 from skewbridge.report.study_figures import save_figure
 from skewbridge.study.config import FigureSettings
 from skewbridge.study.folder import write_starter

@@ -7,9 +7,9 @@ from typer.testing import CliRunner
 
 from fragility_tables import paired_effects, synthetic_demands
 from skewbridge.cli import build_app
+from skewbridge.files.tables import write_frame
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.verdicts import needed_motions
-from skewbridge.provenance.tables import write_frame
 
 STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
 MODEL = ["bridge", "abutment"]

@@ -9,7 +9,7 @@ import pytest
 
 import skewbridge
 from skewbridge.errors import InputError
-from skewbridge.provenance.tables import write_frame, write_table
+from skewbridge.files.tables import write_frame, write_table
 
 
 def study(folder: Path, config_of_fits: str) -> Path:

@@ -13,9 +13,10 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.provenance.tables import provenance, read_frame, write_frame
 from skewbridge.report.effect_figures import (
     choice_findings,
     choices_left_out,

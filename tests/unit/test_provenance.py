@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import skewbridge
-from skewbridge.provenance.digests import ENGINE, digest_of, layer_digest
+from skewbridge.files.digests import ENGINE, digest_of, layer_digest
 from skewbridge.study.products import RECIPES
 
 PACKAGE = Path(skewbridge.__file__).parent
@@ -26,7 +26,7 @@ ALL = {ANALYSES, *RECIPES}
 EDITS: dict[str, tuple[set[str], set[str]]] = {
     "units.py": (ALL, set()),
     "errors.py": (ALL, set()),
-    "provenance/tables.py": ({*ANALYSING, *FITS, *PAGES}, {ANALYSES}),
+    "files/tables.py": ({*ANALYSING, *FITS, *PAGES}, {ANALYSES}),
     "variant/variant.py": ({ANALYSES, *ANALYSING}, set()),
     "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, set()),
     "fragility/settings.py": ({*FITS, *PAGES}, {ANALYSES, "analyse", "prepare_motions"}),
@@ -48,7 +48,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "report/html/page.py": (PAGES, ALL - PAGES),
     "report/html/templates/report.html.j2": (PAGES, ALL - PAGES),
     "verification/registry.py": (VERIFYING, ALL - VERIFYING),
-    "reading/__init__.py": (ALL, set()),
+    "files/text.py": (ALL, set()),
     "cli/output.py": (set(), ALL),
 }
 
@@ -125,7 +125,7 @@ def test_every_module_that_an_analysis_loads_is_in_its_key() -> None:
     )
     loaded = [Path(name) for name in done.stdout.split("LOADED", 1)[1].split()]
     inside = [PACKAGE / part for part in ENGINE]
-    digested = {"provenance/digests.py"}
+    digested = {"files/digests.py"}
     outside = {
         path.relative_to(PACKAGE).as_posix()
         for path in loaded

@@ -17,9 +17,8 @@ from typer.testing import CliRunner
 
 from skewbridge.cli import build_app
 from skewbridge.errors import InputError, SolutionError
-from skewbridge.provenance.digests import engine_digest, layer_digest
-from skewbridge.provenance.stamp import figure_metadata, read_stamp, stamp
-from skewbridge.provenance.tables import provenance, read_frame, write_frame
+from skewbridge.files.digests import engine_digest, layer_digest, provenance
+from skewbridge.files.tables import figure_metadata, read_frame, read_stamp, stamp, write_frame
 from skewbridge.study import products
 from skewbridge.study.config import load_config
 from skewbridge.study.products import RECIPES, made_from, origin_of, rule_digest

@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 
 from fragility_tables import synthetic_demands
 from skewbridge.cli import build_app
-from skewbridge.provenance.tables import provenance, write_frame
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import write_frame
 from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter

@@ -15,10 +15,11 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import SuspectLimits
 from skewbridge.errors import InputError
+from skewbridge.files import tables
+from skewbridge.files.digests import provenance
+from skewbridge.files.text import written_aside
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.provenance import tables
-from skewbridge.provenance.files import written_aside
 from skewbridge.study import worker
 from skewbridge.study.analyses import analyse_variant
 from skewbridge.study.batch import Workers, run_tasks
@@ -190,7 +191,7 @@ def test_a_table_of_another_version_is_refused_by_name(
 ) -> None:
     path = tmp_path / "part.parquet"
     frame = pd.DataFrame({"a": [1.0]})
-    tables.write_frame(frame, path, tables.provenance())
+    tables.write_frame(frame, path, provenance())
     assert tables.read_frame(path).equals(frame)
     monkeypatch.setattr(tables, "TABLE_FORMAT", tables.TABLE_FORMAT + 1)
     with pytest.raises(InputError, match=r"part\.parquet was written by another version .* again"):
@@ -212,7 +213,7 @@ def test_a_table_of_another_program_is_taken_as_it_is(tmp_path: Path) -> None:
 
 
 def _written(path: Path) -> Path:
-    tables.write_frame(pd.DataFrame({"a": [1.0]}), path, tables.provenance())
+    tables.write_frame(pd.DataFrame({"a": [1.0]}), path, provenance())
     return path
 
 

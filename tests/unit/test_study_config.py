@@ -11,10 +11,9 @@ from reference_pages import PAGES, ROOT
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
+from skewbridge.files.text import read_mapping, read_yaml, writable_folder
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.index import list_motions
-from skewbridge.provenance.files import writable_folder
-from skewbridge.reading import read_mapping, read_yaml
 from skewbridge.study.config import StudyConfig, load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import expand_grid

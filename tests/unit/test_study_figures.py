@@ -8,13 +8,13 @@ import pandas as pd
 import pytest
 
 from fragility_tables import paired_effects, synthetic_demands
+from skewbridge.files.tables import write_frame
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.effects import effect_tables
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.provenance.tables import write_frame
 from skewbridge.report.axis_layout import VariantLayout, shown_axes
 from skewbridge.report.effect_figures import verdict_map
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves

@@ -13,11 +13,11 @@ from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.suspect import LIMITS, SuspectLimits, count_reasons, reasons
 from skewbridge.demands.tables import join_variants, write_variant
+from skewbridge.files.digests import ENGINE
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.provenance.digests import ENGINE
 from skewbridge.report.checks import read_tables, write_checks
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder

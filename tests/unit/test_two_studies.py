@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from fragility_tables import IM, synthetic_demands
 from skewbridge.cli import build_app
-from skewbridge.provenance.tables import write_frame
+from skewbridge.files.tables import write_frame
 
 STATES = str(Path(__file__).parents[2] / "config" / "limit_states.yaml")
 RUNNER = CliRunner()

@@ -14,9 +14,9 @@ from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.errors import InputError
+from skewbridge.files import tables as provenance_tables
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.provenance import tables as provenance_tables
 from skewbridge.study.analyses import analyse_variant
 from skewbridge.study.batch import Workers
 from skewbridge.study.config import parse_config

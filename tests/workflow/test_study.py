@@ -13,7 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 from study_trees import TIMES, copy_sources
 
-from skewbridge.provenance.tables import provenance, write_frame
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import write_frame
 from skewbridge.study.processes import LOCK_NAME
 from small_study import SNAKEMAKE, command, journal_keys, planned_jobs, run, wait_for
 

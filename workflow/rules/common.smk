@@ -2,8 +2,8 @@
 from snakemake.exceptions import WorkflowError
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import writable_folder
-from skewbridge.reading import read_mapping
+from skewbridge.files.text import writable_folder
+from skewbridge.files.text import read_mapping
 from skewbridge.study.config import chosen_variants, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import check_inputs

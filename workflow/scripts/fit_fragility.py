@@ -4,9 +4,9 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
+        from skewbridge.files.tables import read_frame
         from skewbridge.fragility.limit_states import load_limit_states
         from skewbridge.fragility.study_tables import fragility_tables, write_tables
-        from skewbridge.provenance.tables import read_frame
         from skewbridge.report.checks import read_tables, write_checks
 
         study, paths = job.study, {**job.inputs, **job.outputs}

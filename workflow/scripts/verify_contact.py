@@ -6,7 +6,8 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.provenance.tables import provenance, write_frame
+        from skewbridge.files.digests import provenance
+        from skewbridge.files.tables import write_frame
         from skewbridge.verification.studies.gate import verify_contact_gate
 
         checks = verify_contact_gate()

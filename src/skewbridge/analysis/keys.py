@@ -6,8 +6,8 @@ from functools import cache, lru_cache
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.files.digests import canonical, digest_of
 from skewbridge.motions.record import GroundMotion
-from skewbridge.provenance.digests import canonical, digest_of
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 

@@ -30,7 +30,7 @@ from skewbridge.cli.output import (
     new_group,
 )
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import writable_folder
+from skewbridge.files.text import writable_folder
 from skewbridge.units import KN
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
@@ -420,7 +420,7 @@ def sdc(
 
     Example: skewbridge bridge sdc --bridge osb1
     """
-    from skewbridge.provenance.tables import read_frame
+    from skewbridge.files.tables import read_frame
 
     if source is None or str(source) in known_bridges() or source.suffix in (".yaml", ".yml"):
         answer, rows, title = _sdc_capacities(bridge or str(source or "osb1"))
@@ -474,7 +474,7 @@ def _sdc_of_demands(table: "pd.DataFrame", bridge: str | None) -> tuple[dict[str
 def _sdc_of_run(folder: Path, bridge: str | None) -> tuple[dict[str, Any], str]:
     """Return the checks of the analysis in a folder of `skewbridge run`: answer and title."""
     from skewbridge.analysis.sdc import corner_moves_m, sdc_rows
-    from skewbridge.provenance.tables import read_frame
+    from skewbridge.files.tables import read_frame
 
     table = read_frame(folder / "demands.parquet")
     histories = read_frame(folder / "histories.parquet")

@@ -15,7 +15,7 @@ from skewbridge.cli.output import (
     new_group,
 )
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import writable_file
+from skewbridge.files.text import writable_file
 
 if TYPE_CHECKING:
     from skewbridge.motions.trace import Given

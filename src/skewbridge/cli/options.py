@@ -12,7 +12,8 @@ import typer
 from skewbridge.analysis.accuracy import under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
-from skewbridge.reading import checked, parse_yaml, read_yaml, shortened
+from skewbridge.files.checking import checked
+from skewbridge.files.text import parse_yaml, read_yaml, shortened
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, Axis
 from skewbridge.variant.options import ModelOptions

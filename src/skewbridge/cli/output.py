@@ -13,7 +13,7 @@ from rich.text import Text
 from typer.core import TyperCommand
 
 from skewbridge.errors import InputError, SolutionError
-from skewbridge.reading import shortened
+from skewbridge.files.text import shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 EXIT_FAILED: Final = 1

@@ -29,7 +29,7 @@ from skewbridge.cli.output import (
     new_group,
 )
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import writable_folder
+from skewbridge.files.text import writable_folder
 
 if TYPE_CHECKING:
     from skewbridge.analysis.settings import AnalysisSettings
@@ -147,7 +147,7 @@ def _task_of_row(key: str, config: Path) -> "Task":
     Raises:
         InputError: The study has no results, no such row, or no such analysis any more.
     """
-    from skewbridge.provenance.tables import read_table
+    from skewbridge.files.tables import read_table
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import read_journals
@@ -209,9 +209,8 @@ def _write(
     import pandas as pd
 
     from skewbridge.demands.tables import write_demands
-    from skewbridge.provenance.digests import engine_digest
-    from skewbridge.provenance.stamp import figure_metadata, stamp
-    from skewbridge.provenance.tables import provenance, write_frame
+    from skewbridge.files.digests import engine_digest, provenance
+    from skewbridge.files.tables import figure_metadata, stamp, write_frame
 
     digests = provenance(
         motion_sha256=task.motion.motion.sha256,

@@ -80,8 +80,7 @@ def plan(
     Example: skewbridge plan --config config/smoke.yaml
     """
     from skewbridge.analysis.modal import periods_of_file, standing_bridge
-    from skewbridge.provenance.tables import read_frame
-    from skewbridge.reading import records_of
+    from skewbridge.files.tables import read_frame, records_of
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.inputs import check_inputs
@@ -351,8 +350,8 @@ def plot(
 
     Example: skewbridge study plot '*_verdict_*' --width-mm 90 --out paper
     """
-    from skewbridge.provenance.files import writable_folder
-    from skewbridge.reading import checked
+    from skewbridge.files.checking import checked
+    from skewbridge.files.text import writable_folder
     from skewbridge.report.study_figures import draw_figures, finished_figures
     from skewbridge.study.config import FigureSettings, check_font, load_config
 
@@ -388,8 +387,8 @@ def methods(
 
     Example: skewbridge study methods --out methods.md
     """
-    from skewbridge.provenance.files import writable_file, write_text
-    from skewbridge.provenance.tables import read_frame
+    from skewbridge.files.tables import read_frame
+    from skewbridge.files.text import writable_file, write_text
     from skewbridge.report.methods import methods_of
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder

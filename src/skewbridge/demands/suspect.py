@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.reading import Number, Whole
+from skewbridge.files.checking import Number, Whole
 
 if TYPE_CHECKING:
     import pandas as pd

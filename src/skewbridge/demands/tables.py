@@ -10,8 +10,8 @@ import pyarrow.parquet as pq
 from skewbridge.demands.columns import COLUMNS, KEY, columns_with
 from skewbridge.demands.demand_columns import Column
 from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
-from skewbridge.provenance.digests import digest_of
-from skewbridge.provenance.tables import provenance, read_table, write_joined, write_table
+from skewbridge.files.digests import digest_of, provenance
+from skewbridge.files.tables import read_table, write_joined, write_table
 from skewbridge.statuses import STATUSES
 
 _TYPES: Final = {

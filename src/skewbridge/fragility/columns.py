@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from skewbridge.errors import InputError
-from skewbridge.reading import shortened
+from skewbridge.files.text import shortened
 
 type FloatArray = NDArray[np.float64]
 

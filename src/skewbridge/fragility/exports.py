@@ -22,15 +22,14 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from skewbridge.errors import InputError
+from skewbridge.files.digests import digest_of
+from skewbridge.files.text import no_formula, write_text
 from skewbridge.fragility.columns import positive, require, same_length
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table
 from skewbridge.fragility.results import read_table
-from skewbridge.provenance.digests import digest_of
-from skewbridge.provenance.files import write_text
-from skewbridge.reading import no_formula
 
 FORMATS: Final = ("nrml", "pelicun", "csv", "latex")
 _NEEDED: Final = (

@@ -10,6 +10,7 @@ import pandas as pd
 
 from skewbridge.demands.completeness import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
+from skewbridge.files.text import read_json, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.columns import as_column, as_list, positive, require, same_length
 from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
@@ -19,7 +20,6 @@ from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
 from skewbridge.fragility.results import read_mapped, read_table
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.reading import read_json, shortened, shown_path
 from skewbridge.statuses import COLLAPSE, OK
 
 METHODS: Final = ("stripes", "ida", "cloud")

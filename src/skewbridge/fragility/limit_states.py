@@ -19,7 +19,8 @@ from pydantic import (
 from skewbridge.demands.columns import column_of
 from skewbridge.demands.completeness import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.errors import InputError, raise_all
-from skewbridge.reading import checked, read_yaml, shortened, shown_path
+from skewbridge.files.checking import checked
+from skewbridge.files.text import read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 COLLAPSE_EXCEEDS: Final = "exceeds"

@@ -7,11 +7,11 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import axis_names
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.reading import records_of
 from skewbridge.units import split_unit
 from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, Axis, axes_of

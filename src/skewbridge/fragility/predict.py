@@ -10,10 +10,9 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_frame, records_of
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.joint import JointModel
-from skewbridge.provenance.tables import read_frame
-from skewbridge.reading import records_of
 
 _USUAL_ABUTMENT: Final = "contact_friction"
 #: Path of the table in the folder of a study, and in one that `skewbridge statistics` wrote.

@@ -16,6 +16,10 @@ from skewbridge.demands.columns import unit_of
 from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE, is_complete
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
+from skewbridge.files.checking import checked
+from skewbridge.files.tables import frame_of, read_frame, records_of, texts_of
+from skewbridge.files.tables import read_table as read_parquet
+from skewbridge.files.text import read_csv, read_yaml, writable_folder
 from skewbridge.fragility.columns import as_column, require
 from skewbridge.fragility.demand_table import (
     IDENTITY_COLUMNS,
@@ -32,10 +36,6 @@ from skewbridge.fragility.limit_states import (
 from skewbridge.fragility.paper_table import printed_rows
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
-from skewbridge.provenance.files import writable_folder
-from skewbridge.provenance.tables import frame_of, read_frame, texts_of
-from skewbridge.provenance.tables import read_table as read_parquet
-from skewbridge.reading import checked, read_csv, read_yaml, records_of
 from skewbridge.statuses import OK, STATUSES
 
 #: Provenance that all tables of one study share.

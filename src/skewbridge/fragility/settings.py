@@ -6,7 +6,7 @@ from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.reading import FileName, Number, Whole
+from skewbridge.files.checking import FileName, Number, Whole
 
 _COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 

@@ -9,6 +9,9 @@ import pandas as pd
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.completeness import with_derived_columns
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import write_frame
+from skewbridge.files.text import write_text
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_table import (
     BRIDGE_COLUMNS,
@@ -26,8 +29,6 @@ from skewbridge.fragility.paper_table import latex_table, paper_columns, paper_t
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
 from skewbridge.fragility.verdicts import NEEDED_COLUMNS, needed_motions
-from skewbridge.provenance.files import write_text
-from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.variant.axes import AXES, axes_of
 
 PAPER_TABLE: Final = "table"

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from skewbridge.errors import InputError
+from skewbridge.files.text import shown_path
 from skewbridge.motions.index import (
     INDEX_NAME,
     IndexEntry,
@@ -21,7 +22,6 @@ from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
 from skewbridge.motions.read import PairError, different_records, join_traces, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.trace import DtMissingError, Given, Trace
-from skewbridge.reading import shown_path
 
 type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from skewbridge.errors import InputError
+from skewbridge.files.digests import digest_of, layer_digest
+from skewbridge.files.text import read_json, shown_path, write_text
 from skewbridge.motions.index import files_below
-from skewbridge.provenance.digests import digest_of, layer_digest
-from skewbridge.provenance.files import write_text
-from skewbridge.reading import read_json, shown_path
 
 if TYPE_CHECKING:
     from skewbridge.motions.index import IndexEntry
@@ -32,7 +31,7 @@ def content_digest(
         InputError: As `entries_to_read`, or motions that cannot be read; names each of them.
     """
     states = [_state_of(path) for path in files_below(folder)]
-    readers = layer_digest(("errors.py", "units.py", "reading", "motions"))
+    readers = layer_digest(("errors.py", "units.py", "files", "motions"))
     state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, *states)
     kept = {} if cache is None else _kept(cache)
     if kept.get("state") == state:

@@ -14,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from skewbridge.errors import InputError
+from skewbridge.files.text import writable_folder
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.trace import (
     FLOAT,
@@ -29,7 +30,6 @@ from skewbridge.motions.trace import (
     parse_numbers,
     unit_of,
 )
-from skewbridge.provenance.files import writable_folder
 from skewbridge.units import G_MPS2, GAL
 
 

@@ -12,11 +12,12 @@ from typing import Any, Final
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.files.tables import records_of
+from skewbridge.files.text import no_formula, read_csv, shortened, shown_path
 from skewbridge.motions.pairing import group_by_name, pair_by_header, refuse_unpaired
 from skewbridge.motions.read import files_digest, read_trace
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion
 from skewbridge.motions.trace import Given, Trace
-from skewbridge.reading import no_formula, read_csv, records_of, shortened, shown_path
 
 MAX_MOTIONS: Final = 20_000
 INDEX_NAME: Final = "index.csv"

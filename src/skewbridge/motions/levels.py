@@ -13,8 +13,8 @@ from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.errors import InputError
+from skewbridge.files.checking import FileName, Number, Whole
 from skewbridge.motions.record import Vector
-from skewbridge.reading import FileName, Number, Whole
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 
 from skewbridge.errors import InputError
+from skewbridge.files.text import read_bytes
 from skewbridge.motions.formats import FORMATS
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.pairing import motion_name
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.trace import Given, Trace
-from skewbridge.reading import read_bytes
 from skewbridge.units import G_MPS2
 
 MAX_TITLE: Final = 100  # characters of an event or a station

@@ -11,6 +11,8 @@ from typing import Any
 import pandas as pd
 
 from skewbridge.errors import InputError, raise_all
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.motions.conditioning import Conditioning
 from skewbridge.motions.index import IndexEntry, list_motions
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
@@ -23,7 +25,6 @@ from skewbridge.motions.levels import (
 )
 from skewbridge.motions.read import join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
-from skewbridge.provenance.tables import provenance, read_frame, write_frame
 
 logger = logging.getLogger(__name__)
 

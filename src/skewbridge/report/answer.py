@@ -14,6 +14,7 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for, unit_of
 from skewbridge.demands.completeness import failure_kinds, is_complete
 from skewbridge.errors import InputError
+from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
 from skewbridge.fragility.verdicts import (
@@ -28,7 +29,6 @@ from skewbridge.fragility.verdicts import (
     RATIO,
     UNDECIDED,
 )
-from skewbridge.reading import records_of
 from skewbridge.report.axis_layout import value_text
 from skewbridge.report.verdict_style import demand_name, signed
 from skewbridge.statuses import COLLAPSE

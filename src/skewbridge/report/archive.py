@@ -16,13 +16,10 @@ import yaml
 
 from skewbridge.bridge.catalogue.loading import own_bridge_files
 from skewbridge.errors import InputError, SolutionError
+from skewbridge.files.digests import PACKAGE, licence_of
+from skewbridge.files.tables import read_frame, read_stamp
+from skewbridge.files.text import read_bytes, writable_file, written_aside
 from skewbridge.fragility.results import load_results
-from skewbridge.provenance.digests import PACKAGE
-from skewbridge.provenance.files import writable_file, written_aside
-from skewbridge.provenance.licences import licence_of
-from skewbridge.provenance.stamp import read_stamp
-from skewbridge.provenance.tables import read_frame
-from skewbridge.reading import read_bytes
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder

@@ -15,8 +15,8 @@ from skewbridge.demands.columns import KEY, demands_for
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import LIMITS, SUSPECT, SuspectLimits, count_reasons
 from skewbridge.errors import SolutionError
-from skewbridge.provenance.files import write_text
-from skewbridge.provenance.tables import read_frame
+from skewbridge.files.tables import read_frame
+from skewbridge.files.text import write_text
 from skewbridge.statuses import RAN, STATUSES
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of

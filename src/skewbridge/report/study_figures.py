@@ -20,12 +20,10 @@ from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.demands.columns import label_of
 from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.errors import InputError
+from skewbridge.files.tables import figure_metadata, read_frame
+from skewbridge.files.text import shortened, write_text
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
-from skewbridge.provenance.files import write_text
-from skewbridge.provenance.stamp import figure_metadata
-from skewbridge.provenance.tables import read_frame
-from skewbridge.reading import shortened
 from skewbridge.report.axis_layout import plain_label
 from skewbridge.report.effect_figures import (
     effects_by_intensity,

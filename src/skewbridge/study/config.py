@@ -12,9 +12,10 @@ from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.suspect import SuspectLimits
 from skewbridge.errors import InputError
+from skewbridge.files.checking import FileName, Number, Whole, checked, merged
+from skewbridge.files.text import read_mapping, shortened
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
-from skewbridge.reading import FileName, Number, Whole, checked, merged, read_mapping, shortened
 from skewbridge.study.folder import DEFAULT_ROOT, default_root
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.grid import GridConfig

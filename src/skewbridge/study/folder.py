@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.digests import PACKAGE
+from skewbridge.files.digests import PACKAGE
 
 DEFAULT_ROOT: Final = "results"
 #: Paths as in a clone; pyproject.toml installs the same files next to the package.

@@ -9,11 +9,12 @@ import pandas as pd
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
 from skewbridge.errors import InputError, raise_all
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import write_frame
+from skewbridge.files.text import shortened
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.content import content_digest
 from skewbridge.motions.levels import MotionsConfig, striped, unscaled_cloud
-from skewbridge.provenance.tables import provenance, write_frame
-from skewbridge.reading import shortened
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.grid import expand_grid

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import written_aside
+from skewbridge.files.text import written_aside
 from skewbridge.study.folder import StudyFolder
 
 type Row = dict[str, Any]

@@ -16,7 +16,8 @@ import pandas as pd
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for
-from skewbridge.provenance.tables import provenance, write_frame
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import write_frame
 from skewbridge.statuses import OK
 from skewbridge.units import MN, split_unit
 from skewbridge.variant.variant import Variant, parse_slug

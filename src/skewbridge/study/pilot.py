@@ -16,6 +16,7 @@ from scipy.special import ndtr
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
+from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.limit_states import load_limit_states
@@ -23,7 +24,6 @@ from skewbridge.fragility.lines import SATURATING
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_MEASURE, block_factors
 from skewbridge.motions.record import Vector
-from skewbridge.reading import records_of
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig
 from skewbridge.study.folder import StudyFolder

@@ -13,6 +13,7 @@ import pandas as pd
 
 from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_frame, records_of
 from skewbridge.fragility.demand_table import (
     BRIDGE_COLUMNS,
     IDENTITY_COLUMNS,
@@ -27,8 +28,6 @@ from skewbridge.fragility.limit_states import LimitState, load_limit_states, wit
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import write_described
-from skewbridge.provenance.tables import read_frame
-from skewbridge.reading import records_of
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_journals
 from skewbridge.study.progress import log_failure

@@ -8,17 +8,17 @@ from typing import Any, Final
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.provenance.digests import (
+from skewbridge.files.digests import (
     ENGINE,
     canonical,
     digest_of,
     engine_digest,
     layer_digest,
     opensees_version,
+    provenance,
 )
-from skewbridge.provenance.stamp import read_stamp
-from skewbridge.provenance.tables import provenance
+from skewbridge.files.tables import read_stamp
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest
@@ -28,10 +28,10 @@ type MadeFrom = dict[str, str]
 
 #: Keys of the configuration that influence no result.
 _NO_RESULT: Final = {"results", "batches"}
-_TABLES: Final = ("errors.py", "units.py", "reading", "provenance", "variant", "demands")
+_TABLES: Final = ("errors.py", "units.py", "files", "variant", "demands")
 _ANALYSES: Final = (
     *ENGINE,
-    "provenance",
+    "files",
     "demands",
     *(f"study/{name}.py" for name in ("batch", "ida", "journal", "setup", "worker")),
 )

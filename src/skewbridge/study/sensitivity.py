@@ -14,8 +14,9 @@ import pandas as pd
 
 from skewbridge.analysis.accuracy import at_accuracy
 from skewbridge.demands.columns import demands_for
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import write_frame
 from skewbridge.motions.conditioning import cut_to_strongest
-from skewbridge.provenance.tables import provenance, write_frame
 from skewbridge.statuses import RAN
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_journals

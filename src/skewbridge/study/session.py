@@ -11,8 +11,8 @@ from typing import Any, Final
 
 from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.errors import InputError, SolutionError
-from skewbridge.provenance.digests import layer_digest
-from skewbridge.provenance.stamp import read_stamp, stamp
+from skewbridge.files.digests import layer_digest
+from skewbridge.files.tables import read_stamp, stamp
 from skewbridge.study.batch import Workers
 from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.study.folder import StudyFolder

@@ -7,10 +7,10 @@ from typing import Any, Self
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_table
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
-from skewbridge.provenance.tables import read_table
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.ida import Search, at_factor

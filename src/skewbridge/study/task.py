@@ -1,6 +1,6 @@
 """One analysis: its inputs, its key and its result.
 
-The sources of this module are part of the key of every analysis (`provenance.digests.ENGINE`), so
+The sources of this module are part of the key of every analysis (`files.digests.ENGINE`), so
 that an edit runs all analyses again. Scheduling, journals and configuration are kept out of it.
 """
 
@@ -17,8 +17,8 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Progress
 from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.errors import InputError
+from skewbridge.files.digests import digest_of, engine_digest, opensees_version
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.provenance.digests import digest_of, engine_digest, opensees_version
 from skewbridge.statuses import RAN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

@@ -9,6 +9,7 @@ import pandas as pd
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_frame
 from skewbridge.fragility.demand_table import (
     BRIDGE_COLUMNS,
     LOADING_COLUMNS,
@@ -21,7 +22,6 @@ from skewbridge.fragility.limit_states import LimitState, load_limit_states, wit
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.results import demands_file, read_demands
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.provenance.tables import read_frame
 from skewbridge.study.folder import StudyFolder
 
 #: In place of an axis in the tables of a comparison: 0 is the first study, 1 the second.

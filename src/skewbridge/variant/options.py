@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.reading import Number, Whole
+from skewbridge.files.checking import Number, Whole
 from skewbridge.units import MM
 
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
@@ -28,7 +28,7 @@ class ModelOptions:
     """Modelling options of one analysis; the defaults are those of the default study.
 
     Raises:
-        ValidationError: A value is outside its limits (`skewbridge.reading.checked` turns it into
+        ValidationError: A value is outside its limits (`files.checking.checked` turns it into
             an `InputError`).
     """
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.provenance.files import writable_folder
+from skewbridge.files.text import writable_folder
 from skewbridge.verification.studies.comparison import COLUMNS, STATEMENT_COLUMNS, Study
 
 # Name of the study (figures as in the paper), module and function.

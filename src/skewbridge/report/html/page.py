@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.demands.suspect import SUSPECT
+from skewbridge.files.tables import read_frame, read_stamp, records_of
+from skewbridge.files.text import write_text
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.paper_table import (
     JOINT,
@@ -29,10 +31,6 @@ from skewbridge.fragility.paper_table import (
     with_interval,
 )
 from skewbridge.fragility.verdicts import MORE, OK
-from skewbridge.provenance.files import write_text
-from skewbridge.provenance.stamp import read_stamp
-from skewbridge.provenance.tables import read_frame
-from skewbridge.reading import records_of
 from skewbridge.report import answer
 from skewbridge.report.answer import (
     change_name,

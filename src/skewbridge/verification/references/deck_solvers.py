@@ -19,8 +19,8 @@ import pyarrow.parquet as pq
 from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.errors import InputError, SolutionError
+from skewbridge.files.text import writable_file
 from skewbridge.motions.read import read_motion
-from skewbridge.provenance.files import writable_file
 from skewbridge.verification.references.cases import DeckCase, file_of_case, read_case
 from skewbridge.verification.references.deck_model import (
     CORNERS,

@@ -17,7 +17,7 @@ import pandas as pd
 from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLedger
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
-from skewbridge.provenance.files import writable_file
+from skewbridge.files.text import writable_file
 from skewbridge.verification.references.cases import ContactCase, file_of_case, read_case, read_path
 from skewbridge.verification.references.live_model import Array, Solver, clean_domain, path_series
 

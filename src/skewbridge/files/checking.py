@@ -9,9 +9,8 @@ from pydantic import Field, TypeAdapter, ValidationError
 from pydantic_core import ArgsKwargs
 
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.reading.files import shortened, shown_path
+from skewbridge.files.text import shortened, shown_path
 
-#: Numbers, not text that looks like one: "2e7", which YAML 1.1 reads as text, must not pass.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
 #: Path of a file or folder.

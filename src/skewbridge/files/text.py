@@ -1,4 +1,4 @@
-"""Files from outside: bytes, text, YAML, JSON and CSV, each within a limit of size.
+"""Text, YAML, JSON and CSV files: read within limits of size, written atomically.
 
 A file of a few lines can name a tree of 10^9 values (aliases of aliases), a number of a million
 digits or a thousand levels: each is refused.
@@ -7,7 +7,11 @@ digits or a thousand levels: each is refused.
 import csv
 import io
 import json
+import os
+import socket
 import warnings
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from stat import S_ISREG
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NoReturn
@@ -38,18 +42,29 @@ _FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r")
 def shortened(value: object) -> str:
     """Return a value for a message: on one line, without control characters, shortened."""
     text = repr(value)
-    shown = text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}..."
-    return _printable(shown)
+    return printable(text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}...")
 
 
 def shown_path(path: Path) -> str:
     """Return a path for a message; a long path is shortened to its end with the file name."""
-    text = _printable(str(path))
+    text = printable(str(path))
     return text if len(text) <= LONGEST_PATH else f"...{text[3 - LONGEST_PATH :]}"
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
+    """Return a text with a question mark for each control character."""
     return "".join(sign if sign.isprintable() else "?" for sign in text)
+
+
+def file_fault(path: Path, problem: str, **details: object) -> InputError:
+    """Return the error of a file: its path, then the problem, which begins with a blank or colon.
+
+    Args:
+        path: The file, also named in the details of the error.
+        problem: Continuation of the path.
+        details: Further details.
+    """
+    return InputError(f"{shown_path(path)}{problem}", file=str(path), **details)
 
 
 def read_bytes(path: Path, most: int) -> bytes:
@@ -58,24 +73,21 @@ def read_bytes(path: Path, most: int) -> bytes:
     Raises:
         InputError: The file does not exist, is a folder or a device, or is too large.
     """
-    shown = shown_path(path)
     try:
         state = path.stat()
         if not S_ISREG(state.st_mode):
-            raise InputError(f"{shown}: a file is needed, not a folder or device", file=str(path))
+            raise file_fault(path, ": a file is needed, not a folder or device")
         if state.st_size > most:
-            raise InputError(
-                f"{shown}: has {state.st_size} bytes, at most {most} are read", file=str(path)
-            )
+            raise file_fault(path, f": has {state.st_size} bytes, at most {most} are read")
         with path.open("rb") as stream:
             content = stream.read(state.st_size + 1)
+    except InputError:
+        raise
     except (OSError, ValueError) as error:  # a path with a zero byte is a ValueError
-        if isinstance(error, InputError):
-            raise
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{shown} cannot be read: {reason}", file=str(path)) from None
+        raise file_fault(path, f" cannot be read: {reason}") from None
     if len(content) > state.st_size:
-        raise InputError(f"{shown}: is being written to", file=str(path))
+        raise file_fault(path, ": is being written to")
     return content
 
 
@@ -90,20 +102,16 @@ def read_text(path: Path, most: int) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            f"{shown_path(path)}, line {line}: byte 0x{content[error.start]:02x} is not UTF-8 "
-            "text: save the file as UTF-8",
-            file=str(path),
-            line=line,
-        ) from None
+        problem = f"byte 0x{content[error.start]:02x} is not UTF-8 text: save the file as UTF-8"
+        raise file_fault(path, f", line {line}: {problem}", line=line) from None
 
 
 class _Refusal(yaml.MarkedYAMLError):
     """Valid YAML that is not accepted."""
 
 
-def _refuse(place: Any, problem: str) -> NoReturn:
-    raise _Refusal(problem=problem, problem_mark=place.start_mark)
+def _refuse(node: Any, problem: str) -> NoReturn:
+    raise _Refusal(problem=problem, problem_mark=node.start_mark)
 
 
 class _Loader(yaml.SafeLoader):
@@ -143,17 +151,14 @@ def parse_yaml(text: str, where: str, **details: object) -> Any:
         return loader.construct_document(node)
     except RecursionError:
         raise InputError(f"{where}: nested more than {MAX_DEPTH} levels deep", **details) from None
-    except yaml.YAMLError as error:
+    except _Refusal as error:
+        line = error.problem_mark.line + 1
+        raise InputError(f"{where}, line {line}: {error.problem}", **details, line=line) from None
+    except (yaml.YAMLError, ValueError, OverflowError) as error:  # or a number such as 1:99:99
+        problem = printable(getattr(error, "problem", None) or " ".join(str(error).split()))[:200]
         mark = getattr(error, "problem_mark", None)
-        problem = getattr(error, "problem", None) or " ".join(str(error).split())
-        if isinstance(error, _Refusal) and mark is not None:
-            line = mark.line + 1
-            raise InputError(f"{where}, line {line}: {problem}", **details, line=line) from None
         place = "" if mark is None else f" in line {mark.line + 1}, column {mark.column + 1}"
-        message = f"{_printable(problem)[:200]}{place}"
-        raise InputError(f"{where} is not valid YAML: {message}", **details) from None
-    except (ValueError, OverflowError) as error:  # such as a number like 1:99:99
-        raise InputError(f"{where} is not valid YAML: {error}", **details) from None
+        raise InputError(f"{where} is not valid YAML: {problem}{place}", **details) from None
 
 
 def _check_node(node: Any, depth: int = 0) -> int:
@@ -224,8 +229,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
     if raw is None:
         return {}
     if not isinstance(raw, dict):
-        shown = shown_path(path)
-        raise InputError(f"{shown}: keys and values are needed at the top level", file=str(path))
+        raise file_fault(path, ": keys and values are needed at the top level")
     return raw
 
 
@@ -250,16 +254,16 @@ def read_json(path: Path) -> Any:
             raise ValueError(problem)
         return int(text)
 
-    text, shown = read_text(path, MAX_JSON_BYTES), shown_path(path)
+    text = read_text(path, MAX_JSON_BYTES)
     try:
         return json.loads(text, object_pairs_hook=distinct, parse_int=whole)
     except json.JSONDecodeError as error:
         problem = f"{error.msg} in line {error.lineno}, column {error.colno}"
-        raise InputError(f"{shown} is not valid JSON: {problem}", file=str(path)) from None
+        raise file_fault(path, f" is not valid JSON: {problem}") from None
     except RecursionError:
-        raise InputError(f"{shown}: nested too deeply", file=str(path)) from None
+        raise file_fault(path, ": nested too deeply") from None
     except ValueError as error:
-        raise InputError(f"{shown}: {error}", file=str(path)) from None
+        raise file_fault(path, f": {error}") from None
 
 
 def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
@@ -275,7 +279,7 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
     """
     import pandas as pd  # here: pandas takes longer to import than everything else
 
-    text, shown = read_text(path, MAX_CSV_BYTES), shown_path(path)
+    text = read_text(path, MAX_CSV_BYTES)
     try:
         _refuse_ragged(text)
         with warnings.catch_warnings():  # of blank cells beyond the header
@@ -283,17 +287,7 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
             return pd.read_csv(io.StringIO(text), index_col=False, **options)
     except (ValueError, csv.Error, OverflowError) as error:
         problem = " ".join(str(error).split())
-        raise InputError(f"{shown} is not a table: {problem}", file=str(path)) from None
-
-
-def records_of(table: "pd.DataFrame") -> list[dict[str, Any]]:
-    """Return the rows of a table as dictionaries by column name."""
-    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
-
-
-def no_formula(value: Any) -> Any:
-    """Return a cell that no spreadsheet takes for a formula: such a text gets a ``'``."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
+        raise file_fault(path, f" is not a table: {problem}") from None
 
 
 def _refuse_ragged(text: str) -> None:
@@ -316,3 +310,65 @@ def _refuse_ragged(text: str) -> None:
         beyond = any(cell.strip() for cell in row[len(names) :])
         if row and (len(row) < len(names) or beyond):
             raise ValueError(f"line {rows.line_num} has {len(row)} cells, the header {len(names)}")
+
+
+def no_formula(value: Any) -> Any:
+    """Return a cell that no spreadsheet takes for a formula: such a text gets a ``'``."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
+
+
+@contextmanager
+def written_aside(path: Path) -> Generator[Path]:
+    """Yield a temporary path next to a file, and rename it to the file when it is complete.
+
+    A reader, or a study that resumes after a kill, never sees an incomplete file.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.{_writer()}")
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file atomically."""
+    with written_aside(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def writable_folder(folder: Path) -> Path:
+    """Return a folder in which files can be written, and create it if necessary.
+
+    A file is written as a test, because access rights alone do not suffice (the superuser,
+    read-only file systems, a file of that name).
+
+    Raises:
+        InputError: The folder cannot be created or written.
+    """
+    probe = folder / f".write-test-{_writer()}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"cannot write to the folder {str(folder)!r}: {error.strerror}") from None
+    return folder
+
+
+def writable_file(path: Path) -> Path:
+    """Return the path of a file that can be written, and create its folder if necessary.
+
+    Raises:
+        InputError: The folder cannot be made or written, or the path is a folder.
+    """
+    writable_folder(path.parent)
+    if path.is_dir():
+        raise InputError(f"cannot write the file {str(path)!r}: it is a folder")
+    return path
+
+
+def _writer() -> str:
+    """Return process and host: two nodes of a cluster may have equal process numbers."""
+    return f"{socket.gethostname()}.{os.getpid()}"

@@ -1,0 +1,1 @@
+"""Files: read within limits, checked, written atomically, with digests and provenance."""

@@ -1,0 +1,148 @@
+"""Digests of sources and values, and provenance: versions, commit, machine, licences."""
+
+import hashlib
+import os
+import platform
+import subprocess
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from importlib.metadata import PackageMetadata, version
+from pathlib import Path
+from typing import Any, Final
+
+#: Folder of the package.
+PACKAGE: Final = Path(__file__).parents[1]
+#: Sources that an analysis executes. The key of an analysis contains their digest, so that an edit
+#: runs all analyses again. Readers of motions, scheduling and journals are not among them: the
+#: accelerations themselves are part of the key.
+ENGINE: Final = (
+    "errors.py",
+    "statuses.py",
+    "units.py",
+    "files/text.py",
+    "files/checking.py",
+    "variant",
+    "motions/record.py",
+    "contact",
+    "bridge",
+    "analysis",
+    "study/task.py",
+)
+#: Bridges are digested by their numbers (`analysis.keys.bridge_digest`), for studies that use them.
+_CATALOGUE: Final = Path("bridge", "catalogue")
+_PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
+_CPU_INFO: Final = Path("/proc/cpuinfo")
+_LONGEST_LICENCE: Final = 80  # characters of a licence that is given as text
+
+
+def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
+    """Return 16 hex digits over all sources and data files of some parts of the package.
+
+    Args:
+        parts: Packages or files, relative to the package.
+        package: Folder of the package.
+
+    Raises:
+        FileNotFoundError: A part does not exist.
+    """
+    digest = hashlib.sha256()
+    for part in parts:
+        for path in _sources_of(package / part):
+            name = path.relative_to(package)
+            if name.parent == _CATALOGUE and name.suffix == ".yaml":
+                continue
+            digest.update(f"\n{name.as_posix()}\n".encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _sources_of(part: Path) -> Iterable[Path]:
+    if part.is_file():
+        return [part]
+    if not part.is_dir():
+        raise FileNotFoundError(f"{part} is not a part of the package")
+    return sorted(
+        path
+        for path in part.rglob("*")
+        if path.is_file()
+        and path.suffix != ".pyc"
+        and not path.name.endswith("~")
+        and not any(name.startswith(".") for name in path.relative_to(part).parts)
+    )
+
+
+@cache
+def engine_digest() -> str:
+    """Return the digest of the sources that an analysis executes."""
+    return layer_digest(ENGINE)
+
+
+def digest_of(*parts: object) -> str:
+    """Return 16 hex digits over the `repr` of plain values (numbers, text, tuples of them)."""
+    return hashlib.sha256("\n".join(repr(part) for part in parts).encode()).hexdigest()[:16]
+
+
+def canonical(value: Any) -> Any:
+    """Return mappings and sequences as sorted, nested tuples, fit for `digest_of`."""
+    if isinstance(value, Mapping):
+        return tuple((str(key), canonical(value[key])) for key in sorted(value))
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return tuple(canonical(item) for item in value)
+    return value
+
+
+@cache
+def opensees_version() -> str:
+    """Return the version of the solver."""
+    return version("openseespy")
+
+
+def provenance(**digests: str) -> dict[str, str]:
+    """Return the provenance of a result: versions, commit, machine, and the given digests.
+
+    The machine is described by the kind and number of its processors, without names.
+    """
+    commit = _git("rev-parse", "--short=12", "HEAD")
+    changed = _git("status", "--porcelain", "--untracked-files=no")
+    return {
+        # not the bare name: "pandas" is a key that pandas writes itself
+        "python_version": platform.python_version(),
+        **{f"{name}_version": version(name) for name in _PACKAGES},
+        "git_commit": commit or "unknown",
+        "git_dirty": "unknown" if commit is None else ("yes" if changed else "no"),
+        "processor": _processor(),
+        "processors": str(os.cpu_count()),
+        **digests,
+    }
+
+
+@cache
+def _git(*arguments: str) -> str | None:
+    """Return the output of git about the sources, cached; None without git or a repository."""
+    command = ["git", "-C", str(PACKAGE), *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError:
+        return None
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def _processor() -> str:
+    """Return the kind of the processors, as named by the system."""
+    try:
+        lines = _CPU_INFO.read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.processor() or platform.machine()
+
+
+def licence_of(package: PackageMetadata) -> str:
+    """Return the licence of a package: its expression, else its classifiers, else its text."""
+    classified = [
+        text.rpartition(" :: ")[2]
+        for text in package.get_all("Classifier") or []
+        if text.startswith("License :: ") and text != "License :: OSI Approved"
+    ]
+    text = (package.get("License") or "").strip().split("\n")[0][:_LONGEST_LICENCE]
+    return package.get("License-Expression") or ", ".join(classified) or text or "not stated"

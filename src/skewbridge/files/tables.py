@@ -1,0 +1,234 @@
+"""Parquet tables with the version of their format, and provenance in files of all kinds."""
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from html import escape, unescape
+from itertools import chain
+from pathlib import Path
+from typing import Any, Final
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from skewbridge.errors import InputError
+from skewbridge.files.text import (
+    file_fault,
+    printable,
+    read_bytes,
+    write_text,
+    written_aside,
+)
+
+#: Version of the format, raised when the meaning of a column changes; others are refused.
+TABLE_FORMAT: Final = 2
+MAX_TABLE_BYTES: Final = 2_000_000_000
+MAX_TABLE_CELLS: Final = 200_000_000
+MAX_TABLE_COLUMNS: Final = 10_000
+_GROUP_ROWS: Final = 65_536
+_FORMAT_KEY: Final = b"skewbridge_table_format"
+_OF_LIBRARIES: Final = frozenset({b"pandas", b"ARROW:schema"})
+#: Key of a JSON object and identifier of an HTML element.
+MARK: Final = "skewbridge-provenance"
+_ELEMENT: Final = re.compile(rf'\n?<template id="{MARK}">(.*?)</template>', re.S)
+_SVG_DESCRIPTION: Final = re.compile(r"<dc:description>(.*?)</dc:description>", re.S)
+
+
+def write_table(table: pa.Table, path: Path) -> None:
+    """Write a table atomically, with the version of its format."""
+    metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    write_joined([table], path, metadata)
+
+
+def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, str]) -> None:
+    """Write tables of one schema below each other atomically, one row group at a time.
+
+    Args:
+        tables: The parts, at least one; only one row group is in memory.
+        path: The file.
+        metadata: Metadata of the file; the version of the format is added.
+
+    Raises:
+        ValueError: The parts have different columns.
+    """
+    rest = iter(tables)
+    first = next(rest)
+    texts: dict[bytes | str, bytes | str] = {_FORMAT_KEY: str(TABLE_FORMAT)}
+    schema = first.schema.with_metadata(texts | dict(metadata.items()))
+    with (
+        written_aside(path) as aside,
+        pq.ParquetWriter(aside, schema, compression="zstd", write_page_checksum=True) as writer,
+    ):
+        group: list[pa.Table] = []
+        for table in chain([first], rest):
+            if not table.schema.equals(schema):
+                raise ValueError(f"{path.name}: not all parts have the same columns")
+            group.append(table.replace_schema_metadata(schema.metadata))
+            if sum(part.num_rows for part in group) >= _GROUP_ROWS:
+                writer.write_table(pa.concat_tables(group))
+                group.clear()
+        if group:
+            writer.write_table(pa.concat_tables(group))
+
+
+def write_frame(
+    frame: pd.DataFrame,
+    path: Path,
+    metadata: Mapping[str, str],
+    descriptions: Mapping[str, str] | None = None,
+) -> None:
+    """Write a data frame with provenance in the file metadata and descriptions in its fields."""
+    table = pa.Table.from_pandas(frame, preserve_index=False)
+    texts = descriptions or {}
+    fields = [
+        field.with_metadata({"description": texts[field.name]}) if field.name in texts else field
+        for field in table.schema
+    ]
+    table = table.cast(pa.schema(fields).with_metadata(table.schema.metadata))
+    write_table(_with_texts(table, metadata), path)
+
+
+def _with_texts(table: pa.Table, texts: Mapping[str, str]) -> pa.Table:
+    """Return a table with further metadata."""
+    added = {key.encode(): value.encode() for key, value in texts.items()}
+    return table.replace_schema_metadata({**(table.schema.metadata or {}), **added})
+
+
+def texts_of(schema: pa.Schema) -> dict[str, str]:
+    """Return the metadata of a file by name, without those of pandas and Arrow."""
+    entries = (schema.metadata or {}).items()
+    return {key.decode(): value.decode() for key, value in entries if key not in _OF_LIBRARIES}
+
+
+def read_table(path: Path) -> pa.Table:
+    """Return a table of this version of the program, or one that another program wrote.
+
+    The table is as it was written: checksums of pages hold, texts are UTF-8.
+
+    Raises:
+        InputError: The file does not exist, is not parquet, is damaged, has too many cells, or was
+            written by another version of this program in another format; the message states what
+            to do.
+    """
+    content = pa.BufferReader(read_bytes(path, MAX_TABLE_BYTES))
+    try:
+        file = pq.ParquetFile(content, page_checksum_verification=True)
+        columns = file.metadata.num_columns
+        cells = file.metadata.num_rows * columns
+        if not 0 <= cells <= MAX_TABLE_CELLS or columns > MAX_TABLE_COLUMNS:
+            raise file_fault(path, f": {cells} cells, at most {MAX_TABLE_CELLS} are read")
+        table = file.read()
+        table.validate(full=True)
+    except InputError:
+        raise
+    except (OSError, ValueError, MemoryError, pa.ArrowException) as error:
+        problem = printable(" ".join(str(error).split()))[:200]
+        raise file_fault(path, f" is not an intact parquet table: {problem}") from None
+    metadata = table.schema.metadata or {}
+    unmarked = b"1" if b"skewbridge_version" in metadata else str(TABLE_FORMAT).encode()
+    written_as = metadata.get(_FORMAT_KEY, unmarked).decode(errors="replace")
+    if written_as != str(TABLE_FORMAT):
+        raise file_fault(
+            path,
+            f" was written by another version of skewbridge (table format {written_as}, this "
+            f"one reads {TABLE_FORMAT}): run the study again to replace it",
+        )
+    return table
+
+
+def read_frame(path: Path) -> pd.DataFrame:
+    """Return a table as `read_table` does, as a data frame.
+
+    Raises:
+        InputError: As `read_table`.
+    """
+    return frame_of(read_table(path))
+
+
+def frame_of(table: pa.Table) -> pd.DataFrame:
+    """Return a table that was read as a data frame."""
+    try:
+        return table.to_pandas()
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):
+        pass  # the metadata of pandas in the file are damaged
+    return table.replace_schema_metadata(None).to_pandas()
+
+
+def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows of a table as dictionaries by column name."""
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
+
+
+def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return provenance as the argument ``metadata`` of matplotlib's ``savefig``, for PNG and SVG.
+
+    Args:
+        metadata: Texts by name.
+    """
+    return {"Description": json.dumps(dict(metadata))}
+
+
+def stamp(path: Path, metadata: Mapping[str, str]) -> None:
+    """Write provenance into a file: Parquet, a JSON object or HTML; other files are left unchanged.
+
+    Figures have it from `figure_metadata` when they are saved.
+
+    Args:
+        path: The file.
+        metadata: Texts by name; they replace those of the same name.
+
+    Raises:
+        ValueError: A page has no head.
+    """
+    if path.suffix == ".parquet":
+        write_table(_with_texts(pq.read_table(path), metadata), path)
+    elif path.suffix == ".json":
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if isinstance(content, dict):
+            write_text(path, json.dumps(content | {MARK: dict(metadata)}, indent=1))
+    elif path.suffix == ".html":
+        text = _ELEMENT.sub("", path.read_text(encoding="utf-8"), count=1)
+        opening = re.search(r"<head\b[^>]*>", text)
+        if opening is None:
+            raise ValueError(f"{path} has no head")
+        element = f'\n<template id="{MARK}">{escape(json.dumps(dict(metadata)))}</template>'
+        write_text(path, text[: opening.end()] + element + text[opening.end() :])
+
+
+def read_stamp(path: Path) -> dict[str, str]:
+    """Return the provenance in a file, by name.
+
+    Raises:
+        InputError: The file does not exist, or it has no provenance.
+    """
+    try:
+        texts = _read_stamp(path)
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise InputError(f"cannot read {path}: {error}", file=str(path)) from None
+    if not texts:
+        raise file_fault(
+            path,
+            " has no provenance: skewbridge did not write it, or a version from before results "
+            "were marked",
+        )
+    return texts
+
+
+def _read_stamp(path: Path) -> dict[str, str]:
+    if path.suffix == ".parquet":
+        return texts_of(pq.read_schema(path))
+    if path.suffix == ".png":
+        from PIL import Image
+
+        with Image.open(path) as image:
+            return json.loads(image.info.get("Description", "{}"))
+    if path.suffix not in {".json", ".svg", ".html"}:
+        path.stat()  # a missing file is reported as such
+        return {}
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".json":
+        content = json.loads(text)
+        return content.get(MARK, {}) if isinstance(content, dict) else {}
+    element = (_ELEMENT if path.suffix == ".html" else _SVG_DESCRIPTION).search(text)
+    return json.loads(unescape(element[1])) if element else {}

@@ -1,1 +1,0 @@
-"""Provenance of results: digests of sources and inputs, versions, atomic files."""
