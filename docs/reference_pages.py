@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final
 
@@ -36,7 +37,8 @@ CONFIG_HEAD: Final = """\
 # Configuration
 
 `config.yaml` is the default study; another file is merged over it:
-`make study CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`.
+`make study CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`. Its results
+go to `results/NAME` for `config/NAME.yaml`.
 
 | file | study |
 | --- | --- |
@@ -45,27 +47,24 @@ CONFIG_HEAD: Final = """\
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; capacity of each motion |
 
-An unknown key, a value outside its limits or a number read as text stops the study before anything
-is computed. Keys end with the unit of their numbers. Write numbers with an exponent like `2.0e+7`:
-YAML reads `2e7` as text. A study writes to `results:`, which is `results/NAME` for a file
-`config/NAME.yaml` other than `config.yaml`.
+An unknown key or a value outside its limits stops the study before any analysis; editors with
+`yaml-language-server` check both by the schema in the first line. Keys end with their unit. Write
+`2.0e+7`, because YAML reads `2e7` as text.
 
-A new skew, gap, friction or motion runs only what is new; a limit state or a statistical key reruns
-fits and what follows; a key of `model` or `analysis`, a number of a bridge or another version of
-OpenSees reruns the analyses. Comments and times of files rerun nothing.
+A new skew, gap, friction or motion runs only its own analyses. A limit state or a statistical key
+reruns fits, figures and report. A key of `model` or `analysis`, a number of a bridge or another
+version of OpenSees reruns all analyses.
 
-- **Bridge**: `bridge: [NAME]` for `bridges/NAME.yaml` (copy `bridges/template.yaml`), or the path
-  of a file.
+- **Bridge**: `bridge: [NAME]` for `bridges/NAME.yaml` (copy `bridges/template.yaml`), or a path.
 - **Limit states**: name your copy of `limit_states_template.yaml` in `fragility.limit_states`.
 - **Axis**: any numeric key of `model` can be under `grid:` with a list of values, for example
   `transverse_gap_mm: [6.4, 25.4]`.
-- **Skew, gap and friction** are real numbers with up to three decimals of a degree or millimetre
-  and five of the friction coefficient. In names of variants friction is in hundredths and `p` is
-  the decimal point: 22.5 degrees, 25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, a
-  negative skew `skewm22p5`.
-- **Editors** with `yaml-language-server` check keys and values by the schema in the first line.
+- **Names of variants** have friction in hundredths and `p` as the decimal point: 22.5 degrees,
+  25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, a negative skew `skewm22p5`. Skew and
+  gap may have three decimals, friction five.
 
-`make docs` writes this page and the schemas.
+Each key below has its default and, in parentheses, its choices or limits. `make docs` writes this
+page and the schemas.
 """
 
 COLUMNS_HEAD: Final = """\
@@ -76,37 +75,40 @@ The metadata of the parquet fields has the same texts. `make docs` writes this p
 ## results/demands.parquet
 
 One row per (variant, motion_id, scale, incidence_deg), sorted by that key. SI unless the name says
-otherwise. Displacements are relative to the ground and start from the state after gravity. A row
-whose status is not `ok` keeps the peaks up to the time it reached.
+otherwise. Displacements are relative to the ground and to the state after gravity. A row
+whose status is not `ok` has the peaks up to `time_reached_s`.
 """
 
 SHARED_HEAD: Final = """
 ## Tables of statistics
 
-`x_low` and `x_high` are the ends of the interval of column `x`, `ci_low` and `ci_high` those of
-`ratio`; 0 and infinity are unbounded ends. Columns with the same meaning in several tables:
+`x[_low|_high]` stands for `x` and the ends of its interval, `x_low` and `x_high`; 0 and infinity
+are unbounded ends. Shared columns have these meanings, or those of `demands.parquet`:
 """
 
 
 def config_page() -> str:
-    """Return the key table of the configuration as Markdown."""
+    """Return the keys of the configuration as Markdown, a list per section."""
     schema = StudyConfig.model_json_schema()
-    rows: list[tuple[str, ...]] = []
-    for name, place in schema["properties"].items():
-        details = _resolved(place, schema)
-        keys = {f"{name}.{key}": field for key, field in details.get("properties", {}).items()}
-        # an option that is an axis of a grid has no default there, and its row in `model`
-        rows += [
-            _key_row(key, field, schema)
-            for key, field in (keys or {name: details}).items()
-            if "default" in field
-        ]
-    return CONFIG_HEAD + "\n" + _table(("key", "default", "limits", "meaning"), rows)
+    page, single = CONFIG_HEAD, []
+    for name, field in schema["properties"].items():
+        details = _resolved(field, schema)
+        # an option that is an axis of a grid has no default there, and is described in `model`
+        keys = {
+            key: value for key, value in details.get("properties", {}).items() if "default" in value
+        }
+        if keys:
+            lines = [_key_line(key, value, schema) for key, value in keys.items()]
+            page += f"\n## {name}\n\n{''.join(lines)}"
+        elif "default" in details:
+            single.append(_key_line(name, details, schema))
+    return page + "\n## Keys without a section\n\n" + "".join(single)
 
 
-def _key_row(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> tuple[str, ...]:
+def _key_line(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
     default = yaml.safe_dump(field["default"], default_flow_style=True).split("\n")[0]
-    return key, f"`{default}`", _limits(_resolved(field, schema)), field["description"]
+    limits = _limits(_resolved(field, schema))
+    return f"- `{key}: {default}`{limits and f' ({limits})'}: {field['description']}\n"
 
 
 def _resolved(field: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -114,24 +116,26 @@ def _resolved(field: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[st
 
 
 def _limits(field: Mapping[str, Any]) -> str:
-    """Return what a value must be, in a few characters."""
+    """Return the choices or the limits of a value in a few characters."""
     details = next(iter(field.get("anyOf", [field])))
     details = details.get("items", details)
     if "enum" in details:
-        return ", ".join(str(choice) for choice in details["enum"])
-    bounds = {
-        "≥": details.get("minimum"),
-        ">": details.get("exclusiveMinimum"),
-        "≤": details.get("maximum"),
-        "<": details.get("exclusiveMaximum"),
-    }
+        return "|".join(str(choice) for choice in details["enum"])
+    low, above = details.get("minimum"), details.get("exclusiveMinimum")
+    high, below = details.get("maximum"), details.get("exclusiveMaximum")
+    if low is not None and high is not None:
+        return "" if high > 1000 * (low or 1) else f"{low:g} to {high:g}"
+    bounds = {"≥": low, ">": above, "≤": high, "<": below}
     return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds.items() if bound is not None)
 
 
 def columns_page() -> str:
     """Return the data dictionary of the tables of results as Markdown."""
-    rows = [(f"`{column.name}`", column.unit, column.description) for column in COLUMNS]
-    page = COLUMNS_HEAD + "\n" + _table(("column", "unit", "meaning"), rows)
+    rows: list[_Columns] = [
+        ((column.name,), column.description + (f" ({column.unit})" if column.unit != "-" else ""))
+        for column in COLUMNS
+    ]
+    page = COLUMNS_HEAD + "\n" + _column_list(rows)
     files: dict[tuple[_Columns, ...], list[str]] = {}
     for name, columns in TABLES.items():
         file = name if "." in name else f"{name}.parquet"
@@ -141,15 +145,59 @@ def columns_page() -> str:
         names[0]: max(n for (a, _), n in count.items() if a[0] == names[0]) for names, _ in count
     }
     shared = [each for each, n in count.items() if n == most[each[0][0]] > 1]
-    page += (
-        SHARED_HEAD + "\n" + _table(("column", "meaning"), [_column_row(each) for each in shared])
-    )
+    page += SHARED_HEAD + "\n" + _column_list(shared)
+    described = {column.name: column.description for column in COLUMNS}
     for columns, names in files.items():
-        also = ", ".join(f"`{name}`" for (name, *_), _ in (c for c in columns if c in shared))
-        page += f"\n## {', '.join(names)}\n\n" + (f"Shared columns: {also}.\n\n" if also else "")
-        rows = [_column_row(each) for each in columns if each not in shared]
-        page += _table(("column", "meaning"), rows)
+        usual = [
+            (name, meaning)
+            for name, meaning in columns
+            if (name, meaning) in shared or meaning.startswith(described.get(name[0], "\n"))
+        ]
+        page += f"\n## {', '.join(names)}\n\n"
+        page += f"- shared: {', '.join(_names(each) for each in usual)}\n" if usual else ""
+        page += _column_list([each for each in columns if each not in usual])
     return page
+
+
+def _names(column: _Columns) -> str:
+    """Return the names of a column and of the ends of its interval."""
+    name, *ends = column[0]
+    if ends == [f"{name}_low", f"{name}_high"]:
+        return f"`{name}[_low|_high]`"
+    return ", ".join(f"`{each}`" for each in column[0])
+
+
+def _column_list(columns: Sequence[_Columns]) -> str:
+    """Return a list of columns; neighbours with nearly the same meaning are in one item."""
+    items: list[list[_Columns]] = []
+    for column in columns:
+        if items and _merged([meaning for _, meaning in (*items[-1], column)]):
+            items[-1].append(column)
+        else:
+            items.append([column])
+    return "".join(
+        f"- {', '.join(_names(column) for column in item)}: "
+        f"{_merged([meaning.replace(' (-)', '') for _, meaning in item])}\n"
+        for item in items
+    )
+
+
+def _merged(meanings: Sequence[str]) -> str:
+    """Return the texts as one that lists where they differ, or nothing where that is most of them.
+
+    "peak longitudinal drift" and "peak transverse drift" become "peak longitudinal/transverse
+    drift".
+    """
+    words = [meaning.split() for meaning in meanings]
+    if len(words) == 1:
+        return meanings[0]
+    start = _common(words)
+    end = _common([each[start:][::-1] for each in words])
+    middles = [" ".join(each[start : len(each) - end]) for each in words]
+    if start + end < 3 or max(len(middle.split()) for middle in middles) > 3 or "" in middles:
+        return ""
+    first, between = words[0], "/" if not any({" ", "/"} & set(each) for each in middles) else " / "
+    return " ".join([*first[:start], between.join(middles), *first[len(first) - end :]])
 
 
 def _with_ends(columns: Mapping[str, str]) -> Iterator[_Columns]:
@@ -163,9 +211,9 @@ def _with_ends(columns: Mapping[str, str]) -> Iterator[_Columns]:
             yield (name, *(each for each in ends if each in columns)), meaning
 
 
-def _column_row(columns: _Columns) -> tuple[str, str]:
-    names, meaning = columns
-    return ", ".join(f"`{name}`" for name in names), meaning
+def _common(lists: Sequence[Sequence[str]]) -> int:
+    """Return the number of leading elements that all lists share."""
+    return sum(1 for _ in takewhile(lambda same: len(set(same)) == 1, zip(*lists, strict=False)))
 
 
 def _schema(make: Callable[[], dict[str, Any]]) -> Callable[[], str]:
@@ -185,12 +233,6 @@ def write_pages(root: Path = ROOT) -> None:
     """Write all pages below a folder."""
     for name, page in PAGES.items():
         (root / name).write_text(page(), encoding="utf-8")
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [" | ".join(head), " | ".join("---" for _ in head)]
-    lines += [" | ".join(cell.replace("|", "\\|") for cell in row) for row in rows]
-    return "".join(f"| {line} |\n" for line in lines)
 
 
 if __name__ == "__main__":
