@@ -52,40 +52,6 @@ def stepper(integrator, ladder=LADDER, before=None, after=None, loosen=None, hal
     return made
 
 
-def history(integrator, failing_steps, ladder=LADDER):
-    """Run 100 steps; make the first attempt of some of them impossible."""
-    ops.wipe()
-    build_oscillator()
-    steps = stepper(integrator, ladder, before=lambda _: ops.test("NormDispIncr", 1e-12, 10))
-    values = []
-    for number in range(100):
-        if number in failing_steps:
-            ops.test("NormDispIncr", -1.0, 2)
-        assert steps.step()
-        values.append(ops.nodeDisp(2, 1))
-    return values, steps.effort
-
-
-@pytest.mark.parametrize(
-    ("integrator", "tolerance"),
-    [
-        # Two trapezoidal starting steps of Houbolt at each of four failures; without a fresh
-        # integrator the same case is 97 % wrong.
-        (("Houbolt",), 0.01),
-        # One-step methods start again from the committed state: nothing but rounding.
-        (("Newmark", 0.6, 0.3025), 1e-12),
-        (("HHT", 0.8), 1e-12),
-    ],
-)
-def test_failed_attempts_do_not_corrupt_the_history(integrator, tolerance):
-    smooth, _ = history(integrator, ())
-    rough, effort = history(integrator, (20, 21, 45, 70), LADDER[:2])
-    assert effort.failed_attempts == 4
-    assert effort.highest_rung == 1
-    peak = max(map(abs, smooth))
-    assert max(abs(a - b) for a, b in zip(smooth, rough, strict=True)) <= tolerance * peak
-
-
 def test_substeps_end_at_the_time_of_the_regular_step():
     build_oscillator()
     sizes = []
@@ -158,17 +124,6 @@ def test_a_successful_rung_is_held_for_some_steps():
     assert asked == [0.0, 1e3, 0.0]
     assert steps.effort.failed_attempts == 1
     assert steps.effort.highest_rung == 1
-
-
-def test_a_step_in_parts_ends_where_the_regular_one_does():
-    build_oscillator()
-    sizes = []
-    steps = stepper(("HHT", 0.9), after=sizes.append, halvings=2)
-    assert steps.step()
-    assert sizes == [DT_S / 4] * 4
-    assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
-    assert steps.effort.substeps == 4
-    assert steps.effort.highest_rung == 0
 
 
 def test_parts_of_several_lengths_fill_the_regular_step():

@@ -14,12 +14,9 @@ from skewbridge.cli import build_app
 from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
 from skewbridge.fragility.exports import write_csv
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.index import list_motions, read_index, write_index
+from skewbridge.motions.index import write_index
 from skewbridge.study.config import parse_config
 from skewbridge.study.inputs import check_inputs
-
-ROOT = Path(__file__).parents[2]
 
 
 def run(*arguments: object) -> tuple[int, str]:
@@ -92,29 +89,6 @@ def test_markup_and_control_characters_are_shown_as_text(
     assert "\x1b[31m" not in shown
 
 
-def test_the_index_of_motions_names_no_file_or_log_outside(tmp_path: Path) -> None:
-    make_pairs(tmp_path, 1)
-    files = sorted(path.name for path in tmp_path.glob("*.AT2"))
-    for motion, first in (("../up", files[0]), ("one", "../x.AT2"), ("one", "x" * 9000)):
-        (tmp_path / "index.csv").write_text(
-            f"motion_id,file_1,file_2\n{motion},{first},{files[1]}\n", encoding="utf-8"
-        )
-        with pytest.raises(InputError, match="line 2"):
-            read_index(tmp_path / "index.csv")
-
-
-def test_motions_in_sub_folders_are_found(tmp_path: Path) -> None:
-    for name in ("kobe", "chichi"):
-        (tmp_path / name).mkdir()
-        make_pairs(tmp_path / name, 1)
-    found = list_motions(tmp_path)
-    assert len({entry.motion_id for entry in found}) == 2
-    assert {entry.components[0][0].parent for entry in found} == {
-        tmp_path / "kobe",
-        tmp_path / "chichi",
-    }
-
-
 def test_no_cell_of_an_export_is_a_formula(tmp_path: Path) -> None:
     path = tmp_path / "out.csv"
     write_csv(pd.DataFrame({"name": ["=1+1", "@x", "plain"], "value": [-1.0, 2.0, 3.0]}), path)
@@ -175,11 +149,6 @@ def test_a_demand_that_no_analysis_has_and_a_motion_that_cannot_be_read(tmp_path
         check_inputs(parse_config(raw))
     for words in ("no column 'nothing_m'", broken[0].name, broken[3].name, "3 faults"):
         assert words in str(caught.value)
-
-
-@pytest.mark.parametrize("name", ["limit_states", "limit_states_template"])
-def test_the_shipped_limit_states_load(name: str) -> None:
-    assert load_limit_states(ROOT / f"config/{name}.yaml")
 
 
 @pytest.mark.parametrize(

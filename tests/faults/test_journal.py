@@ -1,42 +1,22 @@
-"""A journal survives kills and two writers."""
+"""A journal survives kills, two writers and damage on the disk: no altered row is used."""
 
 import errno
+import json
 import math
+import os
+import resource
+import tempfile
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
 
 from skewbridge.errors import InputError
-from skewbridge.study.journal import open_journal, read_content
-
-
-def test_a_line_cut_by_a_kill_costs_only_itself(tmp_path: Path) -> None:
-    path = tmp_path / "v.jsonl"
-    with open_journal(path) as journal:
-        journal.append({"run_key": "a", "value": 1.5})
-    path.write_text(path.read_text() + '{"run_key": "b", "val')
-    with open_journal(path) as journal:
-        journal.append({"run_key": "c", "value": math.nan})
-    rows = read_content([path]).rows
-    assert set(rows) == {"a", "c"}
-    assert rows["a"]["value"] == 1.5
-    assert math.isnan(rows["c"]["value"])
-
-
-def test_a_second_writer_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "v.jsonl"
-    with (
-        open_journal(path),
-        pytest.raises(InputError, match="being written by another process"),
-        open_journal(path),
-    ):
-        pass
-
-
-def test_an_empty_study_has_an_empty_journal(tmp_path: Path) -> None:
-    assert read_content([tmp_path / "none.jsonl"]).rows == {}
+from skewbridge.files.text import writable_folder
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.journal import compact_journals, forget, open_journal, read_content
 
 
 def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path: Path) -> None:
@@ -71,5 +51,143 @@ def test_a_file_system_without_locks_is_said(
     with (
         pytest.raises(InputError, match=r"cannot be locked \(No locks available\): .*NFSv4"),
         open_journal(tmp_path / "v.jsonl", 60.0),
+    ):
+        pass
+
+
+ROWS = [
+    {"run_key": "a", "status": "ok", "column_shear_kn": 1234.5, "cpu_s": math.nan},
+    {"run_key": "b", "status": "crash", "column_shear_kn": 5.0, "cpu_s": 0.1},
+]
+
+
+def written(path: Path, rows: list[dict[str, object]]) -> bytes:
+    with open_journal(path) as journal:
+        for row in rows:
+            journal.append(row)
+    return path.read_bytes()
+
+
+def as_text(rows: dict[str, dict[str, object]]) -> dict[str, str]:
+    return {key: json.dumps(row) for key, row in rows.items()}
+
+
+@pytest.fixture
+def journal(tmp_path: Path) -> Path:
+    return tmp_path / "results" / "journal" / "v.jsonl"
+
+
+def test_a_journal_cut_at_any_byte_of_its_last_line_loses_that_line_only(journal: Path) -> None:
+    first = len(written(journal, ROWS[:1]))
+    whole = written(journal, ROWS[1:])
+    for end in range(first, len(whole)):
+        journal.write_bytes(whole[:end])
+        content = read_content([journal])
+        complete = whole[first:end].strip() == whole[first:].strip()
+        assert set(content.rows) == ({"a", "b"} if complete else {"a"})
+        assert content.damaged == (not complete and bool(whole[first:end].strip()))
+        written(journal, [{"run_key": "c", "status": "ok"}])
+        assert "c" in read_content([journal]).rows
+
+
+def test_no_altered_byte_puts_another_row_into_the_study(journal: Path) -> None:
+    whole = written(journal, ROWS)
+    expected = as_text(read_content([journal]).rows)
+    for place in range(len(whole)):
+        for value in (0x00, 0x0A, 0x20, 0x31, 0x7D, 0xFF, whole[place] ^ 1):
+            journal.write_bytes(whole[:place] + bytes([value]) + whole[place + 1 :])
+            content = read_content([journal])
+            found = as_text(content.rows)
+            assert found.items() <= expected.items()
+            assert len(found) == 2 or content.damaged
+
+
+@pytest.mark.parametrize(
+    "garbage",
+    [b"\xff\xfe\x80\n", b"[" * 20000 + b"\n", b"\x00" * 4096 + b"\n", b'{"run_key": "x"\n', b"7\n"],
+)
+def test_garbage_in_the_middle_is_counted_and_passed_over(journal: Path, garbage: bytes) -> None:
+    first = written(journal, ROWS[:1])
+    journal.write_bytes(first + garbage)
+    written(journal, ROWS[1:])
+    content = read_content([journal])
+    assert (set(content.rows), content.damaged) == ({"a", "b"}, 1)
+    assert "1 line(s) cut short or altered" in content.sentences[0]
+
+
+def test_compaction_keeps_the_last_line_of_every_key(journal: Path) -> None:
+    written(journal, [*ROWS, {**ROWS[1], "column_shear_kn": 6.0}])
+    journal.write_bytes(journal.read_bytes() + b"\xff\n")
+    folder = StudyFolder(journal.parents[1])
+    before = compact_journals(folder)
+    after = read_content([journal])
+    assert (before.repeated, before.damaged) == (1, 1)
+    assert (after.repeated, after.damaged) == (0, 0)
+    assert as_text(after.rows) == as_text(before.rows)
+    assert after.rows["b"]["column_shear_kn"] == 6.0
+
+
+def test_failed_analyses_are_forgotten_with_the_table_that_shows_them(journal: Path) -> None:
+    written(journal, ROWS)
+    folder = StudyFolder(journal.parents[1])
+    folder.demands.touch()
+    assert forget(folder, ("timeout",)) == []
+    assert folder.demands.exists()
+    with (
+        open_journal(journal),
+        pytest.raises(InputError, match="being written by another process"),
+    ):
+        forget(folder, ("crash",))
+    assert folder.demands.exists()
+    assert [row["run_key"] for row in forget(folder, ("crash",))] == ["b"]
+    assert set(read_content([journal]).rows) == {"a"}
+    assert not folder.demands.exists()
+
+
+@contextmanager
+def no_file_beyond(size_bytes: int) -> Iterator[None]:
+    """Files cannot grow beyond a size, which cuts a write like a disk that becomes full."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_line_that_finds_no_room_leaves_the_journal_as_it_was(journal: Path) -> None:
+    before = written(journal, ROWS[:1])
+    with (
+        no_file_beyond(len(before) + 20),
+        pytest.raises(InputError, match=r"cannot write the journal .*: File too large; the analy"),
+    ):
+        written(journal, ROWS[1:])
+    assert journal.read_bytes() == before
+
+
+@pytest.fixture
+def read_only() -> Iterator[Path]:
+    """A folder that this process may not write, whoever runs it."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "results").mkdir()
+        for each in (folder, folder / "results"):
+            each.chmod(0o555)
+        user = os.geteuid()
+        if user == 0:
+            os.seteuid(65534)
+        try:
+            yield folder / "results"
+        finally:
+            os.seteuid(user)
+            folder.chmod(0o755)
+
+
+def test_read_only_results_are_one_sentence(read_only: Path) -> None:
+    with pytest.raises(InputError, match=r"cannot write to the folder .* Permission denied"):
+        writable_folder(read_only)
+    with (
+        pytest.raises(InputError, match=r"cannot write the journal .* Permission denied"),
+        open_journal(read_only / "v.jsonl"),
     ):
         pass

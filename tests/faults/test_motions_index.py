@@ -45,6 +45,14 @@ def test_paths_out_of_the_folder_are_refused(indexed, name):
         prepare_suite(folder, t1_s=0.7)
 
 
+@pytest.mark.parametrize("name", ["../up", "x" * 9000])
+def test_names_of_motions_that_lead_out_of_the_folder_are_refused(indexed, name):
+    folder, index = indexed
+    index.write_text(index.read_text().replace("q1,", f"{name},"))
+    with pytest.raises(InputError, match="line 3"):
+        prepare_suite(folder, t1_s=0.7)
+
+
 def test_links_out_of_the_folder_are_refused(indexed):
     folder, index = indexed
     (folder / "link.AT2").symlink_to(folder.parent / "secret_h1.AT2")

@@ -10,47 +10,28 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import psutil
 import pytest
 
 from fake_work import done_at_once, hanging, searched, signalled, slow
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.motions.intensity import motion_measures, scaled_measures
+from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.ida import Known, Search
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
 from skewbridge.study.task import Task
 from skewbridge.study.worker import Work
-from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
+from study_parts import task_of, wave
 
 STILL_S = 2.0
 
 
 def task(number: int) -> Task:
-    t_s = np.arange(0.0, 0.6, 0.01)
-    motion = GroundMotion(
-        motion_id=f"pulse{number}",
-        dt_s=0.01,
-        accel_1_mps2=np.cos(t_s),
-        accel_2_mps2=number * np.sin(t_s),
-    )
-    return Task(
-        variant=Variant(
-            bridge="osb1", abutment="contact_friction", skew_deg=0, gap_mm=25, friction_pct=50
-        ),
-        motion=SuiteMotion(motion=motion, scale=1.0, measures=motion_measures(motion, 0.7)),
-        incidence_deg=0.0,
-        settings=AnalysisSettings(),
-        options=ModelOptions(),
-    )
+    return task_of(wave(f"pulse{number}", duration_s=0.6, number=number))
 
 
-def batch(folder: Path, work: Work) -> list[dict[str, Any]]:
+def batch(folder: Path, work: Work, count: int = 2) -> list[dict[str, Any]]:
     """Rows of five analyses, as the journal has them, too."""
     path = folder / "v.jsonl"
     with open_journal(path) as journal:
@@ -58,7 +39,7 @@ def batch(folder: Path, work: Work) -> list[dict[str, Any]]:
             [task(number) for number in range(1, 6)],
             journal,
             {},
-            workers=Workers(count=2, no_progress_s=STILL_S),
+            workers=Workers(count=count, no_progress_s=STILL_S),
             log_folder=folder,
             on_finished=lambda _row: None,
             search=lambda _task: work,
@@ -69,11 +50,29 @@ def batch(folder: Path, work: Work) -> list[dict[str, Any]]:
     return rows
 
 
-@pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGSEGV])
-def test_an_analysis_that_ends_two_workers_is_a_crash(sent: signal.Signals, tmp_path: Path) -> None:
-    rows = batch(tmp_path, partial(signalled, motion_id="pulse3", sent=sent, first=None))
+@pytest.mark.parametrize(("sent", "count"), [(signal.SIGKILL, 1), (signal.SIGSEGV, 2)])
+def test_an_analysis_that_ends_two_workers_is_a_crash(
+    sent: signal.Signals, count: int, tmp_path: Path
+) -> None:
+    """With one worker, which is not the process that asks for it, and with two."""
+    rows = batch(tmp_path, partial(signalled, motion_id="pulse3", sent=sent, first=None), count)
     assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
     assert rows[2]["collapse_criterion"] == "two worker processes died in this analysis"
+
+
+def test_a_motion_with_an_absurd_value_is_a_row_with_a_reason(tmp_path: Path) -> None:
+    wild = task_of(replace(wave(), scale=1e6))
+    with open_journal(tmp_path / "v.jsonl") as journal:
+        (row,) = run_tasks(
+            [wild],
+            journal,
+            {},
+            workers=Workers(count=1),
+            log_folder=tmp_path,
+            on_finished=lambda _row: None,
+        )
+    assert row["status"] == "invalid_input"
+    assert "peak acceleration" in row["collapse_criterion"]
 
 
 def test_a_worker_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:

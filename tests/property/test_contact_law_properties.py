@@ -3,12 +3,11 @@
 from math import cos, hypot, pi, sin
 
 import numpy as np
-import openseespy.opensees as ops
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skewbridge.contact import ContactLaw, ContactSet
+from skewbridge.contact import ContactLaw
 from skewbridge.contact.law import advance_pair, radial_return, yields_on_cone
 from skewbridge.contact.restitution import (
     hunt_crossley_damping,
@@ -135,51 +134,3 @@ def test_the_live_unit_follows_the_law_on_any_smooth_path(seed, scheme):
     assert result.forces_n[:, 2].min() >= 0.0
     assert result.ledger is not None
     assert result.ledger.slip_work_j >= -1e-9
-
-
-@settings(deadline=None, max_examples=10)
-@given(
-    turn=st.floats(-pi, pi),
-    tilt=st.floats(-1.5, 1.5),
-    slip=st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2)),
-)
-def test_a_live_unit_gives_the_same_force_in_every_frame(turn, tilt, slip):
-    """A pair pressed and slid along turned axes carries the turned force."""
-    normal = np.array([cos(tilt) * cos(turn), cos(tilt) * sin(turn), sin(tilt)])
-    t1 = np.array([-sin(turn), cos(turn), 0.0])
-    t2 = np.cross(normal, t1)
-    target = -0.02 * normal + slip[0] * t1 + slip[1] * t2
-    ops.wipe()
-    ops.model("basic", "-ndm", 3, "-ndf", 6)
-    for node in (1, 2, 3):
-        ops.node(node, 0.0, 0.0, 0.0)
-    ops.fix(1, *[1] * 6)
-    ops.fix(3, *[1] * 6)
-    ops.fix(2, 0, 0, 0, 1, 1, 1)
-    contacts = ContactSet()
-    contacts.add(1, 2, normal, 0.01, 0.5, kn=1e5, kt=1e5)
-    # Held by springs so stiff that the contact does not move it.
-    ops.uniaxialMaterial("Elastic", 1, 1e12)
-    ops.element("zeroLength", 900, 3, 2, "-mat", 1, 1, 1, "-dir", 1, 2, 3)
-    ops.timeSeries("Linear", 1)
-    ops.pattern("Plain", 1, 1)
-    ops.load(2, *(1e12 * target), 0.0, 0.0, 0.0)
-    ops.constraints("Plain")
-    ops.numberer("Plain")
-    ops.system("FullGeneral")
-    ops.test("NormDispIncr", 1e-14, 20)
-    ops.algorithm("Newton")
-    ops.integrator("LoadControl", 0.01)
-    ops.analysis("Static")
-    for _ in range(100):
-        assert ops.analyze(1) == 0
-        contacts.after_step(0.01)
-    ops.wipe()
-    assert contacts.normals_n[0] == pytest.approx(1e3, rel=1e-3)
-    law = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.5)
-    path = np.outer(np.linspace(0.0, 1.0, 101), [1.0, *slip, -0.02])
-    path[:, 3] += 0.01
-    expected = follow_law(law, path)[-1]
-    assert contacts.tangentials_n[0] == pytest.approx(tuple(expected[:2]), abs=10.0)
-    force = contacts.global_force_on_j(0)
-    assert np.dot(force, normal) == pytest.approx(1e3, rel=1e-3)

@@ -21,7 +21,7 @@ SCENARIOS = st.builds(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(scenario=SCENARIOS, seed=st.integers(0, 10**6), index=st.integers(0, 500))
 def test_any_scenario_gives_a_finite_and_repeatable_motion(scenario, seed, index):
     options = SynthesisOptions(dt_s=0.02)

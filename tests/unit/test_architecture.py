@@ -26,36 +26,7 @@ ORDER = (
     "verification",
     "cli",
 )
-FRAGILITY_ORDER = (
-    "settings",
-    "columns",
-    "limit_states",
-    "demand_table",
-    "likelihood",
-    "existence",
-    "lines",
-    "motion_means",
-    "fits",
-    "outcomes",
-    "curves",
-    "verdicts",
-    "effects",
-    "median_effects",
-    "mixed",
-    "joint",
-    "predict",
-    "system",
-    "measures",
-    "paper_table",
-    "study_tables",
-    "results",
-    "fit_data",
-    "exports",
-)
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE)
-FRAGILITY = sorted(
-    path for path in (PACKAGE / "fragility").rglob("*.py") if path.stem != "__init__"
-)
 
 
 def imported_names(path: Path) -> set[str]:
@@ -92,37 +63,6 @@ def test_imports_form_no_cycle() -> None:
         name: (imported_names(path) & modules.keys()) - {name} for name, path in modules.items()
     }
     assert len(tuple(TopologicalSorter(graph).static_order())) == len(modules)
-
-
-@pytest.mark.parametrize("path", FRAGILITY, ids=lambda path: path.stem)
-def test_a_module_of_fragility_imports_only_earlier_modules(path: Path) -> None:
-    later = FRAGILITY_ORDER[FRAGILITY_ORDER.index(path.stem) :]
-    imported = {
-        name.removeprefix("skewbridge.fragility.")
-        for name in imported_names(path)
-        if name.startswith("skewbridge.fragility.")
-    }
-    assert not {name.split(".")[0] for name in imported} & set(later)
-
-
-@pytest.mark.parametrize(
-    ("text", "home"),
-    [
-        ('"column_failure_ratio"', "demands/completeness.py"),
-        ('COMPLETE: Final = "complete"', "demands/completeness.py"),
-        ('"not_estimable"', "fragility/verdicts.py"),
-        ('("cloud", "exceedance", "ida_interval")', "fragility/curves.py"),
-        ("0.5 * (low + high) for name", "fragility/joint.py"),
-    ],
-)
-def test_a_fact_is_written_in_one_module(text: str, home: str) -> None:
-    found = {str(path.relative_to(PACKAGE)) for path in MODULES if text in path.read_text()}
-    assert found <= {home}
-
-
-def test_fragility_has_at_most_26_modules() -> None:
-    assert {path.stem for path in FRAGILITY} == set(FRAGILITY_ORDER)
-    assert len(FRAGILITY) <= 26
 
 
 def test_references_know_nothing_of_the_studies_that_use_them() -> None:

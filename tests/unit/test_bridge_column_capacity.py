@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from hand_made_column import SECTION
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import shear_section
 from skewbridge.bridge.gravity import column_axial_n
@@ -29,6 +30,7 @@ from skewbridge.bridge.shear_capacity import (
     sdc_shear_strength,
 )
 
+PSI_PA = 6894.757293168
 OSB1_AXIAL_N, OSB2S_AXIAL_N = 5.997e6, 7.513e6
 
 
@@ -102,34 +104,66 @@ def test_shear_strength_of_the_criteria_agrees_with_the_hand_value() -> None:
     at_5 = float(sdc_shear_strength(section, OSB1_AXIAL_N, 5.0))
     assert (at_5 - hoop_strength_n(section)) / 1e3 == pytest.approx(925, rel=0.005)
     assert at_5 / 1e3 == pytest.approx(4_965, rel=0.005)
-    assert 0.9 * at_5 / 1e3 == pytest.approx(4_469, rel=0.005)
     outside = float(sdc_shear_strength(section, OSB1_AXIAL_N, 5.0, inside_hinge=False))
     assert outside / 1e3 == pytest.approx(6_806, rel=0.005)
 
 
-def test_shear_strength_of_osb2s_agrees_with_the_hand_value() -> None:
-    column = load_bridge("osb2s").column
-    section = shear_section(column, 13.41, section_response(column, OSB2S_AXIAL_N))
-    found = float(sdc_shear_strength(section, OSB2S_AXIAL_N, 5.0))
-    assert found / 1e3 == pytest.approx(5_548, rel=0.005)
+def concrete_n(factor_1: float, factor_2: float = 1.0) -> float:
+    """Return Vc of the criteria: factors times the root of the strength, in psi."""
+    effective_m2 = 0.8 * np.pi * 1.676**2 / 4
+    return factor_1 * factor_2 * np.sqrt(27.6e6 / PSI_PA) * PSI_PA * effective_m2
 
 
-def test_shear_strength_falls_with_ductility_and_vanishes_in_tension_for_concrete() -> None:
-    section = osb1_shear()
-    history = sdc_shear_strength(section, OSB1_AXIAL_N, [0.5, 1.0, 2.0, 4.0, 8.0, 20.0])
-    assert history[0] == history[1]
-    assert (np.diff(history[1:]) <= 0.0).all()
-    assert float(sdc_shear_strength(section, -1.0, 3.0)) == hoop_strength_n(section)
+@pytest.mark.parametrize(
+    ("ductility", "factor_1"),
+    [
+        # hoops: 4 x 510e-6 / (1.549 x 0.127) x 414 MPa = 4.293 MPa = 0.6227 ksi, at most 0.35
+        (1.0, 3.0),  # 0.35 / 0.15 + 3.67 - 1 = 5.0
+        (4.0, 0.35 / 0.15 + 3.67 - 4.0),
+        (5.5, 0.35 / 0.15 + 3.67 - 5.5),
+        (8.0, 0.3),  # -2: no less than 0.3
+        (20.0, 0.3),
+    ],
+)
+def test_concrete_shear_falls_with_ductility_down_to_a_tenth(ductility, factor_1):
+    strength = sdc_shear_strength(SECTION, 0.0, ductility)
+    assert float(strength) == pytest.approx(
+        concrete_n(factor_1) + hoop_strength_n(SECTION), rel=1e-6
+    )
 
 
-@pytest.mark.parametrize(("ductility", "strength_kn"), [(3.0, 8_886), (15.0, 6_599)])
-def test_kowalsky_priestley_strength_agrees_with_the_hand_value(
-    ductility: float, strength_kn: float
-) -> None:
-    section = osb1_shear()
-    found = float(kowalsky_priestley_strength(section, OSB1_AXIAL_N, ductility))
-    # the reference does not give its neutral axis depth: 0.55 m would meet it, ours is 0.57 m
-    assert found / 1e3 == pytest.approx(strength_kn, rel=0.04)
+def test_concrete_shear_grows_with_compression_and_is_none_under_tension():
+    axial_n = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
+    steel = hoop_strength_n(SECTION)
+    assert float(sdc_shear_strength(SECTION, axial_n, 8.0)) == pytest.approx(
+        concrete_n(0.3, 1.25) + steel, rel=1e-6
+    )
+    assert float(sdc_shear_strength(SECTION, 9.0 * axial_n, 8.0)) == pytest.approx(
+        concrete_n(0.3, 1.5) + steel, rel=1e-6
+    )
+    assert float(sdc_shear_strength(SECTION, -1.0, 8.0)) == pytest.approx(steel, rel=1e-9)
+    assert float(sdc_shear_strength(SECTION, 9.0 * axial_n, 1.0)) == pytest.approx(
+        concrete_n(4.0) + steel, rel=1e-6
+    )
+    away = sdc_shear_strength(SECTION, 0.0, 8.0, inside_hinge=False)
+    assert float(away) == pytest.approx(concrete_n(3.0) + steel, rel=1e-6)
+
+
+def test_hoops_carry_what_their_force_and_number_give():
+    # pi/2 x 510 mm2 x 414 MPa x 1.549 m / 0.127 m
+    assert hoop_strength_n(SECTION) == pytest.approx(4.0452e6, rel=1e-4)
+
+
+def test_revised_ucsd_strength_is_the_sum_of_its_three_parts():
+    """Aspect 5.64/1.676 > 2: 1.0; steel 0.5 + 20 x 0.02 = 0.9; 0.29 up to 3, 0.05 from 15."""
+    area_mm2 = 0.8 * np.pi * 1676.0**2 / 4
+    truss_kn = np.pi / 2 * 0.510 * 469.0 * (1676 - 500 - 64) / np.tan(np.pi / 6) / 127.0
+    for ductility, degraded in ((1.0, 0.29), (9.0, 0.17), (20.0, 0.05)):
+        concrete_kn = 1.0 * 0.9 * degraded * np.sqrt(35.85) * area_mm2 / 1000.0
+        strut_kn = 6000.0 * (1.676 - 0.5) / (2 * 5.64)
+        expected = 1e3 * (concrete_kn + truss_kn + strut_kn)
+        found = float(kowalsky_priestley_strength(SECTION, 6.0e6, ductility))
+        assert found == pytest.approx(expected, rel=1e-6)
 
 
 def test_old_hoops_confine_less_and_carry_less_shear() -> None:

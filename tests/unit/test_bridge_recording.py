@@ -8,14 +8,12 @@ from pathlib import Path
 import openseespy.opensees as ops
 import pytest
 
+from bridge_variants import variant
 from skewbridge.analysis.model_script import model_script, recording
 from skewbridge.bridge.model import DomainError, build, domain
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 
-VARIANT = Variant(
-    bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50
-)
+VARIANT = variant()
 
 ASK = """
 import json

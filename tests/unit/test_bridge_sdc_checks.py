@@ -6,6 +6,7 @@ from math import radians
 import numpy as np
 import pytest
 
+from bridge_variants import variant
 from skewbridge.analysis.sdc import (
     corner_moves_m,
     sdc_rows,
@@ -16,11 +17,8 @@ from skewbridge.analysis.sdc import (
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.hinge import bent_capacities, bent_capacity, hinge_length_m
 from skewbridge.variant.options import HingeRule
-from skewbridge.variant.variant import Variant
 
-VARIANT = Variant(
-    bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50
-)
+VARIANT = variant()
 
 
 @pytest.mark.parametrize(

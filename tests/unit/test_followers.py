@@ -4,6 +4,7 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
+from bridge_variants import variant
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.trace import Monitor
@@ -45,11 +46,8 @@ def test_soft_arrays_have_no_followers(monkeypatch: pytest.MonkeyPatch) -> None:
         "read",
         lambda self, time_s: found.append(len(self.layout.followers)) or plain(self, time_s),
     )
-    case = Variant(
-        bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=25, friction_pct=50
-    )
     excitation = Excitation(motion=strong_motion())
     options = ModelOptions(arrays="corotational")
-    analyse(case, excitation, AnalysisSettings(duration_s=0.05), options)
+    analyse(variant(), excitation, AnalysisSettings(duration_s=0.05), options)
     assert found
     assert not any(found)

@@ -7,15 +7,12 @@ import pandas as pd
 import pytest
 
 import skewbridge
-from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import write_friction_pair
-from skewbridge.study.setup import StudySetup
-from skewbridge.variant.options import ModelOptions
 from strong_motion import strong_motion
+from study_parts import study_of
 
 SLUGS = [
     f"osb1_cf_skew{skew:02d}_gap{gap:03d}_mu{mu:03d}"
@@ -33,15 +30,8 @@ def demands(slugs):
 @pytest.fixture(scope="module")
 def setup(tmp_path_factory):
     motion = strong_motion(duration_s=1.0)
-    measures = motion_measures(motion, 0.7)
-    return StudySetup(
-        folder=StudyFolder(tmp_path_factory.mktemp("study")),
-        suite=(SuiteMotion(motion=motion, scale=1.0, measures=measures),),
-        measures={("osb1", "strong"): measures},
-        incidence_deg=(0.0,),
-        settings=AnalysisSettings(),
-        options=ModelOptions(),
-    )
+    suite = SuiteMotion(motion=motion, scale=1.0, measures=motion_measures(motion, 0.7))
+    return study_of(tmp_path_factory.mktemp("study"), suite)
 
 
 def written(setup, slugs, folder):

@@ -5,39 +5,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study import ida
 from skewbridge.study.ida import Known, Search, search_capacity
-from skewbridge.study.journal import read_content
 from skewbridge.study.task import Task, run_key
 from skewbridge.study.worker import row_of_task
-from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
+from study_parts import task_of
 
 SEARCH = Search(demand="column_drift_ratio", threshold=0.025, low_g=0.1, high_g=2.0)
 LOGS = Path("unused")
 JOURNAL = Path("searches.jsonl")
 AT_1_G = 0.4  # Sa_avg of the motion at factor 1
 CAPACITY_G = 0.77
-VARIANT = Variant(
-    bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50
-)
 
 
 def first_task(scale: float = 2.0) -> Task:
     wave = np.array([0.0, 1.0, -1.0, 0.0])
     motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
     measures = dict.fromkeys(IM_COLUMNS, 1.0) | {LEVEL_MEASURE: AT_1_G * scale}
-    return Task(
-        variant=VARIANT,
-        motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=0.0,
-        settings=AnalysisSettings(),
-        options=ModelOptions(),
-    )
+    return task_of(SuiteMotion(motion=motion, scale=scale, measures=measures))
 
 
 class Engine:
@@ -47,13 +35,10 @@ class Engine:
         self.capacity = capacity_g / AT_1_G
         self.collapse = collapse_g / AT_1_G
         self.factors: list[float] = []
-        self.killed_at: int | None = None
 
     def analysed_row(self, task: Task, key: str, _log_folder: Path) -> dict:
         factor = task.motion.scale
         self.factors.append(factor)
-        if len(self.factors) == self.killed_at:
-            raise KeyboardInterrupt
         drift = SEARCH.threshold * factor / self.capacity
         status = "collapse" if factor > self.collapse else "ok"
         row = {
@@ -111,22 +96,6 @@ def test_what_is_known_is_not_analysed_again(engine):
     part = searched({row["run_key"]: row for row in rows[:-2]})
     assert part == rows
     assert len(engine.factors) == tried + 2
-
-
-def test_a_search_that_is_killed_goes_on_from_its_journal(engine):
-    whole = searched()
-    JOURNAL.unlink()
-    engine.factors.clear()
-    engine.killed_at = 5
-    with pytest.raises(KeyboardInterrupt):
-        searched()
-    kept = read_content([JOURNAL]).rows
-    assert [row["scale"] for row in kept.values()] == engine.factors[1:4]
-    engine.factors.clear()
-    engine.killed_at = None
-    assert searched(kept) == whole
-    # the first one is kept by the batch when the search is through
-    assert engine.factors == [row["scale"] for row in whole[:1] + whole[4:]]
 
 
 def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):

@@ -5,7 +5,6 @@ from dataclasses import fields, replace
 from math import exp, log
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -15,8 +14,6 @@ from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report.effect_figures import (
     choice_findings,
     choices_left_out,
@@ -41,6 +38,7 @@ from skewbridge.study.setup import StudySetup, sampled
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
+from study_parts import study_of, wave
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
 AXES = {"skew_deg": (0.0, 30.0), "gap_mm": (25.0,), "friction": (0.0, 0.5)}
@@ -48,26 +46,8 @@ AXES = {"skew_deg": (0.0, 30.0), "gap_mm": (25.0,), "friction": (0.0, 0.5)}
 
 def setup_in(folder: Path, *, motions: int = 1) -> StudySetup:
     """A study of weak waves that differ by their factor."""
-    t_s = np.arange(100) * 0.01
-    suite: list[SuiteMotion] = []
-    for number in range(motions):
-        motion = GroundMotion(
-            motion_id=f"wave{number}",
-            dt_s=0.01,
-            accel_1_mps2=np.sin(20 * t_s),
-            accel_2_mps2=np.cos((21 + number) * t_s),
-            sha256=f"wave{number}",
-        )
-        measures = motion_measures(motion, 0.7)
-        suite.append(SuiteMotion(motion=motion, scale=1.0 + number, measures=measures))
-    return StudySetup(
-        folder=StudyFolder(folder),
-        suite=tuple(suite),
-        measures={("osb1", each.motion.motion_id): dict(each.measures) for each in suite},
-        incidence_deg=(0.0,),
-        settings=AnalysisSettings(),
-        options=ModelOptions(),
-    )
+    waves = (wave(f"wave{n}", number=n, scale=1.0 + n) for n in range(motions))
+    return study_of(folder, *waves)
 
 
 @pytest.fixture
@@ -93,10 +73,6 @@ def test_every_choice_is_an_option_with_values_that_it_takes(choice: Choice, tas
     part = "settings" if choice.section == "analysis" else "options"
     for value in choice.values:
         assert getattr(getattr(choice.set_in(task, value), part), choice.key) == value
-
-
-def test_no_choice_stands_twice() -> None:
-    assert len({choice.key for choice in CHOICES}) == len(CHOICES)
 
 
 def test_the_configured_value_is_never_compared_with_itself(task: Task) -> None:
@@ -179,7 +155,7 @@ def test_named_variants_must_be_of_a_bridge_of_the_grid() -> None:
         parse_config({"modelling_choices": {"motions": 0}})
 
 
-def row_of(value: float, status: str = "ok") -> dict[str, object]:
+def outcome(value: float, status: str = "ok") -> dict[str, object]:
     return {column.name: value for column in DEMAND_COLUMNS} | {"status": status}
 
 
@@ -190,8 +166,8 @@ def test_ratios_are_paired_by_motion_and_failed_runs_are_counted(tmp_path: Path)
     outcomes = ((1.0, 2.0, "ok"), (10.0, 5.0, "ok"), (3.0, 12.0, "ok"), (1.0, 9.0, "collapse"))
     rows: dict[str, dict[str, object]] = {}
     for pair, (before, after, status) in zip(pairs, outcomes, strict=True):
-        rows[run_key(pair.before)] = row_of(before)
-        rows[run_key(pair.after)] = row_of(after, status)
+        rows[run_key(pair.before)] = outcome(before)
+        rows[run_key(pair.after)] = outcome(after, status)
     rows[run_key(pairs[2].after)]["unseating_m"] = 0.0
     table = choices_table([*pairs, pairs[0]], rows)
     assert list(table.columns) == list(CHOICE_COLUMNS)
@@ -217,7 +193,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             asked.append(str(key))
             value = 1.1 if task.variant.friction_pct else 1.0
             value *= 0.8 if task.options.key_frame == "deck_edge" else 1.0
-            row = row_of(value) | {"run_key": key, "variant": task.variant.slug}
+            row = outcome(value) | {"run_key": key, "variant": task.variant.slug}
             yield number, [row]
 
     monkeypatch.setattr("skewbridge.study.batch._Pool.stream", stream)
@@ -230,20 +206,14 @@ def made(setup: StudySetup, name: str = "table") -> pd.DataFrame:
     return read_frame(path)
 
 
-def test_made_twice_it_runs_nothing_and_says_the_same(tmp_path: Path, ran: list[str]) -> None:
-    setup = setup_in(tmp_path, motions=3)
+def test_finished_analyses_are_not_run_again(tmp_path: Path, ran: list[str]) -> None:
+    """Neither those of an earlier call nor those in the journals of the study."""
+    setup, other = (setup_in(tmp_path / name, motions=3) for name in ("one", "other"))
     first = made(setup)
-    assert len(ran) == len(set(ran)) > 20
-    ran.clear()
-    pd.testing.assert_frame_equal(made(setup, "again"), first)
-    assert not ran
-
-
-def test_rows_of_the_study_are_not_run_again(tmp_path: Path, ran: list[str]) -> None:
-    setup = setup_in(tmp_path, motions=3)
-    made(setup)
     everything = len(ran)
-    other = setup_in(tmp_path / "other", motions=3)
+    assert everything == len(set(ran)) > 20
+    pd.testing.assert_frame_equal(made(setup, "again"), first)
+    assert len(ran) == everything
     own = setup.folder.journal("modelling_choices").read_text()
     without = "osb1_cf_skew30_gap025_mu000"
     journal = other.folder.journal(without)
@@ -292,11 +262,8 @@ def test_the_tornado_has_a_bar_per_value_the_largest_on_top(tmp_path: Path, ran:
     values = table[["name", "to_value"]].drop_duplicates()
     panels = [panel for panel in figure.axes if panel.patches]
     assert len(panels) == len(demands_for("headline"))
+    assert "over up to 1 pairs of runs" in tornado_text(table)
     for panel in panels:
         labels = [label.get_text() for label in panel.get_yticklabels()]
         assert len(labels) == len(panel.patches) == len(values)
         assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
-
-
-def test_caption_of_the_tornado_counts_the_pairs(tmp_path: Path, ran: list[str]) -> None:
-    assert "over up to 1 pairs of runs" in tornado_text(made(setup_in(tmp_path)))

@@ -77,12 +77,6 @@ def test_coarser_time_step_does_not_alias():
     np.testing.assert_allclose(coarse.accel_2_mps2, low[::4], atol=1e-3)
 
 
-def test_resampling_back_restores_the_motion(motion):
-    back = resampled(resampled(motion, 0.005), 0.01)
-    lost = back.accel_1_mps2[: motion.npts] - motion.accel_1_mps2
-    assert np.sum(lost**2) < 1e-3 * np.sum(motion.accel_1_mps2**2)
-
-
 def test_mean_is_removed(motion):
     offset = motion.with_components(motion.accel_1_mps2 + 0.3, motion.accel_2_mps2)
     assert abs(remove_mean(offset).accel_1_mps2.mean()) < 1e-12

@@ -17,10 +17,7 @@ from skewbridge.motions.levels import (
     striped,
     unscaled_cloud,
 )
-from skewbridge.motions.spectrum import component_psa
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
-from skewbridge.motions.synthesis.ddk18 import Scenario
-from skewbridge.motions.synthesis.generate import synthesize
 
 
 @pytest.fixture
@@ -71,51 +68,6 @@ def test_parquet_preserves_a_striped_suite(suite, tmp_path):
 
 def test_unscaled_cloud_is_as_recorded(suite):
     assert (unscaled_cloud(suite)["scale"] == 1.0).all()
-
-
-def test_ida_brackets_the_capacity_of_an_elastic_oscillator():
-    """Displacement limit of a linear oscillator: the capacity is limit / spectral displacement."""
-    scenario = Scenario(magnitude=6.75, distance_km=15.0, vs30_mps=400.0)
-    for index in range(3):
-        motion = synthesize(scenario, index=index, seed=9)
-        demand_m = component_psa(motion.accel_1_mps2, motion.dt_s, 0.8)[0] * (0.8 / 2 / np.pi) ** 2
-
-        def exceeds(scale, motion=motion):
-            psa = component_psa(motion.accel_1_mps2 * scale, motion.dt_s, 0.8)
-            return psa[0] * (0.8 / 2 / np.pi) ** 2 > 0.12
-
-        bracket = bracket_capacity(exceeds)
-        assert bracket.lower <= 0.12 / demand_m <= bracket.upper
-        assert bracket.upper / bracket.lower <= 1.01
-        assert bracket.analyses <= 10
-
-
-def _yielding_peak(accel: np.ndarray, dt_s: float, scale: float) -> float:
-    """Return the peak displacement of an elastic-perfectly plastic oscillator (T 0.6 s, 5 %)."""
-    omega, yield_force, disp, vel, plastic, peak = 2 * math.pi / 0.6, 1.5, 0.0, 0.0, 0.0, 0.0
-    for value in np.repeat(accel * scale, 2):
-        force = omega**2 * (disp - plastic)
-        if abs(force) > yield_force:
-            plastic = disp - math.copysign(yield_force, force) / omega**2
-            force = math.copysign(yield_force, force)
-        vel += 0.5 * dt_s * (-value - force - 0.1 * omega * vel)
-        disp += 0.5 * dt_s * vel
-        peak = max(peak, abs(disp))
-    return peak
-
-
-def test_ida_brackets_the_capacity_of_a_yielding_oscillator():
-    """Reference: 400 analyses on a fine grid, 0.5 % apart."""
-    rng = np.random.default_rng(3)
-    accel = rng.standard_normal(500) * np.hanning(500)
-    bracket = bracket_capacity(lambda scale: _yielding_peak(accel, 0.02, scale) > 0.08)
-    factors = bracket.lower * 1.005 ** np.arange(-20, 20)
-    over = np.array([_yielding_peak(accel, 0.02, factor) > 0.08 for factor in factors])
-    first = factors[np.argmax(over)]
-    assert over.any()
-    assert bracket.lower / 1.005 <= first <= bracket.upper * 1.005
-    assert bracket.upper / bracket.lower <= 1.01
-    assert bracket.analyses <= 10
 
 
 @settings(max_examples=200, deadline=None)

@@ -8,9 +8,11 @@ import pytest
 from skewbridge.errors import InputError
 from skewbridge.motions.check import check_paths
 from skewbridge.motions.index import list_motions
+from skewbridge.motions.intensity import housner_intensity, motion_measures
 from skewbridge.motions.pairing import group_by_name
-from skewbridge.motions.read import read_motion, read_trace
+from skewbridge.motions.read import doubts, read_motion, read_trace
 from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.trace import Trace
 from skewbridge.units import G_MPS2
 
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
@@ -128,9 +130,50 @@ def test_unpaired_component_is_named(tmp_path):
         list_motions(tmp_path)
 
 
+@pytest.mark.parametrize(("offset", "is_doubtful"), [(0.03, True), (-0.03, True), (0.01, False)])
+def test_offset_of_either_sign_gets_a_warning(offset, is_doubtful):
+    wave = np.tile([1.0, -1.0], 500) + offset
+    trace = Trace(path=Path("a.csv"), format="csv", accel_mps2=wave, dt_s=0.01, unit="m/s2")
+    assert any("mean is" in doubt for doubt in doubts(trace)) is is_doubtful
+
+
 def test_components_of_different_events_get_a_warning(tmp_path):
     kobe = AT2.replace("Some Quake", "Kobe").replace("Some Station, 90", "Takatori, 0")
     files = [_write(tmp_path / "A.AT2", VALUES_G), _write(tmp_path / "B.AT2", VALUES_G, kobe)]
     found = check_paths(files)
     assert {check.verdict for check in found} == {"warn"}
     assert all("two different records?" in " ".join(check.messages) for check in found)
+
+
+def test_one_value_per_pair_is_the_mean_of_its_components():
+    """1 m/s2 to and fro for 2 s: CAV 2 m/s, Arias pi/(2 g) x 2; the other component is still."""
+    accel = np.array([1.0, -1.0] * 100 + [1.0])
+    motion = GroundMotion(
+        motion_id="m", dt_s=0.01, accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel)
+    )
+    found = motion_measures(motion, None)
+    assert found["im_cav_mps"] == pytest.approx(1.0)
+    assert found["im_arias_mps"] == pytest.approx(0.5 * np.pi / (2.0 * 9.80665) * 2.0)
+    twice = motion_measures(motion.with_components(accel, 3.0 * accel), None)
+    assert twice["im_cav_mps"] == pytest.approx((2.0 + 6.0) / 2.0)
+
+
+def test_the_median_over_directions_of_a_straight_motion_is_that_of_the_cosine():
+    """Peaks 3 m/s2 and 3 x 0.21 s = 0.63 m/s along one axis: cos 45 degrees of them."""
+    accel = np.array([0.0, *[3.0] * 21, 0.0])
+    motion = GroundMotion(
+        motion_id="m", dt_s=0.01, accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel)
+    )
+    found = motion_measures(motion, None)
+    assert found["im_pga_rotd50_g"] == pytest.approx(3.0 * np.sqrt(0.5) / 9.80665, rel=0.01)
+    assert found["im_pgv_rotd50_mps"] == pytest.approx(0.63 * np.sqrt(0.5), rel=0.01)
+
+
+def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_periods():
+    """A blow of 0.6 m/s: an oscillator swings to v/w exp[-xi/w_d atan(w_d/xi)] at any period."""
+    dt_s, xi = 0.0005, 0.05
+    accel = np.zeros(6001)
+    accel[1] = 0.6 / dt_s
+    damped = np.sqrt(1.0 - xi**2)
+    reached = 0.6 * np.exp(-xi / damped * np.arctan(damped / xi))
+    assert housner_intensity(accel, dt_s) == pytest.approx(reached * (2.5 - 0.1), rel=1e-3)

@@ -3,7 +3,6 @@
 import hashlib
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from motions_files import at2_text, index_of, make_pairs, shaken_g
@@ -86,25 +85,15 @@ def test_count_above_the_number_of_motions_is_refused(tmp_path):
         prepare_suite(tmp_path, count=3, t1_s=0.7)
 
 
-def test_every_block_of_factors_covers_the_levels_log_uniformly():
-    rng = np.random.default_rng(0)
-    own_g = rng.lognormal(-1.0, 0.5, 40)
-    reached_g = np.sort(own_g * block_factors(own_g, (0.1, 1.5)))
-    share = np.log(reached_g / 0.1) / np.log(15.0)
-    # 40 points in (0, 1): no gap is larger than the step of two blocks together
-    assert share[0] < 0.05
-    assert share[-1] > 0.95
-    assert np.diff(share).max() < 1 / 16
-    for block in range(5):
-        part = own_g[8 * block : 8 * block + 8]
-        np.testing.assert_array_equal(
-            np.argsort(part), np.argsort(part * block_factors(own_g)[8 * block : 8 * block + 8])
-        )
-
-
-def test_longer_suites_keep_the_factors_of_full_blocks():
-    own_g = np.random.default_rng(1).lognormal(-1.0, 0.5, 24)
-    np.testing.assert_array_equal(block_factors(own_g)[:16], block_factors(own_g[:16]))
+def test_two_blocks_interleave_and_an_incomplete_block_fills_the_range_alone():
+    own_g = np.random.default_rng(1).lognormal(-1.0, 0.5, 20)
+    factors = block_factors(own_g, (0.1, 1.5))
+    shares = np.log(own_g * factors / 0.1) / np.log(15.0)
+    for block, offset in ((slice(0, 8), 1 / 2), (slice(8, 16), 1 / 4)):
+        np.testing.assert_allclose(np.sort(shares[block]), (np.arange(8) + offset) / 8)
+        assert (np.argsort(shares[block]) == np.argsort(own_g[block])).all()
+    np.testing.assert_allclose(np.sort(shares[16:]), (np.arange(4) + 3 / 4) / 4)
+    np.testing.assert_array_equal(block_factors(own_g[:16], (0.1, 1.5)), factors[:16])
 
 
 def test_offsets_of_blocks_are_the_van_der_corput_sequence():
@@ -119,13 +108,13 @@ def test_order_of_the_index_is_the_order_of_the_suite(tmp_path):
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q2", "q1", "q0"]
 
 
-def test_suite_table_has_the_promised_columns(tmp_path):
-    make_pairs(tmp_path, 1)
-    suite = prepare_suite(tmp_path, t1_s=0.7)
-    promised = {"motion_id", "scale", "dt_s", "npts", "sha256", "event", "magnitude",
-                "distance_km", "vs30_mps", "station", "accel_1_mps2", "accel_2_mps2"}  # fmt: skip
-    assert promised | set(IM_COLUMNS) <= set(suite.columns)
-    assert isinstance(suite, pd.DataFrame)
+def test_motions_in_sub_folders_are_found(tmp_path):
+    for name in ("kobe", "chichi"):
+        (tmp_path / name).mkdir()
+        make_pairs(tmp_path / name, 1)
+    found = list_motions(tmp_path)
+    assert len({entry.motion_id for entry in found}) == 2
+    assert {entry.components[0][0].parent.name for entry in found} == {"kobe", "chichi"}
 
 
 def test_other_files_in_the_folder_are_ignored(tmp_path):

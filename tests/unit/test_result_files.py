@@ -12,24 +12,19 @@ import pytest
 
 from skewbridge.analysis.accuracy import NUMERICS
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import SuspectLimits
 from skewbridge.errors import InputError
 from skewbridge.files import tables
 from skewbridge.files.digests import provenance
 from skewbridge.files.text import written_aside
-from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study import worker
 from skewbridge.study.analyses import analyse_variant
 from skewbridge.study.batch import Workers, run_tasks
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.sensitivity import CHANGES, in_window, sampled_rows, write_sensitivity
 from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task, no_result, run_key
-from skewbridge.study.worker import row_of_task
-from skewbridge.variant.options import ModelOptions
+from study_parts import row_of, study_of, wave
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
 
@@ -37,25 +32,7 @@ SLUG = "osb1_cf_skew30_gap025_mu050"
 @pytest.fixture
 def setup(tmp_path: Path) -> StudySetup:
     """A study of one motion."""
-    t_s = np.arange(0.0, 1.0, 0.01)
-    motion = GroundMotion(
-        motion_id="pulse", dt_s=0.01, accel_1_mps2=np.cos(t_s), accel_2_mps2=np.sin(t_s)
-    )
-    measures = motion_measures(motion, 0.748)
-    return StudySetup(
-        folder=StudyFolder(tmp_path / "results"),
-        suite=(SuiteMotion(motion=motion, scale=1.0, measures=measures),),
-        measures={("osb1", "pulse"): measures},
-        incidence_deg=(0.0,),
-        settings=AnalysisSettings(),
-        options=ModelOptions(),
-    )
-
-
-def row_of(task: Task, value: float = 1.0) -> dict[str, object]:
-    demands = {column.name: value for column in DEMAND_COLUMNS}
-    run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": 1.0, "cpu_s": 1.0}
-    return row_of_task({**demands, **run}, task, run_key(task))
+    return study_of(tmp_path / "results", wave("pulse"))
 
 
 def text(value: object) -> str:
@@ -71,38 +48,28 @@ def no_analyses(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("skewbridge.study.batch._Pool.stream", refuse)
 
 
-@pytest.mark.usefixtures("no_analyses")
-def test_intensity_measures_come_from_the_task(setup: StudySetup, tmp_path: Path) -> None:
-    """The journal says what an analysis gave, and the task which analysis it is."""
-    task = setup.tasks(SLUG)[0]
-    old = row_of(task) | {"im_pga_rotd50_g": 99.0, "motion_id": "an older name"}
-    with open_journal(tmp_path / "v.jsonl") as journal:
-        rows = run_tasks(
-            [task],
+def from_journal(folder: Path, tasks: list[Task], known: dict[str, object]) -> list[dict]:
+    with open_journal(folder / "v.jsonl") as journal:
+        return run_tasks(
+            tasks,
             journal,
-            {run_key(task): old},
+            {run_key(tasks[0]): known},
             workers=Workers(count=1),
-            log_folder=tmp_path,
+            log_folder=folder,
             on_finished=print,
         )
-    assert text(rows) == text([row_of(task)])
 
 
 @pytest.mark.usefixtures("no_analyses")
-def test_two_names_of_one_motion_are_two_rows(setup: StudySetup, tmp_path: Path) -> None:
+def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup, tmp_path: Path) -> None:
+    """The journal has the result of an analysis; the task states which analysis it is."""
     task = setup.tasks(SLUG)[0]
     twin = replace(
         task, motion=replace(task.motion, motion=replace(task.motion.motion, motion_id="twin"))
     )
-    with open_journal(tmp_path / "v.jsonl") as journal:
-        rows = run_tasks(
-            [task, twin],
-            journal,
-            {run_key(task): row_of(task)},
-            workers=Workers(count=1),
-            log_folder=tmp_path,
-            on_finished=print,
-        )
+    old = row_of(task) | {"im_pga_rotd50_g": 99.0, "motion_id": "an older name"}
+    rows = from_journal(tmp_path, [task, twin], old)
+    assert text(rows[0]) == text(row_of(task))
     assert [row["motion_id"] for row in rows] == ["pulse", "twin"]
 
 
@@ -186,35 +153,25 @@ def test_journal_lines_of_another_version_are_said_and_not_used(
     assert text(read_content([path]).rows) == text({run_key(task): row_of(task)})
 
 
-def test_a_table_of_another_version_is_refused_by_name(
+def test_a_table_of_another_version_or_of_none_is_refused_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = tmp_path / "part.parquet"
-    frame = pd.DataFrame({"a": [1.0]})
+    path, frame = tmp_path / "part.parquet", pd.DataFrame({"a": [1.0]})
     tables.write_frame(frame, path, provenance())
     assert tables.read_frame(path).equals(frame)
+    table = pq.read_table(path)
     monkeypatch.setattr(tables, "TABLE_FORMAT", tables.TABLE_FORMAT + 1)
     with pytest.raises(InputError, match=r"part\.parquet was written by another version .* again"):
         tables.read_frame(path)
-
-
-def test_a_table_from_before_the_versions_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "old.parquet"
-    table = pq.read_table(_written(tmp_path / "new.parquet"))
     metadata = {k: v for k, v in table.schema.metadata.items() if b"format" not in k}
     pq.write_table(table.replace_schema_metadata(metadata), path)
-    with pytest.raises(InputError, match=r"old\.parquet .*table format 1"):
+    with pytest.raises(InputError, match=r"part\.parquet .*table format 1"):
         tables.read_frame(path)
 
 
 def test_a_table_of_another_program_is_taken_as_it_is(tmp_path: Path) -> None:
     pd.DataFrame({"a": [1.0]}).to_parquet(tmp_path / "mine.parquet")
     assert list(tables.read_frame(tmp_path / "mine.parquet")["a"]) == [1.0]
-
-
-def _written(path: Path) -> Path:
-    tables.write_frame(pd.DataFrame({"a": [1.0]}), path, provenance())
-    return path
 
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:

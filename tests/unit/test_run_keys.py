@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,22 +14,9 @@ from skewbridge.motions.content import content_digest
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 from skewbridge.study import task as task_module
-from skewbridge.study.task import Task, run_key
+from skewbridge.study.task import run_key
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
-
-VARIANT = Variant(bridge="osb1", abutment="contact", skew_deg=30, gap_mm=25, friction_pct=0)
-
-
-def task_of(motion: SuiteMotion, **changes: Any) -> Task:
-    task = Task(
-        variant=VARIANT,
-        motion=motion,
-        incidence_deg=0.0,
-        settings=AnalysisSettings(),
-        options=ModelOptions(),
-    )
-    return replace(task, **changes)
+from study_parts import task_of
 
 
 def first_motion(folder: Path, **index: list[object]) -> SuiteMotion:
@@ -65,6 +51,19 @@ def test_names_and_measures_of_a_motion_are_not_in_the_key(tmp_path: Path) -> No
     assert run_key(task_of(one)) == run_key(task_of(other))
     as_numpy = replace(one, scale=np.float64(one.scale))
     assert run_key(task_of(one)) == run_key(task_of(as_numpy))
+
+
+def test_every_setting_that_matters_is_in_the_key() -> None:
+    task = task_of()
+    others = [
+        replace(task, incidence_deg=90.0),
+        replace(task, motion=replace(task.motion, scale=1.1)),
+        replace(task, settings=AnalysisSettings(dt_s=0.004)),
+        replace(task, options=ModelOptions(cohesion_n=1.0)),
+        replace(task, variant=replace(task.variant, gap_mm=26)),
+        replace(task, variant=replace(task.variant, bridge="osb1_fixed")),
+    ]
+    assert len({run_key(each) for each in (task, *others)}) == 7
 
 
 def test_another_solver_is_another_analysis(

@@ -2,32 +2,15 @@
 
 from pathlib import Path
 
-import numpy as np
-
-from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.config import StudyConfig, parse_config
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.setup import StudySetup
 from skewbridge.variant.grid import expand_grid
+from study_parts import study_of
 
 
 def setup_of(study: StudyConfig) -> StudySetup:
-    motion = GroundMotion(
-        motion_id="pulse",
-        dt_s=0.01,
-        accel_1_mps2=np.sin(np.arange(60) / 5),
-        accel_2_mps2=np.cos(np.arange(60) / 5),
-        sha256="pulse",
-    )
-    measures = motion_measures(motion, 0.7)
-    return StudySetup(
-        folder=StudyFolder(),
-        suite=(SuiteMotion(motion=motion, scale=1.0, measures=measures),),
-        measures={(bridge, "pulse"): measures for bridge in study.grid.bridge},
-        incidence_deg=study.motions.incidence_deg,
-        settings=study.analysis,
-        options=study.model,
+    return study_of(
+        "results", bridges=study.grid.bridge, settings=study.analysis, options=study.model
     )
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-import yaml
 from reference_pages import ROOT
 
 from fragility_tables import paired_effects, synthetic_demands
@@ -13,7 +12,6 @@ from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.suspect import LIMITS, SuspectLimits, count_reasons, reasons
 from skewbridge.demands.tables import join_variants, write_variant
-from skewbridge.files.digests import ENGINE
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.limit_states import load_limit_states
@@ -87,11 +85,6 @@ def test_reasons_are_counted_with_their_worst_row() -> None:
         {"reason": "energy residual", "rows": 2, "worst": "12.0%", "at": 3},
     ]
     assert count_reasons(table.drop(columns=["energy_residual_ratio"]), LIMITS)[1:] == []
-
-
-def test_limits_are_not_part_of_the_key_of_an_analysis() -> None:
-    """Other limits repeat no analysis: the key does not contain them."""
-    assert not {"demands", "demands/suspect.py"} & set(ENGINE)
 
 
 def test_shares_per_rung_count_steps_and_the_highest_rung_of_an_analysis() -> None:
@@ -173,9 +166,3 @@ def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
     effects = [paired_effects(table, ["deck_disp_m"]) for table in (kept, left)]
     most = [table["n_motions"].max() for table in effects]
     assert most[1] < most[0]
-
-
-def test_the_default_limits_stand_in_the_documented_section() -> None:
-    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    assert "suspect" not in config  # the defaults hold
-    assert parse_config(config).suspect == LIMITS

@@ -4,30 +4,23 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.errors import InputError
 from skewbridge.files import tables as provenance_tables
-from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.analyses import analyse_variant
 from skewbridge.study.batch import Workers
 from skewbridge.study.config import parse_config
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.ida import Search, at_factor
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import forecast_study, study_state
 from skewbridge.study.setup import StudySetup
-from skewbridge.study.task import Task, no_result, run_key
-from skewbridge.study.worker import row_of_task
-from skewbridge.variant.options import ModelOptions
+from skewbridge.study.task import Task, run_key
+from study_parts import row_of, study_of, wave
 
 SLUGS = (
     "osb1_cf_skew30_gap025_mu000",
@@ -37,31 +30,7 @@ SLUGS = (
 
 
 def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0)) -> StudySetup:
-    suite: list[SuiteMotion] = []
-    for length_s in lengths_s:
-        t_s = np.arange(0.0, length_s, 0.01)
-        motion = GroundMotion(
-            motion_id=f"m{length_s:g}",
-            dt_s=0.01,
-            accel_1_mps2=np.cos(t_s * length_s),
-            accel_2_mps2=np.sin(t_s),
-        )
-        measures = motion_measures(motion, 0.7)
-        suite.append(SuiteMotion(motion=motion, scale=1.0, measures=measures))
-    return StudySetup(
-        folder=StudyFolder(folder),
-        suite=tuple(suite),
-        measures={("osb1", each.motion.motion_id): each.measures for each in suite},
-        incidence_deg=(0.0,),
-        settings=AnalysisSettings(),
-        options=ModelOptions(),
-    )
-
-
-def row_of(task: Task, cpu_s: float = 1.0) -> dict[str, object]:
-    demands = {column.name: 1.0 for column in DEMAND_COLUMNS}
-    run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": cpu_s, "cpu_s": cpu_s}
-    return row_of_task({**demands, **run}, task, run_key(task))
+    return study_of(folder, *(wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s))
 
 
 def test_a_row_tells_its_analysis_that_of_a_search_at_its_own_factor(tmp_path: Path) -> None:
@@ -151,15 +120,6 @@ def test_the_joined_table_is_that_of_all_rows_at_once(
     assert [field.metadata for field in file.schema_arrow] == [
         field.metadata for field in whole.schema
     ]
-
-
-def test_the_digest_of_the_analyses_is_that_of_their_keys(tmp_path: Path, ran: list[str]) -> None:
-    digests: set[bytes] = set()
-    for order in (SLUGS, SLUGS[::-1]):
-        setup = setup_in(tmp_path / order[0])
-        join_variants([analyse(setup, slug) for slug in sorted(order)], setup.folder.demands)
-        digests.add(pq.read_schema(setup.folder.demands).metadata[b"analyses_digest"])
-    assert len(digests) == 1
 
 
 def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:

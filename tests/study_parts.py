@@ -1,0 +1,67 @@
+"""Small studies for tests, made without files: weak motions, set-ups, tasks and finished rows."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bridge_variants import variant
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.setup import StudySetup
+from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.study.worker import row_of_task
+from skewbridge.variant.options import ModelOptions
+
+
+def wave(motion_id="wave", *, duration_s=1.0, number=1, scale=1.0, peak_mps2=1.0) -> SuiteMotion:
+    """Return a short weak motion; the second component grows with its number."""
+    t_s = np.arange(0.0, duration_s, 0.01)
+    motion = GroundMotion(
+        motion_id=motion_id,
+        dt_s=0.01,
+        accel_1_mps2=peak_mps2 * np.cos(12 * t_s),
+        accel_2_mps2=number * np.sin(15 * t_s),
+        sha256=motion_id,
+    )
+    return SuiteMotion(motion=motion, scale=scale, measures=motion_measures(motion, 0.7))
+
+
+def study_of(folder: Path | str, *motions: SuiteMotion, bridges=("osb1",), **changes) -> StudySetup:
+    """Return the set-up of a study of the bridges with the motions, or with one wave."""
+    suite = motions or (wave(),)
+    setup = StudySetup(
+        folder=StudyFolder(Path(folder)),
+        suite=suite,
+        measures={
+            (bridge, each.motion.motion_id): dict(each.measures)
+            for bridge in bridges
+            for each in suite
+        },
+        incidence_deg=(0.0,),
+        settings=AnalysisSettings(),
+        options=ModelOptions(),
+    )
+    return replace(setup, **changes)
+
+
+def task_of(motion: SuiteMotion | None = None, **changes) -> Task:
+    """Return an analysis of `bridge_variants.variant()`."""
+    task = Task(
+        variant=variant(),
+        motion=motion or wave(),
+        incidence_deg=0.0,
+        settings=AnalysisSettings(),
+        options=ModelOptions(),
+    )
+    return replace(task, **changes)
+
+
+def row_of(task: Task, value: float = 1.0, cpu_s: float = 1.0) -> dict[str, object]:
+    """Return the row of a finished analysis in which every demand has the same value."""
+    demands = {column.name: value for column in DEMAND_COLUMNS}
+    run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": cpu_s, "cpu_s": cpu_s}
+    return row_of_task({**demands, **run}, task, run_key(task))
