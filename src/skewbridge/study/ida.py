@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import isclose, sqrt
 from pathlib import Path
 from typing import Final
 
@@ -87,7 +87,9 @@ def search_capacity(
     rows: list[Row] = []
 
     def exceeds(factor: float) -> bool:
-        trial = at_factor(task, factor)
+        # rounding in the first factor must not give the first analysis another key
+        is_first = isclose(factor, task.motion.scale, rel_tol=1e-12)
+        trial = task if is_first else at_factor(task, factor)
         key = run_key(trial)
         found = known.rows.get(key)
         row = (
