@@ -22,7 +22,6 @@ ENTRIES: Final = (
     "native",
     "workers",
     "pipeline",
-    "smart",
     "contact_update",
     "motions",
     "fragility",
@@ -71,10 +70,6 @@ def table(found: Mapping[str, Any]) -> Iterator[str]:
         count = pipeline["motions_per_variant"]
         text = f"stage of the analyses x cores over their processor time, {count} motions a variant"
         yield f"| {text} | {pipeline['pipeline']:.2f} | | 1 | at most 1.10 |"
-    if smart := found["smart"]:
-        yield _line("our step loop over a plain one", smart["ours_over_plain_loop"])
-        text = f"SmartAnalyze {smart['opstool']} over a plain loop"
-        yield _line(text, smart["smart_over_plain_loop"])
     if memory := found["memory"]:
         growth = memory["growth_mb_per_100"]
         text = f"growth of a worker, MB per 100 analyses ({memory['analyses']} of them)"

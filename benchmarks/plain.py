@@ -50,7 +50,7 @@ class PlainRun:
         status: ``ok``, ``collapse``, or ``failed`` where all fallbacks failed.
         failed_steps: Steps where Newton failed.
         steps: Steps taken.
-        iterations: Those of the converged regular steps.
+        iterations: Iterations of the converged regular steps.
     """
 
     status: str = "ok"

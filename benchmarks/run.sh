@@ -45,12 +45,6 @@ measure native "$ours" benchmarks/native.py
 measure workers "$ours" benchmarks/workers.py "${workers[@]}"
 measure pipeline "$ours" benchmarks/pipeline.py "${pipeline[@]}"
 measure contact_update "$ours" benchmarks/contact_update.py
-# 2 GB of dependencies: where they can't be had, the comparison is missing and the rest stands
-if opstool=$(environment opstool); then
-    measure smart "$opstool" benchmarks/smart.py 2> "$out/smart.log"
-else
-    echo "opstool can't be installed: no comparison with SmartAnalyze" 1>&2
-fi
 measure motions "$(environment motions)" benchmarks/motions_spectra.py
 measure fragility "$(environment fragility)" benchmarks/fragility_speed.py
 "$ours" benchmarks/assemble.py --table
