@@ -102,7 +102,7 @@ audit: setup
 # Finished changes are in results/mutants/mutants.jsonl and are not repeated.
 mutants: setup
 	nice -n 10 $(BIN)/python benchmarks/mutants.py
-	$(BIN)/python benchmarks/mutants.py --table docs/mutants.md
+	$(BIN)/python benchmarks/mutants.py --table results/mutants/report.md
 
 # The site is in docs/_build/html; a warning is an error.
 docs: setup

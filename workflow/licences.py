@@ -10,9 +10,9 @@ from skewbridge.files.digests import licence_of
 HEAD = """\
 # Licences
 
-Packages that `make setup` installs, by the licence that their metadata state. skewbridge itself is
-BSD-3-Clause (`LICENSE`). The licence of OpenSeesPy is in its package (`LICENSE.md`). `make docs`
-writes this page.
+Packages that `make setup` installs (versions: `requirements.lock`), by the licence in their metadata.
+skewbridge itself is BSD-3-Clause (`LICENSE`). The licence of OpenSeesPy is in its package
+(`LICENSE.md`). `make docs` writes this page.
 
 | licence | packages |
 | --- | --- |
@@ -22,12 +22,12 @@ writes this page.
 def rows_of(lock: Path) -> list[str]:
     """Return a row for each licence of the packages of a lock that are installed."""
     packages: dict[str, list[str]] = {}
-    for name, version in re.findall(r"^([\w.-]+)==(\S+)", lock.read_text(encoding="utf-8"), re.M):
+    for name in re.findall(r"^([\w.-]+)==", lock.read_text(encoding="utf-8"), re.M):
         try:
             licence = licence_of(metadata(name))
         except PackageNotFoundError:
             licence = "not installed on this platform"
-        packages.setdefault(licence.replace("|", "/"), []).append(f"{name} {version}")
+        packages.setdefault(licence.replace("|", "/"), []).append(name)
     return [f"| {licence} | {', '.join(names)} |\n" for licence, names in sorted(packages.items())]
 
 
