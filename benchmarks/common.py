@@ -13,7 +13,7 @@ from statistics import median
 from typing import Any, Final
 
 from skewbridge.motions.conditioning import cut_to_strongest
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import list_motions
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import read_entry
 from skewbridge.variant.variant import Variant

@@ -26,10 +26,10 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.fit_data import FitOptions, fit_file
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import list_motions
+from skewbridge.motions.formats import Given
 from skewbridge.motions.read import DT_LIMITS_S, PGA_LIMITS_G, read_trace
 from skewbridge.motions.suite import read_entry
-from skewbridge.motions.trace import Given
 from skewbridge.study.config import load_config
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid

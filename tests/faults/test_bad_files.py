@@ -13,7 +13,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, read_table, stamp, write_frame
 from skewbridge.files.text import read_csv, read_json, read_yaml
 from skewbridge.fragility.fit_data import read_data
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import list_motions
 from skewbridge.motions.read import read_trace
 
 

@@ -14,7 +14,7 @@ from skewbridge.cli import build_app
 from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
 from skewbridge.fragility.exports import write_csv
-from skewbridge.motions.index import write_index
+from skewbridge.motions.folder import write_index
 from skewbridge.study.config import parse_config
 from skewbridge.study.inputs import check_inputs
 

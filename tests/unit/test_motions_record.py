@@ -7,12 +7,11 @@ import pytest
 
 from skewbridge.errors import InputError
 from skewbridge.motions.check import check_paths
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import group_by_name, list_motions
+from skewbridge.motions.formats import Trace
 from skewbridge.motions.intensity import housner_intensity, motion_measures
-from skewbridge.motions.pairing import group_by_name
 from skewbridge.motions.read import doubts, read_motion, read_trace
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.trace import Trace
 from skewbridge.units import G_MPS2
 
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD

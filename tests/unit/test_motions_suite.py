@@ -7,7 +7,7 @@ import pytest
 
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import list_motions
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_RANGE_G, block_factors, block_targets
 from skewbridge.motions.suite import prepare_suite, read_suite, write_suite

@@ -10,9 +10,8 @@ from motions_files import index_of, make_pairs
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue.loading import FOLDER
-from skewbridge.motions.content import content_digest
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
+from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
 from skewbridge.study import task as task_module
 from skewbridge.study.task import run_key
 from skewbridge.variant.options import ModelOptions

@@ -13,7 +13,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import list_motions
 from skewbridge.study.config import StudyConfig, load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import expand_grid

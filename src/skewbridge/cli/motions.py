@@ -18,7 +18,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import writable_file
 
 if TYPE_CHECKING:
-    from skewbridge.motions.trace import Given
+    from skewbridge.motions.formats import Given
 
 commands = new_group()
 motions = new_group("motions", "Read, check, measure, draw and synthesize ground motions.")
@@ -235,6 +235,6 @@ def default_suite(
 
 
 def _given(dt_s: float | None, unit: str | None) -> "Given":
-    from skewbridge.motions.trace import Given
+    from skewbridge.motions.formats import Given
 
     return Given(dt_s_if_missing=dt_s, unit_if_missing=unit)

@@ -6,7 +6,7 @@ from typing import Literal
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import shown_path
-from skewbridge.motions.index import (
+from skewbridge.motions.folder import (
     INDEX_NAME,
     IndexEntry,
     files_below,
@@ -14,14 +14,21 @@ from skewbridge.motions.index import (
     is_folder,
     list_motions,
     motion_files,
+    pairs_among,
     read_index_table,
     write_index,
 )
+from skewbridge.motions.formats import DtMissingError, Given, Trace
 from skewbridge.motions.intensity import peak_g
-from skewbridge.motions.pairing import is_vertical, motion_name, pairs_among
-from skewbridge.motions.read import PairError, different_records, join_traces, read_trace
+from skewbridge.motions.read import (
+    PairError,
+    different_records,
+    is_vertical,
+    join_traces,
+    motion_name,
+    read_trace,
+)
 from skewbridge.motions.suite import read_entry
-from skewbridge.motions.trace import DtMissingError, Given, Trace
 
 type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 

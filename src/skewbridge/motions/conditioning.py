@@ -1,12 +1,10 @@
-"""Cutting and resampling of motions, with the effect on their measures.
+"""Cutting of motions, with the effect on their measures.
 
 Recorded motions stay as they are unless this is requested.
 """
 
 import hashlib
-import math
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -18,41 +16,20 @@ from skewbridge.motions.spectrum import pair_psa
 
 TAPER_S: Final = 0.5
 QUIET_SHARE: Final = 1.0e-5  # of the Arias intensity of both components, dropped at each end
-MAX_RATIO: Final = 100  # of two time steps
 EFFECT_PERIODS_S: Final = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Conditioning:
-    """Treatment of each motion of a suite; by default none.
+def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
+    """Return the strongest part of a motion; its digest and messages state the cut.
 
-    Attributes:
-        remove_mean: Subtract the mean of each component.
-        dt_s: Resample to this time step, low-passed.
-        shaking_s: Keep only the strongest part of this length.
-        free_vibration_s: Zeros added at the end.
+    Raises:
+        InputError: As `cut_to_strongest`.
     """
-
-    remove_mean: bool = False
-    dt_s: float | None = None
-    shaking_s: float | None = None
-    free_vibration_s: float = 0.0
-
-    def apply(self, motion: GroundMotion) -> GroundMotion:
-        """Return the conditioned motion; its digest and messages state the treatment."""
-        if self == Conditioning():
-            return motion
-        result = remove_mean(motion) if self.remove_mean else motion
-        if self.dt_s is not None:
-            result = resampled(result, self.dt_s)
-        if self.shaking_s is None:
-            result = add_free_vibration(result, self.free_vibration_s)
-        else:
-            result = cut_to_strongest(result, self.shaking_s, self.free_vibration_s)
-        kept = effect_on_measures(motion, result)["arias_ratio"]
-        digest = hashlib.sha256(f"{motion.sha256} {self!r}".encode()).hexdigest()
-        message = f"conditioned ({self!r}): {kept:.1%} of the Arias intensity left"
-        return replace(result, sha256=digest, messages=(*motion.messages, message))
+    part = cut_to_strongest(motion, shaking_s, free_vibration_s=0.0)
+    share = effect_on_measures(motion, part)["arias_ratio"]
+    digest = hashlib.sha256(f"{motion.sha256} strongest {shaking_s} s".encode()).hexdigest()
+    message = f"cut to the strongest {shaking_s:g} s: {share:.1%} of the Arias intensity left"
+    return replace(part, sha256=digest, messages=(*motion.messages, message))
 
 
 def cut_to_strongest(
@@ -96,37 +73,6 @@ def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
         raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
     tail = round(seconds / motion.dt_s)
     return motion.mapped(lambda accel: np.pad(accel, (0, tail)))
-
-
-def remove_mean(motion: GroundMotion) -> GroundMotion:
-    """Return the motion without the mean of each component (a constant baseline offset)."""
-    return motion.mapped(lambda accel: accel - accel.mean())
-
-
-def resampled(motion: GroundMotion, dt_s: float) -> GroundMotion:
-    """Return the motion at another time step, low-passed against aliasing where it gets coarser.
-
-    The new values are those of the band-limited signal, by a symmetric (zero-phase) filter.
-
-    Raises:
-        InputError: The ratio of the time steps is not a ratio of integers up to 100.
-    """
-    if not (np.isfinite(dt_s) and dt_s > 0.0):
-        raise InputError(f"dt_s must be positive, got {dt_s}")
-    ratio = motion.dt_s / dt_s
-    up, down = Fraction(ratio).limit_denominator(MAX_RATIO).as_integer_ratio()
-    if not (1 <= up <= MAX_RATIO and math.isclose(up / down, ratio, rel_tol=1.0e-9)):
-        raise InputError(f"time steps with ratio {ratio:.6g} can't be resampled: no small ratio")
-    if up == down:
-        return motion
-    # An edge at 90 % of the lower Nyquist frequency, 80 dB down beyond it
-    factor = max(up, down)
-    from scipy.signal import firwin, resample_poly  # here: every job imports this module
-
-    taps = firwin(2 * 40 * factor + 1, 0.9 / factor, window=("kaiser", 8.0))
-    return motion.mapped(
-        lambda accel: resample_poly(accel, up, down, window=taps), dt_s=motion.dt_s * down / up
-    )
 
 
 def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, float]:

@@ -26,7 +26,6 @@ LEVEL_RANGE_G: Final = (0.07, 2.25)
 BLOCK: Final = 8
 # ASSUME a motion stays credible when scaled by 0.25 to 4; larger factors distort spectral shape
 FACTOR_LIMITS: Final = (0.25, 4.0)
-IDA_LIMITS: Final = (0.1, 10.0)
 IDA_TOLERANCE: Final = 0.01
 
 Level = Annotated[Number, Field(ge=1.0e-4, le=20.0)]
@@ -127,15 +126,10 @@ def block_factors(
     levels = np.asarray(level_at_1_g, dtype=np.float64)
     factors = np.empty(levels.size)
     for block, start in enumerate(range(0, levels.size, BLOCK)):
-        own = levels[start : start + BLOCK]
-        targets = block_targets(block, own.size, level_range_g)
-        factors[start + np.argsort(own, kind="stable")] = targets
+        of_block = levels[start : start + BLOCK]
+        targets = block_targets(block, of_block.size, level_range_g)
+        factors[start + np.argsort(of_block, kind="stable")] = targets
     return factors / levels
-
-
-def unscaled_cloud(suite: "pd.DataFrame") -> "pd.DataFrame":
-    """Return a suite with every motion as recorded (factor 1)."""
-    return suite.assign(scale=1.0)
 
 
 def striped(
@@ -151,18 +145,12 @@ def striped(
         stripe, then in suite order. `attrs["left_out"]` counts the rows outside the limits.
 
     Raises:
-        InputError: Levels or limits that are not positive and ascending, no row left.
+        InputError: No row left.
     """
     import pandas as pd  # here: workers that read the configuration do without pandas
 
     low, high = factor_limits
-    if not 0.0 < low < high:
-        raise InputError(f"factor_limits must be two ascending positive factors, got {low}, {high}")
     levels_g = np.asarray(stripes_g, dtype=np.float64)
-    if levels_g.size == 0 or not (np.isfinite(levels_g).all() and (levels_g > 0.0).all()):
-        raise InputError(f"stripes_g must be positive levels, got {list(stripes_g)}")
-    if list(stripes_g) != sorted(set(stripes_g)):
-        raise InputError(f"stripes_g must ascend, got {list(stripes_g)}")
     factors = levels_g / suite[LEVEL_MEASURE].to_numpy(dtype=np.float64)[:, None]
     allowed = (factors >= low) & (factors <= high)
     parts = [
@@ -180,28 +168,6 @@ def striped(
     return table
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CapacityBracket:
-    """Factors between which one record first exceeds a limit.
-
-    Attributes:
-        lower: Highest factor known not to exceed; 0 if the lowest one tried exceeds.
-        upper: Lowest factor known to exceed; inf if the highest one tried does not.
-        analyses: Number of analyses.
-    """
-
-    lower: float
-    upper: float
-    analyses: int
-
-    @property
-    def capacity(self) -> float:
-        """Geometric mean of the bracket, nan where it is open at an end."""
-        if self.lower == 0.0 or np.isinf(self.upper):
-            return float("nan")
-        return float(np.sqrt(self.lower * self.upper))
-
-
 def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
     """Return the largest number of analyses of `bracket_capacity`, one of them at an end."""
     low, high = limits
@@ -212,39 +178,33 @@ def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -
 def bracket_capacity(
     exceeds: Callable[[float], bool],
     *,
-    limits: tuple[float, float] = IDA_LIMITS,
+    limits: tuple[float, float],
     tolerance: float = IDA_TOLERANCE,
-) -> CapacityBracket:
+) -> tuple[float, float]:
     """Bracket the factor at which a record first exceeds a limit, halving the logarithmic range.
 
-    At most ten analyses for the default limits and tolerance: nine halvings of a range of 100 leave
-    0.9 %, and an end of the range that the search reached is tried once. Where the response is
-    not monotonic (resurrection), one of the crossings is found. A run that collapses exceeds. The
-    tolerance is the width of the bracket relative to its lower end.
+    The number of analyses is at most `most_trials`: nine halvings of a range of 100 leave 0.9 %,
+    and an end of the range that the search reached is tried once. Where the response is not
+    monotonic (resurrection), one of the crossings is found. A run that collapses exceeds.
 
-    Raises:
-        InputError: Limits that do not ascend or a tolerance outside its limits.
+    Args:
+        exceeds: Whether the record exceeds the limit with a factor.
+        limits: Lowest and highest factor.
+        tolerance: Width of the bracket relative to its lower end.
+
+    Returns:
+        Highest factor known not to exceed, 0 if the lowest one exceeds, and lowest factor known to
+        exceed, inf if the highest one does not.
     """
-    low, high = limits
-    if not 0.0 < low < high or not np.isfinite(high):
-        raise InputError(f"limits must be two ascending positive factors, got {limits}")
-    if not 1.0e-6 <= tolerance < 1.0:
-        raise InputError(f"tolerance must be at least 1e-6 and below 1, got {tolerance}")
-    trials: list[bool] = []
-
-    def trial(factor: float) -> bool:
-        trials.append(bool(exceeds(factor)))
-        return trials[-1]
-
-    lower, upper = low, high
+    low, high = lower, upper = limits
     while upper / lower > 1.0 + tolerance:
         middle = float(np.sqrt(lower * upper))
-        if trial(middle):
+        if exceeds(middle):
             upper = middle
         else:
             lower = middle
-    if upper == high and not trial(high):
-        lower, upper = high, float("inf")
-    elif lower == low and trial(low):
-        lower, upper = 0.0, low
-    return CapacityBracket(lower=lower, upper=upper, analyses=len(trials))
+    if upper == high and not exceeds(high):
+        return high, float("inf")
+    if lower == low and exceeds(low):
+        return 0.0, low
+    return lower, upper

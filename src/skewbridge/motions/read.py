@@ -10,12 +10,10 @@ import numpy as np
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_bytes
-from skewbridge.motions.formats import FORMATS
+from skewbridge.motions.formats import Given, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import peak_g
-from skewbridge.motions.pairing import motion_name
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
-from skewbridge.motions.trace import Given, Trace
 from skewbridge.units import G_MPS2
 
 MAX_TITLE: Final = 100  # characters of an event or a station
@@ -50,6 +48,19 @@ SURROGATE_FILES: Final = ("121011.txt", "121012.txt")
 SURROGATE_FACTOR: Final = 0.93
 SURROGATE_ID: Final = "surrogate_for_WAHO_capitola_x0.93"
 
+# Vertical components (UP, DWN, V) are never used: the bridge gets two horizontal ones.
+_VERTICAL = re.compile(r"[-_.](UP|UD|DWN|DN|V|VER|VERT|Z|H?3)$|[a-z0-9](DWN|-UP)$", re.IGNORECASE)
+_NIED = re.compile(r"\.(?P<end>EW|NS|UD)(?P<sensor>[12]?)", re.IGNORECASE)
+# Endings that distinguish the components of one motion, the most specific first.
+_ENDINGS: Final = (
+    re.compile(r"(?<=[A-Za-z_.\-])(?P<end>[0-3]\d{2})$"),  # azimuth: TAR090, E06140
+    re.compile(r"(?<=[A-Za-z]\d)(?P<end>[0-3]\d{2})$"),
+    re.compile(r"(?<=[A-Za-z]\d{2})(?P<end>[0-3]\d{2})$"),
+    re.compile(r"(?<=[A-Za-z]\d{3})(?P<end>[0-3]\d{2})$"),
+    re.compile(r"[-_.](?P<end>H?[12NEXY]|EW|NS|FN|FP)$", re.IGNORECASE),
+    re.compile(r"(?<=\d)(?P<end>[12])$"),  # FEMA P-695: 120111, 120112
+)
+
 
 class PairError(InputError):
     """Two components, each valid in itself, that can't belong to one motion."""
@@ -59,8 +70,31 @@ class FalseClaimError(InputError):
     """A motion calls itself the WAHO record but is not: use the surrogate instead."""
 
 
-def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) -> Trace:
-    """Read one component; strict reading refuses what would otherwise be a warning.
+def split_name(path: Path) -> tuple[str, str]:
+    """Return the name of the motion and the component ending of a file; ('name', '') if none."""
+    if match := _NIED.fullmatch(path.suffix):  # K-NET and KiK-net name the component there
+        sensor = {"1": "_borehole", "2": "_surface"}.get(match["sensor"], "")
+        return path.stem + sensor, match["end"].lower()
+    stem = path.stem
+    for pattern in _ENDINGS:
+        if match := pattern.search(stem):
+            return stem[: match.start("end")].rstrip("-_. "), match["end"].lower()
+    return stem, ""
+
+
+def is_vertical(path: Path) -> bool:
+    """Return whether a file name is that of a vertical component."""
+    return path.suffix.lower().startswith(".ud") or bool(_VERTICAL.search(path.stem))
+
+
+def motion_name(first: Path, second: Path) -> str:
+    """Return the name of a motion: what both file names share, else the first name."""
+    name, _ = split_name(first)
+    return name if split_name(second)[0] == name else first.stem
+
+
+def read_trace(path: Path, given: Given | None = None) -> Trace:
+    """Read one component.
 
     Raises:
         InputError: The file can't be read as an acceleration; the message names it.
@@ -68,18 +102,12 @@ def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) 
     """
     content = read_bytes(path, MAX_FILE_BYTES)
     lines = _text_of(content, path).splitlines()
-    file_format = next(each for each in FORMATS if each.recognises(lines, path))
-    trace = file_format.read(lines, path, given or Given())
-    if trace.accel_mps2.size == 0:
-        raise InputError(f"{path.name}: no values", file=str(path))
+    trace = trace_of(lines, path, given or Given())
     refuse_impossible(trace)
-    warnings = (*trace.warnings, *doubts(trace))
-    if strict and warnings:
-        raise InputError(f"{path.name}: {'; '.join(warnings)}", file=str(path))
     return replace(
         trace,
         sha256=hashlib.sha256(content).hexdigest(),
-        warnings=warnings,
+        warnings=(*trace.warnings, *doubts(trace)),
         event=_plain(trace.event),
         station=_plain(trace.station),
     )
@@ -87,12 +115,12 @@ def read_trace(path: Path, given: Given | None = None, *, strict: bool = False) 
 
 def _text_of(content: bytes, path: Path) -> str:
     if not content.strip():
-        raise InputError(f"{path.name}: empty file", file=str(path))
+        raise fault_in(path, "empty file")
     for start, what in _FOREIGN:
         if content.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(start):
-            raise InputError(f"{path.name}: {what}", file=str(path))
+            raise fault_in(path, what)
     if b"\0" in content:
-        raise InputError(f"{path.name}: a binary file", file=str(path))
+        raise fault_in(path, "a binary file")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -107,45 +135,44 @@ def _plain(text: str) -> str:
 def refuse_impossible(trace: Trace) -> None:
     """Refuse a component that no analysis should use.
 
-    Raises:
-        InputError: Too few values, a time step or a peak outside the limits, all zero.
+    These are too few values, a time step or a peak outside the limits, and zeros alone.
     """
-    name = trace.path.name
+    path, accel_mps2 = trace.path, trace.accel_mps2
+    if accel_mps2.size == 0:
+        raise fault_in(path, "no values")
     low_s, high_s = DT_LIMITS_S
     if not low_s <= trace.dt_s <= high_s:
-        raise InputError(f"{name}: dt = {trace.dt_s} s, allowed {low_s} to {high_s}")
-    if trace.accel_mps2.size < MIN_VALUES:
-        raise InputError(f"{name}: {trace.accel_mps2.size} values, at least {MIN_VALUES} needed")
-    if not np.isfinite(trace.accel_mps2).all():
-        raise InputError(f"{name}: values must be finite")
-    pga_g = peak_g(trace.accel_mps2)
+        raise fault_in(path, f"dt = {trace.dt_s} s, allowed {low_s} to {high_s}")
+    if accel_mps2.size < MIN_VALUES:
+        raise fault_in(path, f"{accel_mps2.size} values, at least {MIN_VALUES} needed")
+    if not np.isfinite(accel_mps2).all():
+        raise fault_in(path, "values must be finite")
+    pga_g = peak_g(accel_mps2)
     if pga_g == 0.0:
-        raise InputError(f"{name}: all values are zero")
+        raise fault_in(path, "all values are zero")
     if pga_g > PGA_LIMITS_G[1]:
-        raise InputError(
-            f"{name}: PGA = {pga_g:.4g} g with the values in {trace.unit}, "
-            f"allowed {PGA_LIMITS_G[1]} g: wrong unit? {_SAY_UNIT}"
-        )
+        given = f"PGA = {pga_g:.4g} g with the values in {trace.unit}"
+        raise fault_in(path, f"{given}, allowed {PGA_LIMITS_G[1]} g: wrong unit? {_SAY_UNIT}")
 
 
 def doubts(trace: Trace) -> list[str]:
     """Return warnings on the values of a component that passed `refuse_impossible`."""
-    found: list[str] = []
+    warnings: list[str] = []
     accel_mps2 = trace.accel_mps2
     pga_mps2 = float(np.abs(accel_mps2).max())
     if pga_mps2 / G_MPS2 < PGA_LIMITS_G[0]:
-        found.append(
+        warnings.append(
             f"PGA = {pga_mps2 / G_MPS2:.3g} g is below {PGA_LIMITS_G[0]} g: wrong unit? {_SAY_UNIT}"
         )
     offset = abs(float(accel_mps2.mean())) / pga_mps2
     if offset > MAX_OFFSET_OF_PGA:
-        found.append(f"mean is {offset:.1%} of the PGA: baseline not corrected?")
+        warnings.append(f"mean is {offset:.1%} of the PGA: baseline not corrected?")
     velocity_mps = np.cumsum(accel_mps2) * trace.dt_s
     pgv_mps = float(np.abs(velocity_mps).max())
     if pgv_mps > 0.0 and abs(velocity_mps[-1]) > MAX_END_VELOCITY_OF_PGV * pgv_mps:
         share = abs(float(velocity_mps[-1])) / pgv_mps
-        found.append(f"velocity at the end is {share:.0%} of the PGV: baseline not corrected?")
-    return found
+        warnings.append(f"velocity at the end is {share:.0%} of the PGV: baseline not corrected?")
+    return warnings
 
 
 def read_motion(
@@ -154,7 +181,6 @@ def read_motion(
     given: Given | None = None,
     *,
     motion_id: str | None = None,
-    strict: bool = False,
 ) -> GroundMotion:
     """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
@@ -163,7 +189,7 @@ def read_motion(
     Raises:
         InputError: A file can't be read, or the time steps differ.
     """
-    one, two = (read_trace(path, given, strict=strict) for path in (first, second))
+    one, two = (read_trace(path, given) for path in (first, second))
     return join_traces(one, two, motion_id=motion_id or motion_name(first, second))
 
 

@@ -4,17 +4,18 @@ import json
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from skewbridge.errors import InputError, raise_all
-from skewbridge.files.digests import provenance
+from skewbridge.files.digests import digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.motions.conditioning import Conditioning
-from skewbridge.motions.index import IndexEntry, list_motions
+from skewbridge.files.text import file_fault, read_json, write_text
+from skewbridge.motions.conditioning import strongest_part
+from skewbridge.motions.folder import IndexEntry, files_below, list_motions
 from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
 from skewbridge.motions.levels import (
     BLOCK,
@@ -23,7 +24,7 @@ from skewbridge.motions.levels import (
     LEVEL_RANGE_G,
     block_factors,
 )
-from skewbridge.motions.read import join_traces, read_trace, refuse_false_waho
+from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
 
 logger = logging.getLogger(__name__)
@@ -81,7 +82,7 @@ def prepare_suite(
     count: int | None = None,
     t1_s: float,
     level_range_g: tuple[float, float] = LEVEL_RANGE_G,
-    conditioning: Conditioning | None = None,
+    shaking_s: float | None = None,
 ) -> pd.DataFrame:
     """Read, measure and scale the motions of a folder.
 
@@ -90,7 +91,7 @@ def prepare_suite(
         count: How many motions, from the first; None for all.
         t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
         level_range_g: Sa_avg the motions are spread over where the index has no factor for it.
-        conditioning: Cutting and resampling, none by default.
+        shaking_s: Keep only the strongest part of this length; None for all.
 
     Returns:
         One row per motion in suite order: metadata, scale, the intensity columns at factor 1,
@@ -99,40 +100,46 @@ def prepare_suite(
     Raises:
         InputError: Fewer motions than asked for, or anything wrong with one of them, by name.
     """
-    entries, wanted = entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
-    factors = [_stored_factor(entry, level_range_g, t1_s) for entry in entries]
-    treat = (conditioning or Conditioning()).apply
-    motions = [treat(motion) for motion in read_entries(entries)]
+    entries, wanted = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    motions = read_entries(entries)
+    if shaking_s is not None:
+        motions = [strongest_part(motion, shaking_s) for motion in motions]
     measures = [motion_measures(motion, t1_s) for motion in motions]
     computed = block_factors([row[LEVEL_MEASURE] for row in measures], level_range_g)
-    low, high = FACTOR_LIMITS
     rows: list[dict[str, object]] = []
-    for stored, motion, factor, values in zip(
-        factors[:wanted], motions[:wanted], computed, measures, strict=False
-    ):
-        scale = float(factor) if math.isnan(stored) else stored
+    for entry, motion, factor, values in zip(entries, motions, computed, measures, strict=True):
+        stored = _stored_factor(entry, level_range_g, t1_s)
+        metadata = {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
         rows.append(
             {
                 "motion_id": motion.motion_id,
-                "scale": scale,
+                "scale": float(factor) if math.isnan(stored) else stored,
                 "npts": motion.npts,
-                **{name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)},
+                **metadata,
                 **values,
                 "accel_1_mps2": motion.accel_1_mps2,
                 "accel_2_mps2": motion.accel_2_mps2,
                 "messages": json.dumps(list(motion.messages)),
             }
         )
+    suite = pd.DataFrame(rows[:wanted])
+    _log_doubts(motions[:wanted], suite["scale"].tolist())
+    return suite
+
+
+def _log_doubts(motions: Sequence[GroundMotion], scales: Sequence[float]) -> None:
+    """Warn of what the readers doubted, and of factors outside their limits."""
+    low, high = FACTOR_LIMITS
+    for motion, scale in zip(motions, scales, strict=True):
         for message in motion.messages:
             logger.warning("motion %s: %s", motion.motion_id, message)
         if not low <= scale <= high:
             logger.warning(
                 "motion %s: factor %.3g is outside %g to %g", motion.motion_id, scale, low, high
             )
-    return pd.DataFrame(rows)
 
 
-def entries_to_read(
+def _entries_to_read(
     folder: Path, count: int | None, *, t1_s: float, level_range_g: tuple[float, float]
 ) -> tuple[list[IndexEntry], int]:
     """Return the motions to read for a suite of the first `count`, and how many are kept.
@@ -153,6 +160,62 @@ def entries_to_read(
     return entries[: math.ceil(wanted / BLOCK) * BLOCK if blocks else wanted], wanted
 
 
+def content_digest(
+    folder: Path,
+    count: int | None,
+    *,
+    t1_s: float,
+    level_range_g: tuple[float, float],
+    cache: Path | None,
+) -> str:
+    """Return the digest of the index entries and files that a suite (see `prepare_suite`) has.
+
+    Other files of the folder and times do not count. The motions are read, and refused where they
+    are wrong, only if a name, a size or a time in the folder, or a reader, has changed since the
+    digest was kept in the file `cache`, if there is one.
+
+    Raises:
+        InputError: Fewer motions than asked for, or motions that cannot be read; names each.
+    """
+    states = [_state_of(path) for path in files_below(folder)]
+    readers = layer_digest(("errors.py", "units.py", "files", "motions"))
+    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, *states)
+    kept = _kept(cache)
+    if kept.get("state") == state:
+        return kept["digest"]
+    entries, wanted = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    read_entries([entry for entry in entries if entry.components])  # not the generated ones
+    digest = digest_of(wanted, *(_values_of(entry, folder) for entry in entries))
+    if cache is not None:
+        write_text(cache, json.dumps({"state": state, "digest": digest}))
+    return digest
+
+
+def _state_of(path: Path) -> tuple[str, int, int]:
+    """Return name, size and time of a file."""
+    try:
+        state = path.stat()
+    except OSError as error:  # removed since the folder was listed
+        raise file_fault(path, f" cannot be read: {error.strerror}") from None
+    return str(path), state.st_size, state.st_mtime_ns
+
+
+def _values_of(entry: IndexEntry, folder: Path) -> tuple[object, ...]:
+    """Return the values of the index and the digest of the files of one motion."""
+    files = [(path.relative_to(folder), given) for path, given in entry.components]
+    values = asdict(replace(entry, components=())) | {"components": files}
+    digest = files_digest(*(path for path, _ in entry.components))
+    return (*((name, str(value)) for name, value in values.items()), digest)
+
+
+def _kept(cache: Path | None) -> dict[str, str]:
+    try:
+        kept = {} if cache is None else read_json(cache)
+    except InputError:
+        return {}
+    return kept if isinstance(kept, dict) and {"state", "digest"} <= kept.keys() else {}
+
+
 def write_suite(suite: pd.DataFrame, path: Path) -> None:
     """Write the table of `prepare_suite` as parquet."""
     write_frame(suite, path, provenance())
@@ -166,10 +229,10 @@ def read_suite(path: Path) -> list[SuiteMotion]:
     """
     motions: list[SuiteMotion] = []
     for row in read_frame(path).to_dict("records"):
-        known: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
-        known |= {name: float(row[name]) for name in NUMBER_FIELDS}
+        metadata: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
+        metadata |= {name: float(row[name]) for name in NUMBER_FIELDS}
         motion = GroundMotion(
-            **known,
+            **metadata,
             accel_1_mps2=row["accel_1_mps2"],
             accel_2_mps2=row["accel_2_mps2"],
             messages=tuple(json.loads(row["messages"])),

@@ -6,7 +6,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import list_motions
+from skewbridge.motions.formats import Given
 from skewbridge.motions.intensity import (
     component_measures,
     conditioned_levels,
@@ -21,7 +22,6 @@ from skewbridge.motions.spectrum import component_psa, pair_psa
 from skewbridge.motions.suite import read_entry
 from skewbridge.motions.synthesis.bssa14 import bssa14
 from skewbridge.motions.synthesis.ddk18 import Scenario
-from skewbridge.motions.trace import Given
 from skewbridge.units import G_MPS2
 
 SPECTRUM_PERIODS_S: Final = (

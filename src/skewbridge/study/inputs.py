@@ -13,8 +13,8 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import shortened
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.content import content_digest
-from skewbridge.motions.levels import MotionsConfig, striped, unscaled_cloud
+from skewbridge.motions.levels import MotionsConfig, striped
+from skewbridge.motions.suite import content_digest
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.grid import expand_grid
@@ -113,7 +113,6 @@ def prepare_motions(
         InputError: A folder or motion is missing or malformed.
     """
     # Here, because every job imports this module, and they load scipy.signal.
-    from skewbridge.motions.conditioning import Conditioning
     from skewbridge.motions.intensity import motion_measures
     from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
 
@@ -122,7 +121,7 @@ def prepare_motions(
         count=motions.count,
         t1_s=conditioning_t1_s,
         level_range_g=motions.level_range_g,
-        conditioning=Conditioning(shaking_s=motions.shaking_s),
+        shaking_s=motions.shaking_s,
     )
     designed = _designed(suite, motions)
     logger.info(
@@ -144,7 +143,7 @@ def prepare_motions(
 
 def _designed(suite: pd.DataFrame, motions: MotionsConfig) -> pd.DataFrame:
     if motions.design == "cloud":
-        return unscaled_cloud(suite)
+        return suite.assign(scale=1.0)
     if motions.design != "stripes":
         return suite
     low, high = motions.factor_limits

@@ -14,7 +14,7 @@ from yte.exceptions import YteError
 
 from skewbridge.demands.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.errors import InputError
-from skewbridge.motions.index import list_motions
+from skewbridge.motions.folder import list_motions
 from skewbridge.motions.levels import most_trials
 from skewbridge.statuses import FAILED
 from skewbridge.study.config import StudyConfig

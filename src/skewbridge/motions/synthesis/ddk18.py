@@ -77,10 +77,6 @@ class Scenario:
             value = getattr(self, name)
             if not low <= value <= high:  # also refuses nan
                 raise InputError(f"{name} must be within {low} to {high}, got {value}")
-        if self.mechanism not in {"strike_slip", "reverse"}:
-            raise InputError(f"mechanism must be strike_slip or reverse, got {self.mechanism!r}")
-        if self.pulse not in {"none", "all", "probability"}:
-            raise InputError(f"pulse must be none, all or probability, got {self.pulse!r}")
 
     @property
     def joyner_boore_km(self) -> float:

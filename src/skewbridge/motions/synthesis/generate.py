@@ -19,8 +19,8 @@ from skewbridge.motions.conditioning import (
     effect_on_measures,
     trim_quiet_ends,
 )
+from skewbridge.motions.folder import INDEX_NAME, MADE_FROM, index_row, write_index
 from skewbridge.motions.formats import at2_text, write_at2
-from skewbridge.motions.index import INDEX_NAME, MADE_FROM, index_row, write_index
 from skewbridge.motions.intensity import motion_measures, pair_arias_build_up
 from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
 from skewbridge.motions.read import read_motion
@@ -75,14 +75,6 @@ class SynthesisOptions:
     calibrate: Literal["bssa14", "none"] = "bssa14"
     orientation: Literal["random", "principal"] = "random"
     dt_s: float = DT_S
-
-    def __post_init__(self) -> None:
-        if self.calibrate not in {"bssa14", "none"}:
-            raise InputError(f"calibrate must be bssa14 or none, got {self.calibrate!r}")
-        if self.orientation not in {"random", "principal"}:
-            raise InputError(f"orientation must be random or principal, got {self.orientation!r}")
-        if not 0.001 <= self.dt_s <= 0.02:
-            raise InputError(f"dt_s must be within 0.001 to 0.02, got {self.dt_s}")
 
 
 def synthesize(
@@ -162,10 +154,10 @@ class DefaultMotion:
 
 def default_motions(count: int = COUNT) -> Iterator[DefaultMotion]:
     """Yield the first motions of the default suite; the count changes none of them."""
-    found = number = 0
-    while found < count:
+    motions = number = 0
+    while motions < count:
         number += 1
-        is_stored = found < STORED
+        is_stored = motions < STORED
         if not is_stored:
             drawn, _ = drawn_parameters(SCENARIO, index=number - 1, seed=SEED)
             if not all(map(meets_its_times, (drawn.component_1, drawn.component_2))):
@@ -173,7 +165,7 @@ def default_motions(count: int = COUNT) -> Iterator[DefaultMotion]:
         whole, cut = _synthesized(number)
         kept = pair_arias_build_up(cut)[-1] / pair_arias_build_up(whole)[-1]
         if kept >= MIN_ARIAS_KEPT and (is_stored or _is_clear_of_ties(cut)):
-            found += 1
+            motions += 1
             used = cut if is_stored else _rounded(cut)
             yield DefaultMotion(number=number, whole=whole, cut=used, is_stored=is_stored)
 
@@ -207,15 +199,15 @@ def write_default_suite(folder: Path, t1_s: float) -> list[dict[str, float]]:
     effects: list[dict[str, float]] = []
     rows: list[dict[str, object]] = []
     levels_g: list[float] = []
-    for each in default_motions():
-        effects.append(effect_on_measures(each.whole, each.cut))
-        if each.is_stored:
-            files = write_at2(each.cut, folder / "synthetic")
-            rows.append(_row(each.cut, files, folder))
+    for item in default_motions():
+        effects.append(effect_on_measures(item.whole, item.cut))
+        if item.is_stored:
+            files = write_at2(item.cut, folder / "synthetic")
+            rows.append(_row(item.cut, files, folder))
             motion = read_motion(*files)  # a factor is that of the motion as written, with 8 digits
         else:
-            motion = made_motion(each.number)
-            rows.append(_row(motion, (), folder) | {MADE_FROM: each.number})
+            motion = made_motion(item.number)
+            rows.append(_row(motion, (), folder) | {MADE_FROM: item.number})
         levels_g.append(motion_measures(motion, t1_s)[LEVEL_MEASURE])
     for row, factor in zip(rows, block_factors(levels_g), strict=True):
         row["scale"] = float(f"{factor:.6g}")

@@ -21,7 +21,8 @@ from skewbridge.analysis.settings import AnalysisScheme, AnalysisSettings
 from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
-from skewbridge.motions.index import IndexEntry, read_index
+from skewbridge.motions.folder import IndexEntry, read_index
+from skewbridge.motions.formats import Given
 from skewbridge.motions.read import (
     SURROGATE_FACTOR,
     SURROGATE_FILES,
@@ -33,7 +34,6 @@ from skewbridge.motions.read import (
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import read_entry
-from skewbridge.motions.trace import Given
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
