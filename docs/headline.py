@@ -76,7 +76,7 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
         "interval and the verdict that holds for all comparisons together:",
         "",
         f"| bridge | change | {' | '.join(effect_name(state) for state in states)} |",
-        f"| --- | --- |{' --- |' * len(states)}",
+        f"|---|---|{'---|' * len(states)}",
     ]
     keys = ["bridge", "abutment", "axis", "from_value", "to_value"]
     for key, part in medians.groupby(keys, sort=False):

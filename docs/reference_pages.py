@@ -41,7 +41,7 @@ CONFIG_HEAD: Final = """\
 go to `results/NAME` for `config/NAME.yaml`.
 
 | file | study |
-| --- | --- |
+|---|---|
 | `smoke.yaml` | small study of the tests |
 | `real.yaml` | recorded motions |
 | `full.yaml` | finer grid |

@@ -10,12 +10,12 @@ from skewbridge.files.digests import licence_of
 HEAD = """\
 # Licences
 
-Packages that `make setup` installs (versions: `requirements.lock`), by the licence in their metadata.
-skewbridge itself is BSD-3-Clause (`LICENSE`). The licence of OpenSeesPy is in its package
+Packages that `make setup` installs (versions: `requirements.lock`), by the licence in their
+metadata. skewbridge itself is BSD-3-Clause (`LICENSE`). The licence of OpenSeesPy is in its package
 (`LICENSE.md`). `make docs` writes this page.
 
 | licence | packages |
-| --- | --- |
+|---|---|
 """
 
 
