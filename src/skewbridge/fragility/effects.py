@@ -72,18 +72,16 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "from_value": "value of the axis in the denominator",
         "to_value": "value of the axis in the numerator",
         **{
-            axis.name: f"{axis.title} of both variants ({axis.unit}); NaN where it is the axis of "
-            "the effect or pooled"
+            axis.name: f"{axis.title} of both variants; NaN if pooled or the axis of the effect"
             for axis in axes
         },
         "scope": "pooled (average of all pairs of variants) | variant (one pair of variants)",
-        "status": f"{OK} | {NOT_ESTIMABLE} (no interval, or wider than a factor of {MAX_WIDTH:g}: "
-        "ratio and interval are NaN)",
-        "ratio": "geometric mean over motions of the paired ratio (-)",
+        "status": f"{OK} | {NOT_ESTIMABLE} (no interval, or wider than a factor of {MAX_WIDTH:g})",
+        "ratio": "geometric mean over motions of the paired ratio",
         "ci_low": "lower end of its interval, Student's t over motions (-)",
         "ci_high": "upper end of its interval (-)",
-        "level": "confidence level (-)",
-        "margin": "relative change that counts as negligible (-)",
+        "level": "confidence level of the intervals",
+        "margin": "relative change that counts as negligible",
         "difference": "mean difference, of demands judged by it (in `unit`)",
         "difference_low": "lower end of its interval (in `unit`)",
         "difference_high": "upper end of its interval (in `unit`)",
@@ -92,24 +90,21 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "judged_by": f"{RATIO} | {DIFFERENCE}: quantity of the verdict",
         "verdict": _VERDICTS,
         "direction": "-1 or 1 where the interval excludes no change, else 0",
-        "verdict_family": "verdict adjusted for its family of comparisons (Holm): rows of the same "
-        "bridge, abutment, axis, scope and quantity, either headline demands or other demands",
-        "im_low": "smallest intensity of a pair with an exact change (unit of the intensity "
-        "measure of the fits)",
-        "im_high": "largest intensity of a pair with an exact change (same unit)",
-        "slope": "d ln ratio / d ln intensity, regression of the paired ln ratios (-)",
+        "verdict_family": "verdict adjusted for all comparisons of its family (Holm)",
+        "im_low": "smallest intensity of a pair with an exact change",
+        "im_high": "largest intensity of a pair with an exact change",
+        "slope": "slope of the paired ln ratios on ln intensity",
         "slope_low": "lower end of its interval, clustered by motion (-)",
         "slope_high": "upper end of its interval (-)",
-        "p_slope": "p-value of the effect not depending on intensity (-)",
-        "n_cells": "pairs of variants averaged, of a pooled row",
-        "from_mean": "geometric mean of the demand at from_value (unit of the demand), or median "
-        "capacity at from_value",
+        "p_slope": "p-value of that slope",
+        "n_cells": "pairs of variants in a pooled row",
+        "from_mean": "geometric mean of the demand, or median capacity, at from_value",
         "scatter": "standard deviation over motions of ln ratio, or of the difference in `unit`",
         "dof": "degrees of freedom of the interval",
         "n_motions": "motions with a usable pair",
         "n_pairs": "pairs of runs",
-        "n_bounds": "pairs that give a bound: one run stopped early or a column failed in it",
-        "n_left_out": "pairs not used: both runs ended early, or a demand is zero and has no ratio",
+        "n_bounds": "pairs that give only a bound, because one run ended early",
+        "n_left_out": "pairs not used: both runs ended early, or a demand is zero",
         "n_discordant": "of these, pairs with a demand on one side only",
         "n_beyond_model": "pairs in which a column failed",
         "n_collapse_from": "collapsed runs at from_value",
@@ -123,19 +118,17 @@ INTENSITY_COLUMNS: Final[dict[str, str]] = {
         name: EFFECT_COLUMNS[name]
         for name in ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
     },
-    "im": "intensity (unit of the intensity measure of the fits)",
-    "ratio": "ratio at this intensity, from the regression of the paired ln ratios on ln "
-    "intensity, average of all pairs of variants (-)",
+    "im": "intensity",
+    "ratio": "ratio at this intensity, by regression",
     "ci_low": "lower end of its interval at this intensity, clustered by motion (-)",
     "ci_high": "upper end of its interval (-)",
-    "level": "confidence level (-)",
-    "from_demand": "demand at from_value at this intensity, on the line through the runs of the "
-    "pairs (unit of the demand)",
-    "to_demand": "from_demand times ratio (unit of the demand)",
+    "level": "confidence level of the intervals",
+    "from_demand": "demand at from_value and this intensity",
+    "to_demand": "from_demand times ratio",
     "n_motions": "motions with an exact change",
     "verdict": _VERDICTS,
-    "at_reference": "the row is that of the reference intensity of the bridge",
-    "clipped": "the reference intensity is outside the range of the pairs; the row is at its end",
+    "at_reference": "true at the reference intensity of the bridge",
+    "clipped": "true if the reference intensity is outside the range of the pairs",
 }
 
 

@@ -39,8 +39,7 @@ MEASURE_COLUMNS: Final[dict[str, str]] = {
     "demand": "demand column",
     "im": "intensity measure",
     "status": "ok | single_level | non_positive_im",
-    "recommended": "hazard-computable measure with the smallest geometric mean of efficiency over "
-    "the headline demands of the bridge",
+    "recommended": "true for the most efficient hazard-computable measure",
     "efficiency": "scatter s of ln demand about its line on ln intensity; smaller is better",
     "practicality": "slope b of that line",
     "proficiency": "s/b; smaller is better",
@@ -52,8 +51,8 @@ MEASURE_COLUMNS: Final[dict[str, str]] = {
         f"effect_{name}": f"change of ln demand per standard deviation of {text}"
         for name, text in SUFFICIENCY.items()
     },
-    "p_best_efficiency": "share of bootstrap replicates by motion in which its efficiency is best",
-    "p_best_proficiency": "the same of the proficiency",
+    "p_best_efficiency": "share of bootstrap replicates in which its efficiency is best",
+    "p_best_proficiency": "share of bootstrap replicates in which its proficiency is best",
     "relative_sufficiency_nats": "mean log-density of ln demand less that of the best measure",
 }
 # ASSUME a property that varies by less than this, relatively, is constant but for rounding

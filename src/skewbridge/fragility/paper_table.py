@@ -44,20 +44,19 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "limit_state": "degree of damage",
         "im": "intensity measure",
         "method": "fit of the row: cloud | exceedance | ida_interval | joint",
-        "theta": "median, in the unit of the intensity measure",
+        "theta": "median intensity",
         "theta_low": "lower end of its interval",
         "theta_high": "upper end of its interval",
         "beta": "record-to-record dispersion",
-        "beta_total": "dispersion including that of the capacity",
+        "beta_total": "record-to-record and capacity dispersion",
         "beta_total_low": "lower end of its interval",
         "beta_total_high": "upper end of its interval",
         "n_exceed": "runs known to exceed",
         "n_runs": "runs",
-        "methods_differ": "whether cloud and exceedance medians differ by more than 15 % or by "
-        "more than 2 standard errors",
+        "methods_differ": "whether the medians differ by more than 15 % or 2 standard errors",
         **{
-            f"{ratio_name(axis)}_ratio{end}": f"{meaning} of the ratio of medians, this value of "
-            f"{axis.title} over the smallest one (joint: largest over smallest)"
+            f"{ratio_name(axis)}_ratio{end}": f"{meaning} of the ratio of medians, this value "
+            f"of {axis.title} over the smallest"
             for axis in reversed(axes)
             for end, meaning in ends.items()
         },

@@ -60,7 +60,7 @@ UNKNOWN: Final = "unknown"
 NEEDED_COLUMNS: Final[dict[str, str]] = {
     "bridge": "catalogue entry",
     "abutment": "abutment model",
-    "demand": "headline demand, or component/limit_state of a median capacity",
+    "demand": "demand column, or component/limit_state for a median capacity",
     "quantity": f"{DEMAND} | {MEDIAN_CAPACITY}",
     "axis": "axis of the effect, pooled over all others",
     "from_value": "value of the axis in the denominator",
@@ -69,10 +69,10 @@ NEEDED_COLUMNS: Final[dict[str, str]] = {
     "forecast": f"{DECIDED_NOW} | {MORE} | {ON_MARGIN} (more than {MOST_MOTIONS} motions) | "
     f"{UNKNOWN} (no interval)",
     "n_motions": "motions of the suite",
-    "needed_motions": "motions of the suite with which the verdict against the margin is reached "
-    f"with probability {POWER:g}, if effect, scatter and share of usable motions stay the same",
-    "more_analyses": "additional analyses, over all variants of the bridge and abutment model",
-    "more_core_hours": "their cost in core-hours, at the mean of the finished analyses",
+    "needed_motions": f"motions that decide with probability {POWER:g}, if effect and scatter stay "
+    "the same",
+    "more_analyses": "additional analyses over all variants",
+    "more_core_hours": "core-hours of these analyses",
 }
 
 
