@@ -10,15 +10,16 @@ each, and not repeated while sources and settings stay the same. Prints one JSON
 import argparse
 import json
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from statistics import median
 from typing import Any, Final, get_args
 
 from common import RESULTS, Case, cpu_s, interleaved, osb1, ratio, spread, suite_motion
-from plain import PLAIN_OPTIONS, PlainRun, analyse_plain, plain_options
+from plain import PLAIN_OPTIONS, analyse_plain
 
 from skewbridge.analysis.accuracy import Accuracy, at_accuracy
 from skewbridge.analysis.ground import Excitation
@@ -41,23 +42,19 @@ SETTINGS: Final = AnalysisSettings(collapse_drift_ratio=0.5)
 
 
 class KeptRows:
-    """Rows by key, kept in a journal.
-
-    Args:
-        path: The journal.
-    """
+    """Rows by key, kept in a journal."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self.rows = read_content([path]).rows
-        for row in self.rows.values():
-            row.pop("run_key")
+        self._rows = read_content([path]).rows
 
-    def add(self, key: str, row: Mapping[str, Any]) -> None:
-        """Keep the row of a key."""
-        self.rows[key] = dict(row)
-        with open_journal(self._path) as journal:
-            journal.append({"run_key": key, **row})
+    def row(self, key: str, make: Callable[[], Mapping[str, Any]]) -> Mapping[str, Any]:
+        """Return the row of a key, which is made if it is not there."""
+        if key not in self._rows:
+            self._rows[key] = {"run_key": key, **make()}
+            with open_journal(self._path) as journal:
+                journal.append(self._rows[key])
+        return self._rows[key]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,18 +62,18 @@ class SpeedSet:
     """Cases and repeats of the measurement.
 
     Attributes:
-        motions: Of the shipped suite, at their factors.
+        motions: Motions of the shipped suite, at their factors.
         places: Skew in degrees and gap in mm.
         window_s: Strongest part of the motions that is timed; None for the whole.
         error_window_s: Strongest part that is compared with the reference.
-        repeats: Of each timed pair.
+        repeats: Repeats of each timed pair.
     """
 
-    motions: tuple[str, ...]
-    places: tuple[tuple[int, int], ...]
-    window_s: float | None
-    error_window_s: float
-    repeats: int
+    motions: tuple[str, ...] = ("syn002", "syn008")
+    places: tuple[tuple[int, int], ...] = ((30, 25), (60, 51))
+    window_s: float | None = 8.0
+    error_window_s: float = 8.0
+    repeats: int = 2
 
     def cases(self, window_s: float | None) -> list[Case]:
         """Return every variant under every motion."""
@@ -87,13 +84,7 @@ class SpeedSet:
         ]
 
 
-QUICK: Final = SpeedSet(
-    motions=("syn002", "syn008"),
-    places=((30, 25), (60, 51)),
-    window_s=8.0,
-    error_window_s=8.0,
-    repeats=2,
-)
+QUICK: Final = SpeedSet()
 FULL: Final = SpeedSet(
     motions=tuple(f"syn{number:03d}" for number in (*range(1, 10), 11, 12, 14)),
     places=tuple(product((0, 30, 60), (25, 51))),
@@ -103,76 +94,59 @@ FULL: Final = SpeedSet(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bench:
-    """Runs the cases of a set at one accuracy and keeps what they gave."""
+def measured(
+    timed: Case, compared: Case, accuracy: Accuracy, repeats: int, references: KeptRows
+) -> dict[str, Any]:
+    """Return costs of a case, and changes of its peaks against the reference accuracy."""
+    settings, options = at_accuracy(SETTINGS, ModelOptions(), accuracy)
+    runs: dict[str, Any] = {}
 
-    accuracy: Accuracy
-    chosen: SpeedSet
-    store: KeptRows
-    references: KeptRows
+    def plain() -> float:
+        runs["plain"], seconds = cpu_s(lambda: analyse_plain(timed, SETTINGS, ModelOptions()))
+        return seconds
 
-    def row(self, timed: Case, compared: Case) -> dict[str, Any]:
-        """Return costs and peaks of a case, measured or kept."""
-        settings, options = at_accuracy(SETTINGS, ModelOptions(), self.accuracy)
-        key = digest_of(
-            timed.name,
-            compared.name,
-            self.chosen.repeats,
-            canonical(asdict(settings)),
-            canonical(asdict(options)),
-            canonical(PLAIN_OPTIONS),
-            engine_digest(),
-        )
-        if (kept := self.store.rows.get(key)) is not None:
-            return kept
-        runs: dict[str, list[Any]] = {"plain": [], "ours": []}
+    def ours() -> float:
+        runs["ours"], seconds = cpu_s(lambda: _ours(timed, settings, options))
+        return seconds
 
-        def plain() -> float:
-            run, seconds = cpu_s(lambda: analyse_plain(timed, SETTINGS, ModelOptions()))
-            runs["plain"].append(run)
-            return seconds
-
-        def ours() -> float:
-            run, seconds = cpu_s(lambda: _ours(timed, settings, options))
-            runs["ours"].append(run)
-            return seconds
-
-        seconds = interleaved({"plain": plain, "ours": ours}, self.chosen.repeats)
-        slow, fast = runs["plain"][-1], runs["ours"][-1]
-        row = {
-            "case": timed.name,
-            "compared": compared.name,
-            "accuracy": self.accuracy,
-            "seconds_of_motion": fast.duration_s,
-            "cpu_s": seconds,
-            "speedup": ratio(seconds["plain"], seconds["ours"]),
-            "plain": _plain_facts(slow),
-            "ours": _our_facts(fast),
-            "ends_alike": slow.status == fast.status,
-        }
-        if compared.window_s != timed.window_s:
-            slow = analyse_plain(compared, SETTINGS, ModelOptions())
-            fast = _ours(compared, settings, options)
-        exact = self.reference(compared)
-        row["error_percent"] = {
+    seconds = interleaved({"plain": plain, "ours": ours}, repeats)
+    slow, fast = runs["plain"], runs["ours"]
+    facts = ("status", "time_reached_s", "iterations")
+    row = {
+        "case": timed.name,
+        "compared": compared.name,
+        "accuracy": accuracy,
+        "cpu_s": seconds,
+        "speedup": ratio(seconds["plain"], seconds["ours"]),
+        **{name: {fact: getattr(run, fact) for fact in facts} for name, run in runs.items()},
+        "failed_steps_of_plain": slow.failed_steps,
+    }
+    if compared.window_s != timed.window_s:
+        slow = analyse_plain(compared, SETTINGS, ModelOptions())
+        fast = _ours(compared, settings, options)
+    exact = _reference(compared, references)
+    return row | {
+        "error_percent": {
             "plain": _errors(slow.demands, exact),
             "ours": _errors(fast.whole_history, exact),
         }
-        self.store.add(key, row)
-        return row
+    }
 
-    def reference(self, case: Case) -> Mapping[str, float]:
-        """Return the peaks of the reference, computed or kept."""
-        settings, options = at_accuracy(SETTINGS, ModelOptions(), "reference")
-        parts = (case.name, canonical(asdict(settings)), canonical(asdict(options)))
-        key = digest_of(*parts, engine_digest())
-        if (kept := self.references.rows.get(key)) is not None:
-            return kept["demands"]
+
+def _reference(case: Case, kept: KeptRows) -> Mapping[str, float]:
+    """Return the peaks at the reference accuracy, computed or kept."""
+    settings, options = at_accuracy(SETTINGS, ModelOptions(), "reference")
+
+    def make() -> dict[str, Any]:
         found = _ours(case, settings, options).whole_history
-        demands = {name: found[name] for name in DEMANDS}
-        self.references.add(key, {"case": case.name, "demands": demands})
-        return demands
+        return {"case": case.name, "demands": {name: found[name] for name in DEMANDS}}
+
+    return kept.row(_key(settings, options, case.name), make)["demands"]
+
+
+def _key(settings: AnalysisSettings, options: ModelOptions, *others: object) -> str:
+    numerics = canonical(asdict(settings)), canonical(asdict(options))
+    return digest_of(*others, *numerics, engine_digest())
 
 
 def _ours(case: Case, settings: AnalysisSettings, options: ModelOptions) -> AnalysisResult:
@@ -186,18 +160,9 @@ def _errors(found: Mapping[str, float], exact: Mapping[str, float]) -> dict[str,
     }
 
 
-def _plain_facts(run: PlainRun) -> dict[str, Any]:
-    facts = ("status", "time_reached_s", "steps", "iterations", "failed_steps")
-    return {name: getattr(run, name) for name in facts}
-
-
-def _our_facts(run: AnalysisResult) -> dict[str, Any]:
-    facts = ("status", "time_reached_s", "substeps", "iterations", "failed_attempts")
-    return {name: getattr(run, name) for name in facts}
-
-
 def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the speed-up over all cases, and median and worst size of the errors."""
+    alike = [row for row in rows if row["plain"]["status"] == row["ours"]["status"]]
     errors: dict[str, Any] = {}
     for demand in DEMANDS:
         for program in ("plain", "ours"):
@@ -207,16 +172,16 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             of_demand[program] = {"median": median(sizes), "largest": max(sizes)}
     return {
         # of whole runs that ended at the same time: a collapse found earlier is no speed
-        "speedup": spread([r["speedup"]["median"] for r in rows if r["ends_alike"]]),
+        "speedup": spread([row["speedup"]["median"] for row in alike]),
         "cases": len(rows),
-        "ended_otherwise": [row["case"] for row in rows if not row["ends_alike"]],
+        "ended_otherwise": [row["case"] for row in rows if row not in alike],
         "cpu_s_per_record_s": {
             program: median(
                 median(row["cpu_s"][program]) / row[program]["time_reached_s"] for row in rows
             )
             for program in ("plain", "ours")
         },
-        "failed_steps_of_plain": sum(row["plain"]["failed_steps"] for row in rows),
+        "failed_steps_of_plain": sum(row["failed_steps_of_plain"] for row in rows),
         "error_percent": errors,
     }
 
@@ -231,34 +196,25 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
     base = QUICK if given.quick else FULL
-    chosen = SpeedSet(
-        motions=base.motions,
-        places=base.places,
-        window_s=base.window_s,
+    chosen = replace(
+        base,
         error_window_s=given.error_window_s or base.error_window_s,
         repeats=given.repeats or base.repeats,
     )
-    bench = Bench(
-        accuracy=given.accuracy,
-        chosen=chosen,
-        store=KeptRows(given.out / "speedup.jsonl"),
-        references=KeptRows(given.out / "references.jsonl"),
+    store, references = (
+        KeptRows(given.out / f"{name}.jsonl") for name in ("speedup", "references")
     )
-    rows: list[dict[str, Any]] = []
+    settings, options = at_accuracy(SETTINGS, ModelOptions(), given.accuracy)
+    rows: list[Mapping[str, Any]] = []
     timed, compared = chosen.cases(chosen.window_s), chosen.cases(chosen.error_window_s)
     for number, pair in enumerate(zip(timed, compared, strict=True), start=1):
-        rows.append(bench.row(*pair))
+        names = [case.name for case in pair]
+        key = _key(settings, options, *names, chosen.repeats, canonical(PLAIN_OPTIONS))
+        make = partial(measured, *pair, given.accuracy, chosen.repeats, references)
+        rows.append(store.row(key, make))
         speed = rows[-1]["speedup"]["median"]
         sys.stderr.write(f"{number} of {len(timed)}: {rows[-1]['case']}  {speed:.2f}\n")
-    sets = {
-        "motions": chosen.motions,
-        "skew_and_gap": chosen.places,
-        "timed_window_s": chosen.window_s,
-        "compared_window_s": chosen.error_window_s,
-        "plain_options": {
-            name: getattr(plain_options(ModelOptions()), name) for name in PLAIN_OPTIONS
-        },
-    }
+    sets = asdict(chosen) | {"plain_options": PLAIN_OPTIONS}
     text = json.dumps({"set": sets, "accuracy": given.accuracy, **summary(rows)}, indent=1)
     sys.stdout.write(text + "\n")
 

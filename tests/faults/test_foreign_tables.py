@@ -24,22 +24,6 @@ def fitted(table, im):
     return fit_study(prepared(table, [DRIFT], settings).table, [SLIGHT], settings).iloc[0]
 
 
-def test_a_foreign_table_is_read_and_fitted(tmp_path):
-    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=30)
-    theirs = pd.DataFrame(
-        {
-            "record": table["motion_id"],
-            "PGA": table[IM],
-            "drift_pct": 100 * table[DRIFT],
-        }
-    )
-    path = tmp_path / "theirs.csv"
-    theirs.to_csv(path, index=False)
-    columns = {"motion_id": "record", "im_pga_rotd50_g": "PGA", DRIFT: "drift_pct"}
-    ours = read_foreign(path, columns, factors={DRIFT: 0.01})
-    assert fitted(ours, "im_pga_rotd50_g")["theta"] == pytest.approx(fitted(table, IM)["theta"])
-
-
 def test_complete_is_derived_unless_the_table_has_it(tmp_path):
     path = tmp_path / "theirs.csv"
     data = {

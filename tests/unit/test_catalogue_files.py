@@ -19,12 +19,6 @@ def write_variant(tmp_path: Path, text: str) -> Path:
     return path
 
 
-def test_the_catalogue_has_the_bridges_of_the_study() -> None:
-    assert set(bridge_names()) >= {
-        *("osb1", "osb1_fixed", "osb1_era1", "osb2s", "bridge_a", "bridge_b", "bridge_c"),
-    }
-
-
 @pytest.mark.parametrize("name", bridge_names())
 def test_every_number_of_a_bridge_names_its_source_class(name: str) -> None:
     bridge = load_bridge(name)
@@ -109,14 +103,6 @@ def test_a_missing_number_names_its_key(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(InputError, match=r"mine.yaml: column.hoop_spacing_mm: is missing"):
-        load_bridge_file(path)
-
-
-@pytest.mark.parametrize("text", ["- a\n- b\n", "a: [1\n", ""])
-def test_a_file_without_a_mapping_is_refused(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "mine.yaml"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=r"mine\.yaml"):
         load_bridge_file(path)
 
 

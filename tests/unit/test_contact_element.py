@@ -1,5 +1,7 @@
 """Parameters that do not act are detected when a contact is created."""
 
+from functools import partial
+
 import openseespy.opensees as ops
 import pytest
 
@@ -30,39 +32,26 @@ def test_a_unit_is_proved_and_leaves_nothing_behind(scheme):
     assert all(ops.getParamValue(bound) == 0.0 for bound in contacts.units[0].springs.bounds)
 
 
-def test_a_wrong_parameter_name_is_noticed(monkeypatch):
-    attach = contact_element._attach
-    wrong = {"Fy": "Fyield"}
-    monkeypatch.setattr(
-        contact_element,
-        "_attach",
-        lambda tags, e, k, name: attach(tags, e, k, wrong.get(name, name)),
-    )
-    with pytest.raises(ContactError, match="does not act"):
-        add(ContactSet())
+def wrong_name(attach, tags, element, position, name):
+    return attach(tags, element, position, {"Fy": "Fyield"}.get(name, name))
 
 
-def test_a_wrong_position_is_noticed(monkeypatch):
-    attach = contact_element._attach
-    monkeypatch.setattr(
-        contact_element,
-        "_attach",
-        lambda tags, e, k, name: attach(tags, e, 1 if name == "Fy" else k, name),
-    )
-    with pytest.raises(ContactError, match="does not act"):
-        add(ContactSet())
+def wrong_position(attach, tags, element, position, name):
+    return attach(tags, element, 1 if name == "Fy" else position, name)
 
 
-def test_the_short_form_that_reaches_the_normal_spring_is_noticed(monkeypatch):
-    def broadcast(tags, element, position, name):
-        parameter = tags.parameter()
-        if name == "Fy" and position > 1:
-            ops.parameter(parameter, "element", element, name)
-        else:
-            ops.parameter(parameter, "element", element, "material", position, name)
-        return parameter
+def without_position(attach, tags, element, position, name):
+    """The short form of OpenSees, which reaches the normal spring, too."""
+    if name != "Fy" or position == 1:
+        return attach(tags, element, position, name)
+    parameter = tags.parameter()
+    ops.parameter(parameter, "element", element, name)
+    return parameter
 
-    monkeypatch.setattr(contact_element, "_attach", broadcast)
+
+@pytest.mark.parametrize("wrong", [wrong_name, wrong_position, without_position])
+def test_a_parameter_that_does_not_act_is_noticed(monkeypatch, wrong):
+    monkeypatch.setattr(contact_element, "_attach", partial(wrong, contact_element._attach))
     with pytest.raises(ContactError, match="does not act"):
         add(ContactSet())
 

@@ -1,12 +1,8 @@
 """The histories without and with friction are made once, by their own rule, and only read after."""
 
-import ast
-from pathlib import Path
-
 import pandas as pd
 import pytest
 
-import skewbridge
 from skewbridge.analysis.transient import analyse
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import SuiteMotion
@@ -53,15 +49,3 @@ def test_the_pair_written_is_that_of_the_analyses(setup, tmp_path):
 
 def test_a_study_of_one_friction_has_no_pair(setup, tmp_path):
     assert written(setup, SLUGS[::3], tmp_path).empty
-
-
-@pytest.mark.parametrize(
-    "path", sorted((Path(skewbridge.__file__).parent / "report").glob("*.py")), ids=lambda p: p.name
-)
-def test_the_report_runs_no_analysis(path):
-    running = {"transient", "abutment_history", "pushover", "modal", "step_loop"}
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            parts = node.module.split(".")
-            assert not ("analysis" in parts and running & set(parts)), node.module
-            assert node.module != "skewbridge.study.batch"

@@ -3,6 +3,7 @@
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import typer
@@ -10,7 +11,11 @@ from typer.core import TyperGroup
 from typer.main import get_command
 from typer.testing import CliRunner
 
+import skewbridge
 from skewbridge.cli import COMMANDS, build_app
+from skewbridge.files.digests import ENGINE
+
+PACKAGE = Path(skewbridge.__file__).parent
 
 #: Needed by the main process (tables, statistics, figures), by no worker and by no help text.
 HEAVY = ("pandas", "scipy", "pyarrow", "plotly", "matplotlib", "seaborn", "jinja2", "snakemake")
@@ -37,28 +42,34 @@ def test_a_worker_loads_the_engine_only(module: str) -> None:
     assert loaded.isdisjoint(HEAVY)
 
 
-def test_an_analysis_loads_nothing_more() -> None:
-    """An import inside a function must not bring back what the modules do without."""
-    loaded = loaded_by(
-        "import numpy as np\n"
-        "from skewbridge.analysis.ground import Excitation\n"
-        "from skewbridge.analysis.settings import AnalysisSettings\n"
-        "from skewbridge.analysis.transient import analyse\n"
-        "from skewbridge.motions.record import GroundMotion\n"
-        "from skewbridge.variant.options import ModelOptions\n"
-        "from skewbridge.variant.variant import Variant\n"
-        "still = np.full(4, 0.01)\n"
-        "motion = GroundMotion(\n"
-        "    motion_id='m', dt_s=0.01, accel_1_mps2=still, accel_2_mps2=still\n"
-        ")\n"
-        "variant = Variant(\n"
-        "    bridge='osb1', abutment='contact_friction', skew_deg=30, gap_mm=51, friction_pct=50\n"
-        ")\n"
-        "excitation = Excitation(motion=motion, scale=1.0, incidence_deg=0.0)\n"
-        "result = analyse(variant, excitation, AnalysisSettings(), ModelOptions())\n"
-        "assert result.status == 'ok', result.messages\n"
-    )
+ANALYSIS = """
+import numpy as np
+from pathlib import Path
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.study.task import Task, analyse_task
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import parse_slug
+still = np.full(4, 0.01)
+motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=still, accel_2_mps2=still)
+task = Task(variant=parse_slug("osb1_cf_skew30_gap051_mu050"), incidence_deg=0.0,
+    motion=SuiteMotion(motion=motion, scale=1.0, measures={}),
+    settings=AnalysisSettings(), options=ModelOptions())
+row = analyse_task(task, Path("/dev/null"), lambda *_: None)
+assert row["status"] == "ok", row
+"""
+
+
+def test_an_analysis_loads_only_modules_that_are_in_its_key() -> None:
+    """Imports inside functions count; the digests themselves are made by the caller."""
+    loaded = loaded_by(ANALYSIS)
     assert loaded.isdisjoint(HEAVY)
+    names = (name.removeprefix("skewbridge.") for name in loaded if name.startswith("skewbridge."))
+    files = [file for name in names if (file := PACKAGE / f"{name.replace('.', '/')}.py").exists()]
+    inside = [PACKAGE / part for part in ENGINE]
+    outside = [file for file in files if not {file, *file.parents} & set(inside)]
+    assert len(files) > 40
+    assert outside == [PACKAGE / "files/digests.py"]
 
 
 def test_the_processes_that_draw_figures_load_no_solver() -> None:

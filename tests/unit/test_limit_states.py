@@ -13,6 +13,14 @@ from skewbridge.fragility.limit_states import (
 
 CONFIG = Path(__file__).parents[2] / "config" / "limit_states.yaml"
 STATES = load_limit_states(CONFIG)
+ENTRY = {
+    "component": "deck",
+    "demand": "deck_disp_m",
+    "unit": "mm",
+    "dispersion": 0.35,
+    "citation": "somebody",
+    "states": {"slight": 102.0},
+}
 
 
 def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
@@ -45,42 +53,20 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
     ],
 )
 def test_wrong_limit_state_names_entry_and_key(change, text):
-    entry = {
-        "component": "deck",
-        "demand": "deck_disp_m",
-        "unit": "mm",
-        "dispersion": 0.35,
-        "citation": "somebody",
-        "states": {"slight": 102.0},
-    }
     with pytest.raises(InputError, match=r"^limit state entry 0") as caught:
-        limit_states_of([entry | change])
+        limit_states_of([ENTRY | change])
     assert text in str(caught.value)
 
 
 def test_a_doubled_limit_state_is_refused():
-    entry = {
-        "component": "deck",
-        "demand": "deck_disp_m",
-        "unit": "m",
-        "dispersion": 0.0,
-        "citation": "x",
-        "states": {"slight": 0.1},
-    }
     with pytest.raises(InputError, match="deck/slight is defined twice"):
-        limit_states_of([entry, entry])
+        limit_states_of([ENTRY, ENTRY])
 
 
 def test_tiny_capacity_dispersion_is_flagged_as_a_likely_unit_slip():
-    entry = {
-        "component": "deck",
-        "demand": "deck_disp_m",
-        "unit": "m",
-        "dispersion": 0.0025,
-        "citation": "x",
-        "states": {"slight": 0.1},
-    }
-    assert limit_states_of([entry])[0].warnings == ("small_capacity_dispersion",)
+    assert limit_states_of([ENTRY | {"dispersion": 0.0025}])[0].warnings == (
+        "small_capacity_dispersion",
+    )
 
 
 def test_unit_of_a_demand_column_is_in_its_name():

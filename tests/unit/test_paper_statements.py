@@ -169,14 +169,6 @@ def test_disagreement_is_reported_and_does_not_fail(short_study):
     ]
 
 
-def test_terminal_shows_comparisons_and_verdicts(short_study):
-    found = CliRunner().invoke(build_app(), ["verify", "fig10", "--out", str(short_study)])
-    assert found.exit_code == 0
-    assert "Verification" in found.stdout
-    assert "Statements of the paper" in found.stdout
-    assert "disagrees" in found.stdout
-
-
 def test_failed_check_of_the_model_fails_the_command(monkeypatch, tmp_path):
     def run(name, *_):
         study = Study(name)

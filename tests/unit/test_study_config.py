@@ -19,6 +19,7 @@ from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 
+NAN = float("nan")
 SHIPPED = ("config", "smoke", "real", "full", "stripes", "ida")
 
 
@@ -74,7 +75,14 @@ def test_the_file_config_says_what_the_models_say() -> None:
             {"model": {"backfill": "clay"}},
             r"model\.backfill: must be .* or 'sdc', got 'clay'",
         ),
+        ({"model": {"transverse_gap_mm": -0.1}}, r"model\.transverse_gap_mm: "),
+        ({"model": {"backwall_points": 1}}, r"model\.backwall_points: "),
+        ({"model": {"wall_dashpot_ratio": 2.0}}, r"model\.wall_dashpot_ratio: "),
+        ({"model": {"normal_stiffness_n_per_m": 0.0}}, r"model\.normal_stiffness_n_per_m: "),
+        ({"model": {"normal_stiffness_n_per_m": NAN}}, r"model\.normal_stiffness_n_per_m: "),
+        ({"model": {"column_fibers": [8, 2, 2]}}, r"column_fibers\.1: "),
         ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 3, got 0$"),
+        ({"figures": {"width_mm": 5}}, r"figures\.width_mm: .*equal to 40, got 5$"),
         ({"accuracy": "exact"}, r"accuracy: must be 'reference', 'default' or 'fast', got 'exact'"),
         ({"accuracy": ["fast"]}, r"accuracy: must be 'reference', 'default' or 'fast'"),
         ({"model": 3}, "model: keys and values are needed, got 3$"),

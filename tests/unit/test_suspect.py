@@ -5,16 +5,14 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from reference_pages import ROOT
 
-from fragility_tables import paired_effects, synthetic_demands
+from fragility_tables import paired_effects, states_of, synthetic_demands
 from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.suspect import LIMITS, SuspectLimits, count_reasons, reasons
 from skewbridge.demands.tables import join_variants, write_variant
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.report.checks import read_tables, write_checks
 from skewbridge.study.config import parse_config
@@ -155,8 +153,8 @@ def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
     demands = synthetic_demands().assign(suspect="", beyond_model="")
     strong = demands["motion_id"] == "m15"
     demands.loc[strong, "suspect"] = "recovery rung 6"
-    states = load_limit_states(ROOT / "config" / "limit_states.yaml")
-    columns = [state.demand for state in states]
+    states = states_of("unseating")
+    columns = [*{state.demand for state in states}, "deck_disp_m"]
     kept, left = (
         prepared(demands, columns, FitSettings(exclude_suspect=exclude)).table
         for exclude in (False, True)

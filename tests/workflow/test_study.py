@@ -201,44 +201,14 @@ def test_a_changed_limit_state_reruns_the_fits_and_what_follows(copy: Path) -> N
     assert jobs == FITS
 
 
-def test_width_and_font_of_the_figures_rerun_these_and_the_page(copy: Path) -> None:
-    over = "figures: {width_mm: 85, font: serif}"
-    assert planned_jobs(copy, over) - {"study"} == {"figures", "report"}
-
-
-def test_an_edited_template_or_figure_reruns_these_and_the_page(copy: Path) -> None:
-    template = "src/skewbridge/report/html/templates/report.html.j2"
-    assert jobs_after(copy, {template: ("", "\n")}) == {"figures", "report"}
-
-
-def test_an_edited_label_reruns_the_tables_and_no_analysis(copy: Path) -> None:
-    """The jobs of the variants find all analyses in their journals: the key has no label."""
-    labels = "src/skewbridge/demands/demand_columns.py"
-    text = (copy / labels).read_text()
-    label = re.search(r'label="[^"]+"', text)
-    assert label is not None
-    before = journal_keys(copy)
-    (copy / labels).write_text(text.replace(label[0], 'label="Another"', 1))
-    try:
-        assert planned_jobs(copy) - {"study"} == ANALYSES | FITS
-        run(copy, "--", "results/demands.parquet")
-        assert journal_keys(copy) == before
-    finally:
-        (copy / labels).write_text(text)
-        run(copy, "--", "results/demands.parquet")
-
-
 def test_edited_mechanics_rerun_the_analyses_and_what_follows(copy: Path) -> None:
     jobs = jobs_after(copy, {"src/skewbridge/contact/law.py": ("", "\nEXTRA = 1.0\n")})
     assert jobs == ANALYSES | FITS | {"verify_contact"}
 
 
-def test_a_corrected_index_or_period_prepares_the_motions_again(copy: Path) -> None:
-    rest = {"prepare_motions"}
-    index = {"motions/index.csv": (",g,0.01,", ",g,0.02,")}
-    assert jobs_after(copy, index) == ANALYSES | FITS | rest
+def test_a_corrected_period_prepares_the_motions_again(copy: Path) -> None:
     period = {"src/skewbridge/bridge/catalogue/osb1.yaml": ("t1_s: {v: 0.7192", "t1_s: {v: 0.75")}
-    assert jobs_after(copy, period) == ANALYSES | FITS | rest
+    assert jobs_after(copy, period) == ANALYSES | FITS | {"prepare_motions"}
 
 
 def test_another_version_of_the_solver_runs_what_it_is_used_in(copy: Path) -> None:
@@ -258,7 +228,7 @@ def test_another_version_of_the_solver_runs_what_it_is_used_in(copy: Path) -> No
 
 
 def test_an_edited_bridge_reruns_the_studies_that_use_it(copy: Path) -> None:
-    """One bridge extends the other: what the child replaces is its own."""
+    """The study has osb1, and no bridge that extends it."""
     files = "src/skewbridge/bridge/catalogue/osb1{}.yaml"
     child = {files.format("_fixed"): ("base: fixed", "base: pinned")}
     assert jobs_after(copy, child) == set()

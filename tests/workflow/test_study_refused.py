@@ -62,9 +62,7 @@ def test_the_workflow_changes_no_setting_of_snakemake() -> None:
     assert not re.search(r"config\[.*\] *=|signal\.", text)
 
 
-@pytest.mark.parametrize(
-    "asked", [("-n",), ("--dag",), ("--rulegraph",), ("--summary",), ("--list",)]
-)
+@pytest.mark.parametrize("asked", [("-n",), ("--dag",), ("--summary",)])
 def test_snakemake_answers_without_a_number_of_cores(tree: Path, asked: tuple[str, ...]) -> None:
     done = subprocess.run(
         [str(SNAKEMAKE), *asked, "--configfile", "config/smoke.yaml"],
@@ -94,9 +92,6 @@ def test_a_copied_configuration_has_results_of_its_own(tree: Path) -> None:
     ("override", "words"),
     [
         ("grdi: {gap_mm: [25]}", "grdi: unknown key"),
-        ("grid: {skew_deg: [75]}", "grid.skew_deg.0: must be within -60..60, got 75"),
-        ("grid: {bridge: [osb7]}", "osb7"),
-        ("figures: {width_mm: 5}", "figures.width_mm: must be greater than or equal to 40, got 5"),
         ("figures: {font: Nowhere Sans}", "figures.font must be sans-serif, serif, monospace or"),
         ("results: Snakefile", "cannot write to the folder 'Snakefile'"),
         ("motions: {folder: nowhere}", "motions folder nowhere does not exist"),
@@ -116,32 +111,17 @@ def test_a_configuration_that_is_not_there_is_named() -> None:
     assert done.stderr == "study: there is no configuration config/nowhere.yaml\n"
 
 
-@pytest.mark.parametrize("fault", ["missing", "nan", "dt"])
-def test_a_faulty_motion_stops_the_study_before_any_analysis(
-    tree: Path, tmp_path: Path, fault: str
-) -> None:
+def test_a_faulty_motion_stops_the_study_before_any_analysis(tree: Path, tmp_path: Path) -> None:
     folder = tmp_path / "records"
     folder.mkdir()
     first, second = sorted((ROOT / "motions").rglob("*.AT2"))[:2]
-    for path in (first, second):
-        shutil.copy(path, folder)
-    text = (folder / second.name).read_text()
-    if fault == "missing":
-        (folder / second.name).unlink()
-    elif fault == "nan":
-        head, _, _ = text.rstrip().rpartition(" ")
-        (folder / second.name).write_text(f"{head} NaN\n")
-    else:
-        (folder / second.name).write_text(text.replace("DT=", "DT=  1", 1))
-    done = run(
-        tree,
-        "--until",
-        "prepare_motions",
-        over=f"motions: {{folder: {folder}, count: 1}}",
-        check=False,
-    )
+    shutil.copy(first, folder)
+    head, _, _ = second.read_text().rstrip().rpartition(" ")
+    (folder / second.name).write_text(f"{head} NaN\n")
+    over = f"motions: {{folder: {folder}, count: 1}}"
+    done = run(tree, "--until", "prepare_motions", over=over, check=False)
     assert done.returncode != 0
-    assert second.name in done.stdout + done.stderr or first.name in done.stdout + done.stderr
+    assert second.name in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
 
 
