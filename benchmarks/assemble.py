@@ -1,12 +1,11 @@
 """Puts what the benchmarks found into results/benchmarks.json, with versions and sizes of the sets.
 
-    python benchmarks/assemble.py [--table]
+    python benchmarks/assemble.py
 
-`run.sh` leaves one JSON file per entry in results/benchmarks; one that is not there was not
-measured, and the result says so. With --table the lines for docs/scaling.md are printed.
+`run.sh` leaves one JSON file per entry in results/benchmarks; an entry without a file was not
+measured, and the result says so. It prints the lines for docs/scaling.md.
 """
 
-import argparse
 import json
 import os
 import sys
@@ -93,17 +92,13 @@ def _line(text: str, found: Mapping[str, float], target: str = "") -> str:
 
 
 def main() -> None:
-    """Write the result, and print the table or what is missing."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--table", action="store_true")
-    given = parser.parse_args()
+    """Write the result; print the table and what is missing."""
     found = assembled()
     TARGET.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     missing = [name for name, entry in found.items() if entry is None]
     if missing:
         sys.stderr.write(f"not measured: {', '.join(missing)}\n")
-    if given.table:
-        sys.stdout.write("\n".join(table(found)) + "\n")
+    sys.stdout.write("\n".join(table(found)) + "\n")
 
 
 if __name__ == "__main__":

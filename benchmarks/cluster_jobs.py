@@ -13,14 +13,13 @@ from typing import Any
 
 import pandas as pd
 from common import options, show
-from study_trees import ROOT, linked_sources, make
+from study_trees import BEFORE, ROOT, linked_sources, make
 
 CLUSTER = ROOT / "tests/cluster"
 NODES = 2  # of one core each
 CPU_S = 4.0  # of an analysis of the shipped motions by forecast
 SITE = {"SKEWBRIDGE_JOB_CORES": "1", "SKEWBRIDGE_POLL_S": "5"}
 SKEWS_DEG, GAPS_MM = (0, 15, 30, 45, 60), (25, 38, 51)
-BEFORE = ("results/motions/suite.parquet", "results/verification/contact_gate.parquet")
 
 
 def efficiency(*, jobs: int = 20, job_minutes: float = 2.0) -> dict[str, Any]:

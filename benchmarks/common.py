@@ -12,6 +12,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any, Final
 
+from scipy.stats import binomtest
+
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.record import GroundMotion
@@ -123,6 +125,12 @@ def spread(values: Sequence[float]) -> dict[str, float]:
         "largest": max(values),
         "count": len(values),
     }
+
+
+def share_of(hits: Sequence[bool]) -> tuple[float, float, float]:
+    """Return the share of hits with the exact 95 % bounds of its probability (Clopper, Pearson)."""
+    interval = binomtest(sum(hits), len(hits)).proportion_ci(0.95)
+    return sum(hits) / len(hits), float(interval.low), float(interval.high)
 
 
 def versions() -> dict[str, Any]:

@@ -1,9 +1,7 @@
 """Microseconds that the contacts of an abutment take per unit and step. Target: 5.
 
 Fourteen units in space, as at the two ends of a bridge: all closed and sliding, all open, and with
-friction switched off. Only `ContactSet.after_step` is timed, in
-processor time; the analysis between is not.
-
+friction switched off. Processor time of `ContactSet.after_step` alone.
     python benchmarks/contact_update.py [--repeats 5]
 """
 

@@ -12,7 +12,6 @@ limits are such that 0, 5 or 20 % of the pairs are bounds.
 import json
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -20,7 +19,8 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from scipy import special, stats
+from common import share_of
+from scipy import special
 
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import BEYOND_MODEL
@@ -50,42 +50,16 @@ MOTION_SCATTER: Final = 0.35
 LIMIT_SCATTER: Final = 0.6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Share:
-    """Share of simulations with some outcome, with the exact 95 % bounds of its probability.
-
-    Attributes:
-        what: Outcome.
-        motions: Motions of a study.
-        bounds: Share of the pairs that are bounds.
-        share, low, high: Share of the simulations with its bounds.
-    """
-
-    what: str
-    motions: int
-    bounds: float
-    share: float
-    low: float
-    high: float
-    simulations: int
+type Share = dict[str, Any]
 
 
 def shares_of(hits: Mapping[str, list[bool]], motions: int, bounds: float) -> list[Share]:
-    """Return the share of each outcome with the bounds of Clopper and Pearson."""
-    rows = []
+    """Return a row for each outcome: the share of the simulations with its 95 % bounds."""
+    rows: list[Share] = []
     for what, values in sorted(hits.items()):
-        interval = stats.binomtest(sum(values), len(values)).proportion_ci(0.95)
-        rows.append(
-            Share(
-                what=what,
-                motions=motions,
-                bounds=bounds,
-                share=sum(values) / len(values),
-                low=float(interval.low),
-                high=float(interval.high),
-                simulations=len(values),
-            )
-        )
+        share, low, high = share_of(values)
+        case = {"what": what, "motions": motions, "bounds": bounds}
+        rows.append(case | {"share": share, "low": low, "high": high, "simulations": len(values)})
     return rows
 
 
@@ -225,24 +199,14 @@ STUDIES: Final = (pooled_effects, effects_at_intensities, family_errors)
 
 
 def main() -> None:
-    """Simulate all cases, or those of the numbers of motions that are given."""
+    """Simulate all cases and store them."""
+    rows: list[Share] = []
+    for motions, bounds, study in product(MOTIONS, BOUNDS, STUDIES):
+        rows += study(motions, bounds, SIMULATIONS, SEED)
+        sys.stderr.write(f"{study.__name__}, {motions} motions, {bounds:.0%} bounds\n")
+    rows.sort(key=lambda row: (row["what"], row["motions"], row["bounds"]))
     out = Path(__file__).with_suffix(".json")
-    stored = json.loads(out.read_text(encoding="utf-8"))["rows"] if out.exists() else []
-    kept = {_case(row): row for row in stored if "bounds" in row}
-    chosen = [int(number) for number in sys.argv[1:]] or MOTIONS
-    for motions, bounds, study in product(chosen, BOUNDS, STUDIES):
-        for share in study(motions, bounds, SIMULATIONS, SEED):
-            kept[_case(asdict(share))] = asdict(share)
-            sys.stderr.write(
-                f"{share.what:45s} {motions:3d} motions, {bounds:4.0%} bounds:"
-                f" {share.share:.3f} [{share.low:.3f}, {share.high:.3f}]\n"
-            )
-        rows = sorted(kept.values(), key=_case)
-        out.write_text(json.dumps({"seed": SEED, "rows": rows}, indent=1) + "\n", encoding="utf-8")
-
-
-def _case(row: Mapping[str, Any]) -> tuple[str, int, float]:
-    return str(row["what"]), int(row["motions"]), float(row["bounds"])
+    out.write_text(json.dumps({"seed": SEED, "rows": rows}, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

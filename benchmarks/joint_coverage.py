@@ -5,18 +5,16 @@ reads its numbers and repeats a few replicates.
 """
 
 import json
-import sys
 from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from common import share_of
 from joblib import Parallel, delayed
-from scipy import stats
 
 from skewbridge.files.tables import records_of
-from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.joint import JointModel, joint_table
 from skewbridge.fragility.limit_states import LimitState
@@ -116,46 +114,29 @@ def measure(collapse: float, replicates: int, seed: int) -> list[dict[str, Any]]
             for name, (estimate, low, high) in estimates.items():
                 hits[name].append(low <= true[name] <= high)
                 errors[name].append(float(np.log(estimate / true[name])))
-    return [
-        {
-            "collapse": collapse,
-            "quantity": name,
-            **_bounds(np.array(values)),
-            "bias": float(np.mean(errors[name])),
-            "scatter": float(np.std(errors[name])),
-        }
-        for name, values in hits.items()
-    ]
-
-
-def _bounds(hits: FloatArray) -> dict[str, Any]:
-    """Return the coverage with its exact 95 % bounds (Clopper and Pearson)."""
-    found = stats.binomtest(int(np.sum(hits)), hits.size).proportion_ci(0.95)
-    return {
-        "coverage": float(np.mean(hits)),
-        "low": float(found.low),
-        "high": float(found.high),
-        "replicates": int(hits.size),
-    }
+    rows: list[dict[str, Any]] = []
+    for name, values in hits.items():
+        coverage, low, high = share_of(values)
+        row = {"collapse": collapse, "quantity": name, "coverage": coverage, "low": low}
+        row |= {"high": high, "replicates": len(values)}
+        row |= {"bias": float(np.mean(errors[name])), "scatter": float(np.std(errors[name]))}
+        rows.append(row)
+    return rows
 
 
 def main() -> None:
-    replicates = int(sys.argv[1]) if len(sys.argv) > 1 else REPLICATES
-    jobs = (delayed(measure)(share, replicates, SEED) for share in COLLAPSES)
+    jobs = (delayed(measure)(share, REPLICATES, SEED) for share in COLLAPSES)
     rows = [row for part in Parallel(n_jobs=len(COLLAPSES))(jobs) for row in part]
     study = {
         "seed": SEED,
-        "replicates": replicates,
+        "replicates": REPLICATES,
         "motions": MOTIONS,
         "variants": len(design()) // MOTIONS,
         "nominal": 0.95,
         "rows": rows,
     }
-    for row in rows:
-        sys.stderr.write(f"{row}\n")
-    if len(sys.argv) == 1:
-        out = Path(__file__).with_suffix(".json")
-        out.write_text(json.dumps(study, indent=1) + "\n", encoding="utf-8")
+    out = Path(__file__).with_suffix(".json")
+    out.write_text(json.dumps(study, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

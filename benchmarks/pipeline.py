@@ -13,28 +13,20 @@ from typing import Any
 
 import pandas as pd
 from common import options, show
-from study_trees import linked_sources, make
+from study_trees import BEFORE, linked_sources, make
 
-BEFORE = ("results/motions/suite.parquet", "results/verification/contact_gate.parquet")
 GAPS_MM = (25, 51, 38, 64, 12, 76)
 
 
 def pipeline(
-    *, motions: int = 40, variants: int = 2, duration_s: float | None = None, cores: int = 2
+    *, motions: int, variants: int, duration_s: float | None, cores: int
 ) -> dict[str, Any]:
-    """Run a study in a new folder and return its times.
-
-    Args:
-        motions: Motions of every variant.
-        variants: Bridge variants, which differ by their gap; at most six.
-        duration_s: Cut the motions; None for whole motions.
-        cores: Cores that Snakemake is given.
+    """Run a study of motions and gaps in a new folder and return its times.
 
     Returns:
         ``pipeline`` is (wall of the stage x cores) / (processor seconds of its analyses), where the
-        stage is the call of Snakemake without the time that a dry run takes, and
-        ``pipeline_by_wall`` the same over the wall seconds of the analyses, which other work on the
-        machine makes as slow as the stage. ``with_snakemake`` counts the start of Snakemake, too.
+        stage is the call of Snakemake without the time of a dry run; ``pipeline_by_wall`` divides
+        by wall seconds, and ``with_snakemake`` includes the start of Snakemake.
     """
     with tempfile.TemporaryDirectory(prefix="pipeline-") as name:
         folder = Path(name)

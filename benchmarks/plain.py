@@ -3,20 +3,18 @@
 The model is that of the package (same variant, wall model, pads, backfill, keys, column
 integration, capacities). What is plain: corotational arrays, 204 fibers a section, UmfPack, Newton,
 a test on the norm of displacements, Houbolt at the paper's step, friction bounds from the last
-committed state, and element responses of all contacts read in every step.
-
-    python benchmarks/plain.py [--motion syn002] [--skew-deg 30] [--gap-mm 51] [--window-s 8]
+committed state, and element responses of all contacts read in every step. `speedup.py` runs it.
 """
 
 import time
 from array import array
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from math import hypot
 from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
-from common import FRICTION_PCT, Case, options, osb1, show, suite_motion
+from common import Case
 
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.modal import apply_rayleigh
@@ -212,21 +210,3 @@ class _PlainHistory:
             "deck_rotation_rad": float(np.abs(deck[:, 5]).max()),
             "abutment_passive_m": max(pushes),
         }
-
-
-def main() -> None:
-    """Print the result of one plain analysis."""
-    given = options(
-        __doc__, motion="syn002", skew_deg=30, gap_mm=51, friction_pct=FRICTION_PCT, window_s=None
-    )
-    case = Case(
-        variant=osb1(given.skew_deg, given.gap_mm, given.friction_pct),
-        motion=suite_motion(given.motion, given.window_s),
-        window_s=given.window_s,
-    )
-    run = analyse_plain(case, AnalysisSettings(collapse_drift_ratio=0.5), ModelOptions())
-    show({"case": case.name, **asdict(run)})
-
-
-if __name__ == "__main__":
-    main()

@@ -47,4 +47,4 @@ measure pipeline "$ours" benchmarks/pipeline.py "${pipeline[@]}"
 measure contact_update "$ours" benchmarks/contact_update.py
 measure motions "$(environment motions)" benchmarks/motions_spectra.py
 measure fragility "$(environment fragility)" benchmarks/fragility_speed.py
-"$ours" benchmarks/assemble.py --table
+"$ours" benchmarks/assemble.py

@@ -7,7 +7,6 @@ each, and not repeated while sources and settings stay the same. Prints one JSON
     python benchmarks/speedup.py [--accuracy default] [--repeats 1] [--error-window-s 10]
 """
 
-import argparse
 import json
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -16,9 +15,9 @@ from functools import partial
 from itertools import product
 from pathlib import Path
 from statistics import median
-from typing import Any, Final, get_args
+from typing import Any, Final
 
-from common import RESULTS, Case, cpu_s, interleaved, osb1, ratio, spread, suite_motion
+from common import RESULTS, Case, cpu_s, interleaved, options, osb1, ratio, spread, suite_motion
 from plain import PLAIN_OPTIONS, analyse_plain
 
 from skewbridge.analysis.accuracy import Accuracy, at_accuracy
@@ -188,13 +187,9 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Measure a set and print the result."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="four cases of 8 s")
-    parser.add_argument("--accuracy", choices=get_args(Accuracy.__value__), default="default")
-    parser.add_argument("--repeats", type=int)
-    parser.add_argument("--error-window-s", type=float)
-    parser.add_argument("--out", type=Path, default=RESULTS)
-    given = parser.parse_args()
+    given = options(
+        __doc__, quick=False, accuracy="default", repeats=0, error_window_s=0.0, out=str(RESULTS)
+    )
     base = QUICK if given.quick else FULL
     chosen = replace(
         base,
@@ -202,14 +197,14 @@ def main() -> None:
         repeats=given.repeats or base.repeats,
     )
     store, references = (
-        KeptRows(given.out / f"{name}.jsonl") for name in ("speedup", "references")
+        KeptRows(Path(given.out, f"{name}.jsonl")) for name in ("speedup", "references")
     )
-    settings, options = at_accuracy(SETTINGS, ModelOptions(), given.accuracy)
+    numerics = at_accuracy(SETTINGS, ModelOptions(), given.accuracy)
     rows: list[Mapping[str, Any]] = []
     timed, compared = chosen.cases(chosen.window_s), chosen.cases(chosen.error_window_s)
     for number, pair in enumerate(zip(timed, compared, strict=True), start=1):
         names = [case.name for case in pair]
-        key = _key(settings, options, *names, chosen.repeats, canonical(PLAIN_OPTIONS))
+        key = _key(*numerics, *names, chosen.repeats, canonical(PLAIN_OPTIONS))
         make = partial(measured, *pair, given.accuracy, chosen.repeats, references)
         rows.append(store.row(key, make))
         speed = rows[-1]["speedup"]["median"]

@@ -12,6 +12,8 @@ from typing import Any, Final
 ROOT: Final = Path(__file__).parents[1]
 #: Measured times may differ between two runs of the same analysis.
 TIMES: Final = ["wall_s", "cpu_s"]
+#: Results that are made before the analyses.
+BEFORE: Final = ("results/motions/suite.parquet", "results/verification/contact_gate.parquet")
 _LEFT_OUT: Final = shutil.ignore_patterns(
     ".git",
     ".venv",

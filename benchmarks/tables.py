@@ -5,8 +5,6 @@ a process of its own and prints processor seconds by step, peak memory, and the 
 all sizes. Several threads of a BLAS library on a busy machine would count twice.
 """
 
-import argparse
-import json
 import resource
 import sys
 import time
@@ -17,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from common import show
 from synthetic_rows import arrow_table, synthetic_rows
 
 from skewbridge.demands.columns import demands_for
@@ -88,22 +87,13 @@ def exponents(found: list[dict[str, Any]]) -> dict[str, float]:
 
 
 def main() -> None:
-    """Measure the sizes of the command line and print JSON and a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("sizes", nargs="+", help="variants x motions, for example 100x100")
-    sizes = [tuple(map(int, size.split("x"))) for size in parser.parse_args().sizes]
+    """Measure the sizes of the command line and print them."""
+    sizes = [tuple(map(int, size.split("x"))) for size in sys.argv[1:]]
     found: list[dict[str, Any]] = []
     for variants, motions in sizes:
         with ProcessPoolExecutor(1) as pool:
             found.append(pool.submit(measured, variants, motions).result())
-    result = {"sizes": found} | ({"exponents": exponents(found)} if len(found) > 1 else {})
-    heads = list(found[0]["seconds"])
-    lines = ["| variants x motions | " + " | ".join(heads) + " | memory, MB |"]
-    lines.append("|---" * (len(heads) + 2) + "|")
-    for each in found:
-        cells = [f"{each['variants']} x {each['motions']}", *each["seconds"].values()]
-        lines.append("| " + " | ".join(map(str, [*cells, each["peak_mb"]])) + " |")
-    sys.stdout.write("\n".join([json.dumps(result, indent=1), *lines, ""]))
+    show({"sizes": found} | ({"exponents": exponents(found)} if len(found) > 1 else {}))
 
 
 if __name__ == "__main__":

@@ -13,10 +13,10 @@ import resource
 import sys
 import time
 from functools import partial
-from pathlib import Path
 from statistics import linear_regression
 from typing import Any
 
+import psutil
 from common import Case, cpu_s, options, osb1, ratio, show, suite_motion
 from joblib.externals.loky import ProcessPoolExecutor
 
@@ -75,23 +75,16 @@ def _memory(analyses: int) -> dict[str, Any]:
     for number in range(analyses):
         one(Case(variant=variants[number % len(variants)], motion=motion, window_s=SHORT_S))
         if (number + 1) % WARM_UP == 0:
-            resident_mb[number + 1] = _resident_mb()
-    (first, start_mb), *_, (last, end_mb) = resident_mb.items()
-    # pages come and go: the line through all readings, and its ends beside it
+            resident_mb[number + 1] = psutil.Process().memory_info().rss / MB
+    # pages come and go: the line through all readings
     line = linear_regression([*resident_mb], [*resident_mb.values()])
     return {
         "analyses": analyses,
         "window_s": SHORT_S,
         "resident_mb_after": resident_mb,
         "growth_mb_per_100": 100.0 * line.slope,
-        "growth_by_ends_mb_per_100": 100.0 * (end_mb - start_mb) / (last - first),
         "largest_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     }
-
-
-def _resident_mb() -> float:
-    pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / MB
 
 
 def main() -> None:
