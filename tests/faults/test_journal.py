@@ -41,7 +41,7 @@ def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path: Path) -> Non
     assert set(read_content([path]).rows) == {"a"}
 
 
-def test_a_file_system_without_locks_is_said(
+def test_a_file_system_without_locks_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def no_locks(*_: object) -> None:

@@ -48,7 +48,9 @@ def digest(study: StudyConfig, folder: StudyFolder) -> str:
     return motions_digest(study, folder.motions_digest)
 
 
-def test_removed_between_the_check_and_the_reading(study: StudyConfig, folder: StudyFolder) -> None:
+def test_motion_removed_between_check_and_reading_is_named(
+    study: StudyConfig, folder: StudyFolder
+) -> None:
     prepare(study, folder)
     before = folder.suite.read_bytes()
     digest(study, folder)

@@ -1,4 +1,4 @@
-"""Workers that die or stand still: the study goes on, and what became of them is said."""
+"""Workers that die or hang: the study continues and reports them."""
 
 import os
 import signal
@@ -92,7 +92,7 @@ def test_a_batch_without_faults_has_none(tmp_path: Path) -> None:
     assert {row["status"] for row in batch(tmp_path, done_at_once)} == {"ok"}
 
 
-def test_a_search_that_was_not_through_goes_on_from_its_journal(tmp_path: Path) -> None:
+def test_an_unfinished_search_resumes_from_its_journal(tmp_path: Path) -> None:
     at_1_g = task(1).motion.measures[LEVEL_MEASURE]
     search = Search(demand="deck_disp_m", threshold=1.0, low_g=0.5 * at_1_g, high_g=1.5 * at_1_g)
     factor = search.first_factor(task(1).motion)
@@ -145,7 +145,7 @@ def test_a_worker_ends_with_its_parent_even_when_stopped(
     assert ended(worker)
 
 
-def test_a_process_whose_parent_ended_before_it_asked_ends_too() -> None:
+def test_a_process_without_its_parent_ends_at_once() -> None:
     late = "from skewbridge.study import processes; processes.end_with_parent()"
     for parent, code in ((os.getpid(), 0), (1, 3)):
         environment = {**os.environ, PARENT_VARIABLE: str(parent)}
@@ -163,7 +163,7 @@ batch(Path(sys.argv[1]), partial(slow, seconds=300.0))
 """
 
 
-def test_a_worker_whose_parent_is_killed_during_its_start_ends_too(
+def test_a_worker_ends_whose_parent_is_killed_during_its_start(
     tmp_path: Path, ended: Callable[[int], bool]
 ) -> None:
     """The parent is killed as soon as it has a worker, which has loaded nothing yet."""
@@ -188,7 +188,7 @@ def test_a_worker_that_hangs_inside_the_solver_is_ended(tmp_path: Path) -> None:
     assert rows[2]["collapse_criterion"] == "no progress for 2 s"
 
 
-def test_an_analysis_that_goes_on_is_not_ended(tmp_path: Path) -> None:
+def test_an_analysis_that_makes_progress_is_not_ended(tmp_path: Path) -> None:
     rows = batch(tmp_path, partial(slow, seconds=1.5 * STILL_S))
     assert {row["status"] for row in rows} == {"ok"}
 

@@ -5,13 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skewbridge.bridge.abutment.backfill import Passive, sdc_backfill, skew_reduction
+from skewbridge.bridge.abutment.backfill import Passive, skew_reduction
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.column import shear_section
 from skewbridge.bridge.deck import deck_end, tributary_shares
 from skewbridge.bridge.gravity import continuous_reactions_n
 from skewbridge.bridge.moment_curvature import section_response
-from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
 
 SKEWS = st.floats(-60.0, 60.0)
 SPANS = st.lists(st.floats(5.0, 80.0), min_size=1, max_size=8).map(tuple)
@@ -33,13 +31,6 @@ def test_skew_reduction_is_even_and_at_most_one(skew_deg: float) -> None:
     reduction = skew_reduction(np.radians(skew_deg))
     assert 0.0 < reduction <= 1.0
     assert reduction == skew_reduction(np.radians(-skew_deg))
-
-
-@given(st.floats(3.0, 40.0), st.floats(0.7, 3.0))
-def test_backfill_of_the_criteria_is_linear_in_width(width_m: float, height_m: float) -> None:
-    one, two = sdc_backfill(width_m, height_m), sdc_backfill(2 * width_m, height_m)
-    assert two.ultimate_n == pytest.approx(2 * one.ultimate_n)
-    assert two.stiffness_n_per_m == pytest.approx(2 * one.stiffness_n_per_m)
 
 
 @given(SPANS, st.floats(1.0, 1e6))
@@ -67,20 +58,6 @@ def test_opposite_skews_and_opposite_ends_mirror_each_other(
     assert edges[0] == pytest.approx(-width_m / 2)
     assert edges[-1] == pytest.approx(width_m / 2)
     assert sum(tributary_shares(count)) == pytest.approx(1.0)
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.floats(-2e6, 2e7), st.floats(0.0, 30.0), st.floats(0.0, 5.0))
-def test_shear_strength_never_grows_with_ductility_nor_falls_with_compression(
-    axial_n: float, ductility: float, more: float
-) -> None:
-    column = load_bridge("osb1").column
-    section = shear_section(column, 5.64, section_response(column, 6.0e6))
-    for strength in (sdc_shear_strength, kowalsky_priestley_strength):
-        base = float(strength(section, axial_n, ductility))
-        assert base > 0.0
-        assert float(strength(section, axial_n, ductility + more)) <= base + 1e-6
-        assert float(strength(section, axial_n + 1e6, ductility)) >= base - 1e-6
 
 
 @settings(max_examples=10, deadline=None)

@@ -33,7 +33,7 @@ def test_a_bridge_with_unpublished_details_says_so(name: str) -> None:
     assert "surrogate" in bridge.title
 
 
-def test_the_fixed_bridge_differs_in_its_bases_and_what_follows() -> None:
+def test_the_fixed_bridge_differs_in_its_bases_and_period_only() -> None:
     fixed, pinned = load_bridge("osb1_fixed"), load_bridge("osb1")
     same = set(type(pinned).model_fields) - {"name", "title", "base", "t1_s", "sources"}
     assert all(getattr(fixed, name) == getattr(pinned, name) for name in same)

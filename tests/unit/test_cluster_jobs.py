@@ -57,7 +57,7 @@ def profile() -> dict[str, Any]:
     return found
 
 
-def test_what_becomes_of_jobs_is_asked_where_it_is_known(
+def test_the_status_of_jobs_comes_from_accounting_if_there_is_any(
     programs: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An account is named only where there is accounting, or the executor would look it up."""
@@ -102,7 +102,7 @@ def test_forecast_of_jobs(
     assert "jobs" not in forecast_study(config).summary
 
 
-def test_two_nodes_with_equal_processes_write_beside_each_other(
+def test_two_nodes_with_equal_process_ids_write_separate_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "table"

@@ -47,7 +47,7 @@ def test_a_run_that_its_table_calls_incomplete_is_incomplete(dtype: type) -> Non
     assert is_complete(RUNS.assign(complete=unknown)).tolist() == is_complete(RUNS).tolist()
 
 
-def test_the_failure_ratio_is_the_larger_that_is_known() -> None:
+def test_the_failure_ratio_is_the_larger_known_ratio() -> None:
     np.testing.assert_array_equal(column_failure_ratio(RUNS), RATIOS)
     alone = column_failure_ratio(RUNS.drop(columns="column_shear_dcr"))
     np.testing.assert_array_equal(alone, RUNS["drift_over_capacity"])

@@ -87,7 +87,7 @@ def test_rows_are_those_of_analyses_at_their_own_factor(engine):
     assert len({row["run_key"] for row in searched()}) == len(searched())
 
 
-def test_what_is_known_is_not_analysed_again(engine):
+def test_finished_analyses_are_not_repeated(engine):
     rows = searched()
     tried = len(engine.factors)
     again = searched({row["run_key"]: row for row in rows})
@@ -107,7 +107,7 @@ def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):
 
 
 @pytest.mark.parametrize(("capacity_g", "side"), [(0.01, "low_g"), (50.0, "high_g")])
-def test_a_capacity_outside_the_range_is_told_by_its_end(engine, capacity_g, side):
+def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capacity_g, side):
     engine.capacity = capacity_g / AT_1_G
     levels_g = [row[LEVEL_MEASURE] for row in searched()]
     assert levels_g[-1] == pytest.approx(getattr(SEARCH, side))

@@ -1,4 +1,4 @@
-"""The modeller's choices: the table of them, the pairs, the ratios, the journal, what is told."""
+"""Modelling choices: table, pairs, ratios, journal, figure and findings."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -86,7 +86,7 @@ def test_the_configured_value_is_never_compared_with_itself(task: Task) -> None:
             assert len(keys) == len(others)
 
 
-def test_null_counts_as_what_it_stands_for(task: Task) -> None:
+def test_null_counts_as_the_default_value(task: Task) -> None:
     values = {choice.key: choice.alternatives(task) for choice in CHOICES}
     assert values["damping_ratio"] == [0.02]  # the file has 0.05
     assert task.settings.integrator_command not in values["integrator"]
@@ -103,7 +103,7 @@ def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
     assert "foundation" in tried(at(task, bridge="bridge_a"))
 
 
-def test_what_the_scheme_sets_anyway_is_not_tried(task: Task) -> None:
+def test_settings_fixed_by_the_scheme_are_not_tried(task: Task) -> None:
     paper = replace(task, settings=AnalysisSettings(scheme="paper"))
     assert "column_integration" in tried(task)
     assert "column_integration" not in tried(paper)

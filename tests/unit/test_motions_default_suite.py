@@ -13,7 +13,7 @@ from skewbridge.cli import build_app
 from skewbridge.errors import InputError
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.formats import at2_text, write_at2
-from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G, MotionsConfig
+from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import content_digest, prepare_suite, read_entry
@@ -112,15 +112,11 @@ def test_components_are_equally_strong_on_average(suite):
     assert abs(log_ratio.mean()) < 0.15
 
 
-def test_scale_factors_use_the_period_of_osb1():
+def test_stored_factors_are_moderate_and_match_period_and_levels():
     """If not: `skewbridge motions default-suite --out motions` (only the factors change)."""
     index = pd.read_csv(MOTIONS / "index.csv")
     assert index["scale_t1_s"].nunique() == 1
     assert load_bridge("osb1").t1_s == pytest.approx(index["scale_t1_s"][0], rel=1e-3)
-
-
-def test_stored_factors_are_moderate_and_match_the_levels():
-    index = pd.read_csv(MOTIONS / "index.csv")
     assert index["scale"].between(*FACTOR_LIMITS).all()
     assert {*index["scale_low_g"], *index["scale_high_g"]} == set(LEVEL_RANGE_G)
 
@@ -283,7 +279,3 @@ def test_number_and_files_together_are_refused(folder: Path, old: str, new: str)
     done = CliRunner().invoke(build_app(), ["motions", "check", str(folder), "--json"])
     assert done.exit_code == 2
     assert "made_from_number" in done.stdout
-
-
-def test_default_suite_has_enough_motions() -> None:
-    assert MotionsConfig().count <= 96 <= generate.COUNT

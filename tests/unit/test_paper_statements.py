@@ -96,12 +96,12 @@ def test_size_of_a_reduction_is_judged_under_the_papers_record_only(value, same_
 
 @pytest.mark.parametrize("rule", [lower, hardly_changed])
 @pytest.mark.parametrize("value", [0.0, 1.0])
-def test_change_of_zero_cannot_be_told(rule, value):
+def test_change_from_zero_is_undecidable(rule, value):
     assert rule(value, 0.0).outcome == "undecidable"
     assert not math.isfinite(relative_change(value, 0.0))
 
 
-def test_positive_correlation_that_chance_explains_cannot_be_told():
+def test_insignificant_correlation_is_undecidable():
     weak = grows_with(X, [3.0, 1.0, 5.0, 2.0, 6.0, 1.5])
     assert weak.value is not None
     assert weak.value > 0.0

@@ -75,7 +75,7 @@ def test_no_factor_is_beyond_its_limits() -> None:
 @pytest.mark.parametrize(
     "columns", [{"warnings": ["", "saturating"]}, {"n_unknown": [0, 1]}, {"b": [1.0, -1.0]}]
 )
-def test_what_the_model_does_not_reach_moves_no_level(columns: dict[str, object]) -> None:
+def test_unreachable_states_move_no_level(columns: dict[str, object]) -> None:
     found = propose(curves([0.4, 1.4], **columns), STRENGTHS, (0.1, 1.0))
     assert (found.in_reach, found.n_states) == (1, 2)
     assert found.level_range_g == (0.1, 1.0)

@@ -69,7 +69,7 @@ def test_every_package_is_edited_below() -> None:
 
 
 @pytest.mark.parametrize("name", EDITS)
-def test_an_edit_changes_what_depends_on_it(tree: Path, name: str) -> None:
+def test_an_edit_changes_the_digests_of_dependent_rules(tree: Path, name: str) -> None:
     path = tree / name
     text = path.read_text()
     before = digests(tree)

@@ -53,7 +53,7 @@ def artefact(folder: Path, ending: str, metadata: dict[str, str] | None = None) 
 
 
 @pytest.mark.parametrize("ending", [".parquet", ".json", ".html"])
-def test_a_file_has_what_was_written_into_it_and_what_was_written_last(tmp_path, ending):
+def test_a_later_stamp_replaces_an_earlier_one(tmp_path, ending):
     path = artefact(tmp_path, ending)
     stamp(path, {"rule": "an older one, longer than the newer"})
     once = path.stat().st_size
@@ -86,7 +86,7 @@ def test_the_content_of_a_file_is_kept(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["rows.csv", "list.json"])
-def test_a_format_without_a_place_for_it_is_left_as_it_is(tmp_path, name):
+def test_a_format_without_metadata_is_left_as_it_is(tmp_path, name):
     path = tmp_path / name
     path.write_text("[1, 2]")
     stamp(path, SAID)
@@ -103,7 +103,7 @@ def test_a_file_that_cannot_be_read_is_bad_input(tmp_path, name):
         read_stamp(tmp_path / name)
 
 
-def test_the_machine_is_told_without_its_name():
+def test_the_machine_is_described_without_its_name():
     told = provenance()
     assert {"git_commit", "git_dirty", "processor", "processors", "openseespy_version"} <= set(told)
     text = json.dumps(told)
@@ -173,7 +173,7 @@ def test_a_script_without_messages_leaves_no_log_not_even_that_of_the_last_run(t
     ("error", "code"),
     [(InputError("bad input"), 2), (SolutionError("checks failed"), 1), (None, 130)],
 )
-def test_what_failed_ends_with_its_sentence_and_its_code(tmp_path, capsys, error, code):
+def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error, code):
     # A shell starts background processes with SIGINT ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -238,7 +238,7 @@ def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path, engine, co
     assert answered(path)[0] == code
 
 
-def test_a_file_that_says_too_little_is_bad_input(tmp_path):
+def test_a_file_without_provenance_is_bad_input(tmp_path):
     path = tmp_path / "old.parquet"
     write_frame(FRAME, path, provenance())
     assert answered(path)[0] == 2

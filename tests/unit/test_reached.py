@@ -1,4 +1,4 @@
-"""Nothing in the package that no command, no rule, no benchmark and no page reaches."""
+"""Every function is used by a command, rule, benchmark or page."""
 
 import re
 import tomllib

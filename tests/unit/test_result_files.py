@@ -1,4 +1,4 @@
-"""Results of another version are said and not used; files are there whole or not at all."""
+"""Results of another version are reported and not used; files are written whole or not at all."""
 
 import json
 import logging
@@ -129,7 +129,7 @@ def test_a_sensitivity_row_no_longer_than_its_window_is_that_of_the_study(
     assert run_key(rows[0]) == run_key(short.tasks(SLUG)[0])
 
 
-def test_journal_lines_of_another_version_are_said_and_not_used(
+def test_journal_lines_of_another_version_are_reported_and_not_used(
     setup: StudySetup, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     task = setup.tasks(SLUG)[0]
@@ -190,7 +190,7 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("said", ["", "WARNING: a step failed"])
-def test_a_solver_that_says_nothing_leaves_no_log(
+def test_a_solver_without_messages_leaves_no_log(
     setup: StudySetup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: str
 ) -> None:
     def analysed(_task: Task, log: Path, _go_on: object) -> dict[str, object]:

@@ -74,7 +74,7 @@ def test_another_solver_is_another_analysis(
     assert run_key(task) != before
 
 
-def test_a_bridge_is_what_its_files_say_together(tmp_path: Path) -> None:
+def test_only_numbers_of_a_bridge_change_its_digest(tmp_path: Path) -> None:
     texts = {
         "as it is": "extends: osb1\nbase: {v: fixed, src: 'd: test'}\n",
         "comment": "# why\nextends: osb1\nbase: {v: fixed, src: 'd: test'}\n",

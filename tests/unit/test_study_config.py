@@ -47,7 +47,7 @@ def test_the_full_study_takes_96_motions_of_the_suite() -> None:
     assert full.level_range_g == shipped("config").motions.level_range_g
 
 
-def test_the_file_config_says_what_the_models_say() -> None:
+def test_the_shipped_configuration_has_the_defaults() -> None:
     assert load_config(ROOT / "config/config.yaml") == parse_config({})
 
 
@@ -158,7 +158,7 @@ def test_the_schema_of_editors_accepts_every_shipped_configuration(path: Path) -
         {"analysis": {"dt_s": "fast"}},
     ],
 )
-def test_the_schema_of_editors_refuses_what_the_study_refuses(raw: dict[str, object]) -> None:
+def test_the_schema_of_editors_refuses_bad_values(raw: dict[str, object]) -> None:
     with pytest.raises(InputError):
         parse_config(raw)
     with pytest.raises(jsonschema.ValidationError):

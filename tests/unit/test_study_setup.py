@@ -14,7 +14,7 @@ def setup_of(study: StudyConfig) -> StudySetup:
     )
 
 
-def test_the_value_on_an_axis_stands_above_the_configured_one() -> None:
+def test_the_value_on_an_axis_overrides_the_configured_one() -> None:
     raw = {
         "grid": {"transverse_gap_mm": [12.5, 25.4], "backwall_points": [7]},
         "model": {"keys": "monolithic", "transverse_gap_mm": 3.0},

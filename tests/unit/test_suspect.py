@@ -1,4 +1,4 @@
-"""Suspect rows: why, where it is decided, and what the study says of them."""
+"""Suspect rows: reasons, limits, and their counts in tables and checks."""
 
 import json
 from pathlib import Path
@@ -59,7 +59,7 @@ def test_contacts_may_take_energy() -> None:
     assert reasons(HEALTHY | {"contact_energy_ratio": 0.2}, LIMITS) == ""
 
 
-def test_several_reasons_are_joined_and_what_is_unknown_is_none() -> None:
+def test_several_reasons_are_joined_and_unknown_values_give_none() -> None:
     row = HEALTHY | {"recovery_rung": 5, "energy_residual_ratio": NAN, "contact_force_ratio": 0.7}
     assert reasons(row, LIMITS) == "recovery rung 5; contact force over weight 0.70"
     assert reasons({"status": "crash"}, LIMITS) == ""

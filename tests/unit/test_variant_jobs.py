@@ -33,7 +33,7 @@ def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0)) -> Stud
     return study_of(folder, *(wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s))
 
 
-def test_a_row_tells_its_analysis_that_of_a_search_at_its_own_factor(tmp_path: Path) -> None:
+def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None:
     plain = setup_in(tmp_path)
     search = Search(demand="deck_disp_m", threshold=0.1, low_g=0.1, high_g=2.0)
     searching = replace(plain, search=search)

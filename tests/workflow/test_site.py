@@ -9,25 +9,9 @@ ROOT = Path(__file__).parents[2]
 
 def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
     """Unknown pages in a toctree, pages in none, links and docstrings that fail are warnings."""
-    options = ("--quiet", "--fail-on-warning", "--keep-going")
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "sphinx",
-            *options,
-            "-c",
-            "docs",
-            "-d",
-            tmp_path / "d",
-            ".",
-            tmp_path / "s",
-        ],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = [sys.executable, "-m", "sphinx", "--quiet", "--fail-on-warning", "--keep-going"]
+    command += ["-c", "docs", "-d", str(tmp_path / "d"), ".", str(tmp_path / "s")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "s/docs/theory/contact.html").read_text()
     assert "<math" in page

@@ -50,7 +50,7 @@ def test_an_installed_package_starts_a_study_that_snakemake_plans(
     assert '"analyses": 6' in plan.stdout
 
 
-def test_what_is_there_is_not_overwritten(tmp_path: Path) -> None:
+def test_existing_files_are_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text("mine")
     with pytest.raises(InputError, match="has config already"):

@@ -71,7 +71,7 @@ def test_a_second_run_in_the_tree_stops_with_one_sentence(study: Path) -> None:
     assert "Traceback" not in "".join(said)
 
 
-def test_a_configuration_edited_meanwhile_is_said(study: Path) -> None:
+def test_a_configuration_edited_meanwhile_is_reported(study: Path) -> None:
     said = (study / "resumed.log").read_text()
     assert "config/smoke.yaml was edited while the study ran" in said
     assert "config/config.yaml was edited" not in said
@@ -196,12 +196,12 @@ def test_notes_and_comments_run_nothing(copy: Path) -> None:
     assert jobs_after(copy, dict.fromkeys(names, ("", "\n# a comment\n"))) == set()
 
 
-def test_a_changed_limit_state_reruns_the_fits_and_what_follows(copy: Path) -> None:
+def test_a_changed_limit_state_reruns_fits_and_report(copy: Path) -> None:
     jobs = jobs_after(copy, {"config/limit_states.yaml": ("dcr_050: 0.5", "dcr_050: 0.55")})
     assert jobs == FITS
 
 
-def test_edited_mechanics_rerun_the_analyses_and_what_follows(copy: Path) -> None:
+def test_edited_mechanics_rerun_analyses_fits_and_report(copy: Path) -> None:
     jobs = jobs_after(copy, {"src/skewbridge/contact/law.py": ("", "\nEXTRA = 1.0\n")})
     assert jobs == ANALYSES | FITS | {"verify_contact"}
 
@@ -211,7 +211,7 @@ def test_a_corrected_period_prepares_the_motions_again(copy: Path) -> None:
     assert jobs_after(copy, period) == ANALYSES | FITS | {"prepare_motions"}
 
 
-def test_another_version_of_the_solver_runs_what_it_is_used_in(copy: Path) -> None:
+def test_another_version_of_the_solver_reruns_the_analyses(copy: Path) -> None:
     """The version is that of the installed package: here the answer about it is another one."""
     patch = copy / "patch"
     patch.mkdir()
@@ -236,7 +236,7 @@ def test_an_edited_bridge_reruns_the_studies_that_use_it(copy: Path) -> None:
     assert jobs_after(copy, parent) == ANALYSES | FITS
 
 
-def test_a_study_lies_in_the_folder_that_its_configuration_names(study: Path) -> None:
+def test_a_study_is_written_into_its_configured_folder(study: Path) -> None:
     done = run(study, "-n", over="results: elsewhere/mine")
     assert "output: elsewhere/mine/report.html" in done.stdout + done.stderr
     assert "results/" not in done.stdout + done.stderr

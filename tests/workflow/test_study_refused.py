@@ -1,4 +1,4 @@
-"""What stops a study before any analysis, and what the rules themselves must hold to."""
+"""Faults that stop a study before any analysis, and the form of the rules."""
 
 import re
 import shutil
@@ -48,7 +48,7 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
     assert "ancient(rules." not in "".join(blocks.values())
 
 
-def test_every_rule_states_what_it_is_and_what_it_needs() -> None:
+def test_every_rule_has_a_docstring_and_resources() -> None:
     for name, block in rule_blocks().items():
         assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
         for directive in ("log:", "benchmark:", "resources:", "mem_mb=", "runtime="):
