@@ -20,10 +20,10 @@ import psutil
 from common import Case, cpu_s, options, osb1, ratio, show, suite_motion
 from joblib.externals.loky import ProcessPoolExecutor
 
-from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.study.processes import hush_exit_message
 from skewbridge.variant.options import ModelOptions
 
 WORKERS = (1, 2)

@@ -11,7 +11,7 @@ from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
-from skewbridge.analysis.exit_message import hush_exit_message
+from skewbridge.study.processes import hush_exit_message
 
 hush_exit_message()
 

@@ -10,7 +10,6 @@ from typing import Any, Final
 import yaml
 from pydantic import TypeAdapter
 
-from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.bridge.catalogue.loading import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.limit_states import LimitStateEntry
@@ -18,6 +17,7 @@ from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
 from skewbridge.study.predict_check import CHECK_COLUMNS
+from skewbridge.study.processes import hush_exit_message
 
 ROOT: Final = Path(__file__).parents[1]
 

@@ -4,10 +4,11 @@ import ctypes
 import os
 import signal
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 from skewbridge.study import ida
-from skewbridge.study.ida import Known, Search
+from skewbridge.study.ida import Search
 from skewbridge.study.task import Task, no_result
 from skewbridge.study.worker import Alarm, Row, row_of_task
 
@@ -43,7 +44,9 @@ def signalled(
     return done_at_once(task, key, log_folder)
 
 
-def searched(task: Task, key: str, log_folder: Path, *, search: Search, known: Known) -> list[Row]:
+def searched(
+    search: Search, done: Mapping[str, Row], journal: Path, task: Task, key: str, log_folder: Path
+) -> list[Row]:
     """Search a capacity without analyses; the demand is the factor."""
 
     def row_of(trial: Task, trial_key: str, _log_folder: Path) -> Row:
@@ -51,7 +54,7 @@ def searched(task: Task, key: str, log_folder: Path, *, search: Search, known: K
         return row_of_task(row, trial, trial_key)
 
     ida.analysed_row = row_of  # of this worker, which ends with the batch
-    return ida.search_capacity(search, known, task, key, log_folder)
+    return ida.search_capacity(search, done, journal, task, key, log_folder)
 
 
 def hanging(task: Task, key: str, log_folder: Path, *, motion_id: str) -> list[Row]:

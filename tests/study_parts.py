@@ -10,8 +10,8 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.study.analyses import StudySetup
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.study.worker import row_of_task
 from skewbridge.variant.options import ModelOptions

@@ -8,10 +8,10 @@ from motions_files import make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import suite
 from skewbridge.motions.levels import MotionsConfig
+from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest, prepare_motions
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import run_key
 
 T1_S = 0.7

@@ -17,7 +17,7 @@ from fake_work import done_at_once, hanging, searched, signalled, slow
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.study.batch import Workers, run_tasks
-from skewbridge.study.ida import Known, Search
+from skewbridge.study.ida import Search
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
 from skewbridge.study.task import Task
@@ -42,7 +42,7 @@ def batch(folder: Path, work: Work, count: int = 2) -> list[dict[str, Any]]:
             workers=Workers(count=count, no_progress_s=STILL_S),
             log_folder=folder,
             on_finished=lambda _row: None,
-            search=lambda _task: work,
+            search=work,
         )
     assert {row["run_key"]: row["status"] for row in rows} == {
         key: row["status"] for key, row in read_content([path]).rows.items()
@@ -102,17 +102,17 @@ def test_an_unfinished_search_resumes_from_its_journal(tmp_path: Path) -> None:
 
     def run() -> tuple[list[str], int]:
         """Keys of the search, and how many analyses it took."""
-        known = Known(rows=read_content([own, trials]).rows, journal=trials)
+        done = read_content([own, trials]).rows
         new: list[dict[str, Any]] = []
         with open_journal(own) as journal:
             rows = run_tasks(
                 [first],
                 journal,
-                known.rows,
+                done,
                 workers=Workers(count=2),
                 log_folder=tmp_path,
                 on_finished=new.append,
-                search=lambda _task: partial(searched, search=search, known=known),
+                search=partial(searched, search, done, trials),
             )
         return [row["run_key"] for row in rows], len(new)
 

@@ -13,10 +13,10 @@ from skewbridge.cli import build_app
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import write_demands
+from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import load_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import outcome_of, run_key
 from skewbridge.study.worker import row_of_task
 from skewbridge.units import G_MPS2

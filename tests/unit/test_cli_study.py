@@ -12,13 +12,12 @@ from skewbridge.cli import build_app
 from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
+from skewbridge.study.analyses import JobProgress, StudySetup
 from skewbridge.study.config import load_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.journal import open_journal
-from skewbridge.study.progress import JobProgress
 from skewbridge.study.session import for_terminal
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 

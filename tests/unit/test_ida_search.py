@@ -9,7 +9,7 @@ from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study import ida
-from skewbridge.study.ida import Known, Search, search_capacity
+from skewbridge.study.ida import Search, search_capacity
 from skewbridge.study.task import Task, run_key
 from skewbridge.study.worker import row_of_task
 from study_parts import task_of
@@ -61,8 +61,7 @@ def engine(monkeypatch, tmp_path) -> Engine:
 def searched(known=None, scale: float = 2.0) -> list[dict]:
     task = first_task(scale)
     first_key = run_key(first_task(SEARCH.first_factor(task.motion)))
-    kept = Known(rows=known or {}, journal=JOURNAL)
-    return search_capacity(SEARCH, kept, task, first_key, LOGS)
+    return search_capacity(SEARCH, known or {}, JOURNAL, task, first_key, LOGS)
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])

@@ -20,6 +20,7 @@ from skewbridge.report.effect_figures import (
     tornado,
     tornado_text,
 )
+from skewbridge.study.analyses import StudySetup, sampled
 from skewbridge.study.batch import Workers
 from skewbridge.study.config import chosen_variants, parse_config
 from skewbridge.study.folder import StudyFolder
@@ -34,7 +35,6 @@ from skewbridge.study.modelling_choices import (
 )
 from skewbridge.study.products import rule_digest
 from skewbridge.study.session import Job
-from skewbridge.study.setup import StudySetup, sampled
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions

@@ -26,10 +26,10 @@ from skewbridge.motions.synthesis.generate import (
     drawn_parameters,
     made_motion,
 )
+from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import run_key
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid

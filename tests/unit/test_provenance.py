@@ -40,7 +40,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}),
     "study/session.py": (set(), ALL),
     "study/sensitivity.py": ({"sensitivity"}, ALL - {"sensitivity"}),
-    "study/setup.py": (ANALYSING, {ANALYSES}),
+    "study/analyses.py": (ANALYSING, {ANALYSES}),
     "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse", "check_predict"}),
     "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
     "report/html/page.py": (PAGES, ALL - PAGES),

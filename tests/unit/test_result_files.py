@@ -18,11 +18,10 @@ from skewbridge.files import tables
 from skewbridge.files.digests import provenance
 from skewbridge.files.text import written_aside
 from skewbridge.study import worker
-from skewbridge.study.analyses import analyse_variant
+from skewbridge.study.analyses import StudySetup, analyse_variant
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.sensitivity import CHANGES, in_window, sampled_rows, write_sensitivity
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task, no_result, run_key
 from study_parts import row_of, study_of, wave
 

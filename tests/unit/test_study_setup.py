@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import StudyConfig, parse_config
-from skewbridge.study.setup import StudySetup
 from skewbridge.variant.grid import expand_grid
 from study_parts import study_of
 

@@ -12,13 +12,12 @@ from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.errors import InputError
 from skewbridge.files import tables as provenance_tables
-from skewbridge.study.analyses import analyse_variant
+from skewbridge.study.analyses import StudySetup, analyse_variant
 from skewbridge.study.batch import Workers
 from skewbridge.study.config import parse_config
 from skewbridge.study.ida import Search, at_factor
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import forecast_study, study_state
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import Task, run_key
 from study_parts import row_of, study_of, wave
 

@@ -4,8 +4,7 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.study.analyses import analyse_variant
-        from skewbridge.study.setup import StudySetup
+        from skewbridge.study.analyses import StudySetup, analyse_variant
 
         analyse_variant(
             StudySetup.of(job.study),

@@ -4,8 +4,8 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
+        from skewbridge.study.analyses import StudySetup
         from skewbridge.study.predict_check import write_predict_check
-        from skewbridge.study.setup import StudySetup
 
         write_predict_check(
             StudySetup.of(job.study),

@@ -4,8 +4,8 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
+        from skewbridge.study.analyses import StudySetup
         from skewbridge.study.friction_pair import write_friction_pair
-        from skewbridge.study.setup import StudySetup
 
         write_friction_pair(
             StudySetup.of(job.study), job.inputs["demands"], job.outputs["histories"]

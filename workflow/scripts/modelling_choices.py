@@ -4,9 +4,9 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
+        from skewbridge.study.analyses import StudySetup
         from skewbridge.study.config import chosen_variants
         from skewbridge.study.modelling_choices import write_choices
-        from skewbridge.study.setup import StudySetup
         from skewbridge.variant.grid import expand_grid
 
         named = job.study.modelling_choices

@@ -4,8 +4,8 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
+        from skewbridge.study.analyses import StudySetup
         from skewbridge.study.sensitivity import write_sensitivity
-        from skewbridge.study.setup import StudySetup
         from skewbridge.variant.grid import expand_grid
 
         variants = expand_grid(job.study.grid)

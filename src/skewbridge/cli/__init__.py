@@ -7,9 +7,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_group
 
-from skewbridge.analysis.exit_message import hush_exit_message
+from skewbridge.study.processes import hush_exit_message
 
-#: Command or group -> its module in this package and its line in ``skewbridge --help``. A module is
 #: imported when one of its commands is called, so that the help takes a tenth of a second.
 COMMANDS: Final = {
     "doctor": ("checks", "Check the environment: versions, OpenSees, a one-second self-test."),

@@ -148,10 +148,10 @@ def _task_of_row(key: str, config: Path) -> "Task":
         InputError: The study has no results, no such row, or no such analysis any more.
     """
     from skewbridge.files.tables import read_table
+    from skewbridge.study.analyses import StudySetup
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import read_journals
-    from skewbridge.study.setup import StudySetup
     from skewbridge.study.task import run_key
 
     study = load_config(config, base=DEFAULT_CONFIG)
@@ -160,11 +160,16 @@ def _task_of_row(key: str, config: Path) -> "Task":
     if row is None:
         table = folder.demands
         if not table.is_file():
-            raise InputError(f"row {key}: there is no {table}; run the study first")
+            raise InputError(
+                f"row {key}: there is no {table}; run the study first or name another with --study"
+            )
         rows: list[dict[str, Any]] = read_table(table).to_pylist()
         row = next((row for row in rows if row["run_key"] == key), None)
         if row is None:
-            raise InputError(f"row {key}: no such run_key in {table} ({len(rows)} rows)")
+            raise InputError(
+                f"row {key}: no such run_key in {table} ({len(rows)} rows); name another study "
+                "with --study"
+            )
     task = StudySetup.of(study).task_of(row)
     if task is None:
         raise InputError(

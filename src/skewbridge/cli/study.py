@@ -146,7 +146,9 @@ def status(
         return
     summary, _ = _forecast(config)
     last = failures[-1] if failures else None
-    emit(summary | {"last_failure": last}, _study_rows(summary), as_json=as_json)
+    title = f"Study in {config.results}"
+    answer = summary | {"results": config.results, "last_failure": last}
+    emit(answer, _study_rows(summary), as_json=as_json, title=title)
     if last is not None:
         messages.print(
             f"last failure: {last['variant']} under {last['motion']}: {last['status']} "
@@ -182,13 +184,11 @@ def compare(
     import pandas as pd
 
     from skewbridge.fragility.exports import write_csv
-    from skewbridge.study.two_studies import Judgement, compare_studies
+    from skewbridge.study.two_studies import compare_studies
 
     if out is not None and out.suffix != ".csv":
         raise InputError(f"--out must end with .csv, got {out.name}")
-    judgement = Judgement(limit_states=limit_states, im=im, margin=margin)
-    found = compare_studies(first, second, judgement)
-    pair = found.comparison
+    pair = compare_studies(first, second, limit_states, im=im, margin=margin)
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
     pooled, medians = (
@@ -199,7 +199,7 @@ def compare(
         emit_json(
             {
                 "counts": pair.counts,
-                "other_motions": list(found.other_motions),
+                "other_motions": list(pair.other_motions),
                 "demands": pair.demands.to_dict("records"),
                 "medians": pair.medians.to_dict("records"),
                 "medians_by_state": medians,
@@ -216,10 +216,10 @@ def compare(
     )
     if pair.counts["equal_pairs"]:
         messages.print(f"{pair.counts['equal_pairs']} pairs have exactly the same demands")
-    if found.other_motions:
+    if pair.other_motions:
         messages.print(
-            f"warning: {len(found.other_motions)} motions have the same name in both studies but "
-            f"different files, and are left out: {', '.join(found.other_motions[:5])}"
+            f"warning: {len(pair.other_motions)} motions have the same name in both studies but "
+            f"different files, and are left out: {', '.join(pair.other_motions[:5])}"
         )
 
 
@@ -463,9 +463,9 @@ def _study_rows(summary: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _propose_levels(config: Any, motions: int, *, as_json: bool) -> None:
     """Run a few motions of a study and print the range of levels that they suggest."""
-    from skewbridge.study.pilot import run_pilot
+    from skewbridge.study.trial_runs import run_trials
 
-    proposal, rows = run_pilot(config, motions)
+    proposal, rows = run_trials(config, motions)
     variants = len({row["variant"] for row in rows})
     title = f"{len(rows)} analyses of {variants} variants; share = with outcomes on both sides"
     answer = asdict(proposal) | {"analyses": len(rows), "variants": variants}

@@ -16,7 +16,6 @@ import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
-from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.demands.columns import label_of
 from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.errors import InputError
@@ -48,6 +47,7 @@ from skewbridge.report.run_figures import (
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
+from skewbridge.study.processes import hush_exit_message
 from skewbridge.units import INCH, MM
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of

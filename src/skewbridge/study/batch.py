@@ -12,20 +12,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.study.journal import JournalWriter
-from skewbridge.study.processes import (
-    PARENT_VARIABLE,
-    end_with_parent,
-    stopped_workers_ended,
-)
+from skewbridge.study.processes import PARENT_VARIABLE, end_with_parent, stopped_workers_ended
 from skewbridge.study.task import Task, run_key
-from skewbridge.study.worker import (
-    Row,
-    Work,
-    crashed_row,
-    guarded,
-    one_analysis,
-    row_of_task,
-)
+from skewbridge.study.worker import Row, Work, crashed_row, guarded, one_analysis, row_of_task
 
 logger = logging.getLogger(__name__)
 
@@ -59,7 +48,7 @@ def run_tasks(
     workers: Workers,
     log_folder: Path,
     on_finished: Callable[[Row], None],
-    search: Callable[[Task], Work] | None = None,
+    search: Work | None = None,
 ) -> list[Row]:
     """Run the tasks without a row in the journals, and return the rows of all tasks in order.
 
@@ -73,7 +62,7 @@ def run_tasks(
         workers: The worker processes.
         log_folder: Folder for the messages of the solver, in a folder of each variant.
         on_finished: Called with each new row.
-        search: Where a task is the beginning of several analyses: gives what to do with it,
+        search: Function that makes the rows of a task which is the beginning of several analyses,
             whatever the journals have. By default a task is one analysis, run if it is new.
 
     Raises:
@@ -88,14 +77,13 @@ def run_tasks(
             if key in done
         }
 
-    def finish(number: int, found: list[Row]) -> None:
-        rows[number] = found
-        for row in found:
+    def finish(number: int, new: list[Row]) -> None:
+        rows[number] = new
+        for row in new:
             if row["run_key"] in done:
                 continue
-            if (
-                row["run_key"] == keys[number]
-            ):  # a search has already written the rows that it added
+            # a search has already written the rows that it added
+            if row["run_key"] == keys[number]:
                 journal.append(row)
             on_finished(row)
 
@@ -108,12 +96,12 @@ def run_tasks(
                 if number not in rows
             ]:
                 try:
-                    for number, found in pool.stream(pending):
-                        finish(number, found)
+                    for number, new in pool.stream(pending):
+                        finish(number, new)
                 except BrokenProcessPool:
-                    left = [each for each in pending if each[0] not in rows]
-                    for number, found in pool.one_by_one(left[: workers.count + 1]):
-                        finish(number, found)
+                    left = [item for item in pending if item[0] not in rows]
+                    for number, new in pool.one_by_one(left[: workers.count + 1]):
+                        finish(number, new)
         finally:
             # at once: a worker that is stopped or hangs would never end
             _loky().get_reusable_executor(reuse=True).shutdown(kill_workers=True)
@@ -133,7 +121,7 @@ class _Pool:
 
     workers: Workers
     log_folder: Path
-    search: Callable[[Task], Work] | None
+    search: Work | None
     ended: set[int] = field(default_factory=set[int])
 
     def stream(self, pending: Sequence[Pending]) -> Iterator[tuple[int, list[Row]]]:
@@ -151,7 +139,7 @@ class _Pool:
         futures = {
             executor.submit(
                 guarded,
-                one_analysis if self.search is None else self.search(task),
+                self.search or one_analysis,
                 task,
                 key,
                 self.log_folder / task.variant.slug,
@@ -177,17 +165,10 @@ class _Pool:
                 yield number, next(alone.stream([(0, task, key)]))[1]
             except BrokenProcessPool as error:
                 hung = len(self.ended) > ended_before or signal.SIGALRM.name in str(error)
-                reason = f"no progress for {self.workers.no_progress_s:g} s"
-                yield (
-                    number,
-                    [
-                        crashed_row(
-                            task,
-                            key,
-                            reason if hung else "two worker processes died in this analysis",
-                        )
-                    ],
-                )
+                reason = "two worker processes died in this analysis"
+                if hung:
+                    reason = f"no progress for {self.workers.no_progress_s:g} s"
+                yield number, [crashed_row(task, key, reason)]
 
 
 def _loky() -> Any:

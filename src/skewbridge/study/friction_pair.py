@@ -13,7 +13,7 @@ from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.variant.variant import Variant, parse_slug
 
 if TYPE_CHECKING:
-    from skewbridge.study.setup import StudySetup
+    from skewbridge.study.analyses import StudySetup
 
 TYPICAL_QUANTILE: Final = 0.75
 

@@ -55,28 +55,21 @@ class Search:
         return bool(not is_complete or row[self.demand] >= self.threshold)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Known:
-    """Finished analyses, which a search does not repeat.
-
-    Attributes:
-        rows: Rows of earlier analyses by `run_key`.
-        journal: Journal in which each further analysis is written at once, so that a killed search
-            can resume. The batch writes the first analysis, which marks the search as done.
-    """
-
-    rows: Mapping[str, Row]
-    journal: Path
-
-
 def search_capacity(
-    search: Search, known: Known, task: Task, first_key: str, log_folder: Path
+    search: Search,
+    done: Mapping[str, Row],
+    journal: Path,
+    task: Task,
+    first_key: str,
+    log_folder: Path,
 ) -> list[Row]:
     """Return the rows of all analyses that bracket the capacity of one motion.
 
     Args:
         search: Target and range of the search.
-        known: Finished analyses, and the journal for new ones.
+        done: Rows of earlier analyses by `run_key`, which are not repeated.
+        journal: Journal in which each further analysis is written at once, so that a killed search
+            can resume. The batch writes the first analysis, which marks the search as done.
         task: The first analysis of the search; this and what follows is given by the batch.
         first_key: Its `run_key`.
         log_folder: Folder for the messages of the solver.
@@ -91,16 +84,14 @@ def search_capacity(
         is_first = isclose(factor, task.motion.scale, rel_tol=1e-12)
         trial = task if is_first else at_factor(task, factor)
         key = run_key(trial)
-        found = known.rows.get(key)
-        row = (
-            analysed_row(trial, key, log_folder)
-            if found is None
-            else row_of_task(found, trial, key)
-        )
+        if key in done:
+            row = row_of_task(done[key], trial, key)
+        else:
+            row = analysed_row(trial, key, log_folder)
+            if key != first_key:
+                with open_journal(journal, _PATIENCE_S) as lines:
+                    lines.append(row)
         rows.append(row)
-        if found is None and key != first_key:
-            with open_journal(known.journal, _PATIENCE_S) as journal:
-                journal.append(row)
         return search.exceeds(row)
 
     bracket_capacity(exceeds, limits=search.limits(task.motion))

@@ -1,13 +1,13 @@
 """Inputs of a study: checks before the first analysis, and preparation of the motions."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import pandas as pd
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
@@ -42,9 +42,10 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
     for name in config.bridges_with_periods():
         attempt(lambda name=name: load_bridge(name))
-    attempt(lambda: _check_measure(config.fragility.im))
+    attempt(lambda: _check_column("fragility.im", config.fragility.im, INTENSITY_COLUMNS))
     if config.motions.design == "ida":
-        attempt(lambda: _check_ida_demand(config.motions.ida_demand))
+        demand = config.motions.ida_demand
+        attempt(lambda: _check_column("motions.ida_demand", demand, DEMAND_COLUMNS))
     attempt(lambda: _check_limit_states(Path(config.fragility.limit_states)))
     attempt(lambda: check_font(config.figures.font))
     attempt(lambda: motions_digest(config, cache))
@@ -68,18 +69,10 @@ def motions_digest(config: StudyConfig, cache: Path | None) -> str:
     )
 
 
-def _check_measure(name: str) -> None:
-    known = [column.name for column in INTENSITY_COLUMNS]
-    if name not in known:
-        problem = f"fragility.im must be one of {', '.join(known)}, got {shortened(name)}"
-        raise InputError(problem)
-
-
-def _check_ida_demand(name: str) -> None:
-    known = [column.name for column in DEMAND_COLUMNS]
-    if name not in known:
-        problem = f"motions.ida_demand must be one of {', '.join(known)}, got {shortened(name)}"
-        raise InputError(problem)
+def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:
+    names = [column.name for column in columns]
+    if name not in names:
+        raise InputError(f"{key} must be one of {', '.join(names)}, got {shortened(name)}")
 
 
 def _check_limit_states(path: Path) -> None:

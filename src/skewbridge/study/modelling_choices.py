@@ -5,8 +5,7 @@ on a few motions, and the demands are compared with those of the configured mode
 next to the axes of the grid, from their lowest to their highest value on the same motions.
 """
 
-import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -24,11 +23,9 @@ from skewbridge.variant.variant import Variant, parse_slug
 
 if TYPE_CHECKING:
     # The processes that draw the figures need the table of the choices and no OpenSees.
+    from skewbridge.study.analyses import StudySetup
     from skewbridge.study.batch import Workers
-    from skewbridge.study.setup import StudySetup
     from skewbridge.study.task import Task
-
-logger = logging.getLogger(__name__)
 
 type Value = bool | float | str | tuple[str | float, ...]
 
@@ -250,7 +247,6 @@ CHOICE_COLUMNS: Final = {
 }
 _RESULT: Final = ("demand", "ratio", "lowest", "highest", "n", "n_failed", "n_pairs")
 _NAMES: Final = [name for name in CHOICE_COLUMNS if name not in _RESULT]
-_JOURNAL: Final = "modelling_choices"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -303,7 +299,7 @@ def axis_pairs(
     setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
 ) -> Iterator[Pair]:
     """Yield the analyses of a variant at the ends of each axis of the grid that has two values."""
-    from skewbridge.study.setup import sampled
+    from skewbridge.study.analyses import sampled
 
     variant = parse_slug(slug)
     for name, values in axes.items():
@@ -340,14 +336,16 @@ def write_choices(
         workers: The worker processes.
         output: Parquet file.
     """
-    from skewbridge.study.setup import sampled
+    from skewbridge.study.analyses import run_in_journal, sampled
 
     pairs: list[Pair] = []
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)
-    rows = _run(setup, [task for pair in pairs for task in (pair.before, pair.after)], workers)
-    write_frame(choices_table(pairs, rows), output, provenance())
+    tasks = [task for pair in pairs for task in (pair.before, pair.after)]
+    rows = run_in_journal(setup, "modelling_choices", tasks, workers)
+    by_key = {row["run_key"]: row for row in rows}
+    write_frame(choices_table(pairs, by_key), output, provenance())
 
 
 def choices_table(pairs: Sequence[Pair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
@@ -384,26 +382,3 @@ def _compared(before: Mapping[str, Any], after: Mapping[str, Any], demand: str) 
     failed = not before["status"] == after["status"] == OK
     usable = not failed and bottom > 0.0 and top > 0.0
     return {"log": np.log(top / bottom) if usable else np.nan, "failed": failed}
-
-
-def _run(
-    setup: "StudySetup", tasks: Iterable["Task"], workers: "Workers"
-) -> dict[str, dict[str, Any]]:
-    from skewbridge.study.batch import run_tasks
-    from skewbridge.study.journal import open_journal, read_journals
-    from skewbridge.study.progress import log_failure
-    from skewbridge.study.task import run_key
-
-    once = {run_key(task): task for task in tasks}
-    done = read_journals(setup.folder)
-    logger.info("%d analyses, %d of them done", len(once), len(once.keys() & done.keys()))
-    with open_journal(setup.folder.journal(_JOURNAL)) as journal:
-        rows = run_tasks(
-            list(once.values()),
-            journal,
-            done,
-            workers=workers,
-            log_folder=setup.folder.solver_logs / _JOURNAL,
-            on_finished=log_failure,
-        )
-    return dict(zip(once, rows, strict=True))

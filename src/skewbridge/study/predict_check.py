@@ -28,16 +28,13 @@ from skewbridge.fragility.limit_states import LimitState, load_limit_states, wit
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import write_described
-from skewbridge.study.batch import Workers, run_tasks
-from skewbridge.study.journal import open_journal, read_journals
-from skewbridge.study.progress import log_failure
-from skewbridge.study.setup import StudySetup, sampled
+from skewbridge.study.analyses import StudySetup, run_in_journal, sampled
+from skewbridge.study.batch import Workers
 from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import Variant
 
 #: Motions of each inner variant.
 MOTIONS: Final = 16
-_JOURNAL: Final = "check_predict"
 #: Shares of the range of every other axis, for each inner variant; the axes between them have the
 #: complement, so that the variants are not all on one diagonal.
 _SHARES: Final = (0.5, 0.25, 0.75)
@@ -90,15 +87,7 @@ def write_predict_check(
         if slug not in set(study["variant"])
         for task in sampled(setup.tasks(slug), MOTIONS)
     ]
-    with open_journal(setup.folder.journal(_JOURNAL)) as journal:
-        rows = run_tasks(
-            tasks,
-            journal,
-            read_journals(setup.folder),
-            workers=workers,
-            log_folder=setup.folder.solver_logs / _JOURNAL,
-            on_finished=log_failure,
-        )
+    rows = run_in_journal(setup, "check_predict", tasks, workers)
     states = with_column_failure(
         load_limit_states(tables["limit_states"]), with_derived_columns(study.head(0)).columns
     )

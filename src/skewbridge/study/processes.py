@@ -1,5 +1,6 @@
-"""Processes of a study: end with their parent, stopped workers, one study per tree."""
+"""Processes of a study: their end, stopped workers, one study per tree."""
 
+import atexit
 import ctypes
 import fcntl
 import logging
@@ -39,6 +40,23 @@ def end_with_parent() -> None:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # it has already ended
         os._exit(_EXIT_ORPHANED)
+
+
+@cache
+def hush_exit_message() -> None:
+    """Let the process end without OpenSees' message; calling it again does nothing.
+
+    The message is written while the C++ library is torn down, after Python has ended: what Python
+    itself has to say (tracebacks too) is out by then.
+    """
+    atexit.register(_close_stderr)
+
+
+def _close_stderr() -> None:
+    sys.stderr.flush()
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    os.close(nowhere)
 
 
 @contextmanager

@@ -33,8 +33,9 @@ _ANALYSES: Final = (
     *ENGINE,
     "files",
     "demands",
-    *(f"study/{name}.py" for name in ("batch", "ida", "journal", "setup", "worker")),
+    *(f"study/{name}.py" for name in ("analyses", "batch", "ida", "journal", "worker")),
 )
+_VERIFICATION: Final = (*ENGINE, "files", "motions", "demands/suspect.py", "verification")
 #: The figure of the modelling choices has their labels.
 _SCREEN: Final = (
     *(*_TABLES, "motions", "fragility", "report"),
@@ -66,12 +67,10 @@ RECIPES: Final[Mapping[str, Recipe]] = {
         sections=("motions",),
         inputs=("motions", "periods"),
     ),
-    "verify_contact": Recipe(sources=(*ENGINE, "verification"), inputs=("opensees",)),
-    "verification": Recipe(
-        sources=(*ENGINE, "motions", "demands/suspect.py", "verification"), inputs=("opensees",)
-    ),
+    "verify_contact": Recipe(sources=_VERIFICATION, inputs=("opensees",)),
+    "verification": Recipe(sources=_VERIFICATION, inputs=("opensees",)),
     "analyse": Recipe(
-        sources=(*_ANALYSES, "study/analyses.py"),
+        sources=_ANALYSES,
         sections=("motions", "model", "analysis", "suspect"),
         after=("prepare_motions",),
         inputs=("bridges", "opensees"),
@@ -127,16 +126,16 @@ def made_from(study: StudyConfig) -> dict[str, MadeFrom]:
     """
     inputs = _input_digests(study)
     values = study.model_dump(mode="json")
-    found: dict[str, MadeFrom] = {}
+    made: dict[str, MadeFrom] = {}
     for rule, recipe in RECIPES.items():
-        found[rule] = {
+        made[rule] = {
             "sources": layer_digest(recipe.sources),
             **{name: digest_of(canonical(values[name])) for name in recipe.sections},
             **{name: inputs[name] for name in recipe.inputs},
             **({"motions": inputs["motions"]} if recipe.after else {}),
-            **{name: rule_digest(found[name]) for name in recipe.after},
+            **{name: rule_digest(made[name]) for name in recipe.after},
         }
-    return found
+    return made
 
 
 def _input_digests(study: StudyConfig) -> dict[str, str]:

@@ -1,7 +1,5 @@
 """Progress and forecast of a study: analyses done, failed and left, and their cost."""
 
-import logging
-import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,20 +15,13 @@ from skewbridge.errors import InputError
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.levels import most_trials
 from skewbridge.statuses import FAILED
+from skewbridge.study.analyses import StudySetup, failure_note, run_command
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import JournalContent, read_content, read_journals
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
-logger = logging.getLogger(__name__)
-
-#: Its lines are shown in the terminal, so that a piped run shows its progress.
-PROGRESS_LOG: Final = "skewbridge.progress"
-progress_logger = logging.getLogger(PROGRESS_LOG)
-
-LOG_INTERVAL_S: Final = 60.0
 CRASH: Final = "crash"
 SHOWN_CRASHES: Final = 10
 #: Processor seconds per second of motion where no analysis has been measured yet.
@@ -104,67 +95,6 @@ def study_state(
         ),
         notes=(*content.sentences, *_crash_notes(rows)),
     )
-
-
-class JobProgress:
-    """Logs the progress of one job: a line a minute, and one at its end.
-
-    Args:
-        name: Name of the job.
-        keys: Keys of its analyses; analyses that a search adds do not count.
-        done: Analyses that were done when it began.
-    """
-
-    def __init__(self, name: str, keys: Sequence[str], done: int) -> None:
-        self._name, self._keys = name, frozenset(keys)
-        self._before = self._done = done
-        self._began_s = self._logged_s = time.monotonic()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._log()
-
-    def advance(self, row: Mapping[str, Any]) -> None:
-        """Count one finished analysis."""
-        log_failure(row)
-        self._done += row["run_key"] in self._keys
-        if time.monotonic() - self._logged_s > LOG_INTERVAL_S:
-            self._log()
-
-    def _log(self) -> None:
-        self._logged_s = time.monotonic()
-        new, left = self._done - self._before, len(self._keys) - self._done
-        per_min = new / max(self._logged_s - self._began_s, 1e-9) * 60
-        progress_logger.info(
-            "%s: %d of %d analyses done%s%s%s",
-            self._name,
-            self._done,
-            len(self._keys),
-            f" ({self._before} of them before)" if self._before else "",
-            f", {per_min:.1f} per minute" if new else "",
-            f", {left / per_min:.0f} min left" if new and left else "",
-        )
-
-
-def log_failure(row: Mapping[str, Any]) -> None:
-    """Warn of an analysis without a usable result, with the command that repeats it."""
-    if row["status"] in FAILED:
-        logger.warning(failure_note(row))
-
-
-def failure_note(row: Mapping[str, Any]) -> str:
-    """Return the outcome of an analysis, and the command that repeats it alone."""
-    return (
-        f"{row['variant']} under {row['motion_id']}: {row['status']} "
-        f"({row['collapse_criterion']}); alone: {run_command(row)}"
-    )
-
-
-def run_command(row: Mapping[str, Any]) -> str:
-    """Return the command that repeats one analysis alone."""
-    return f"skewbridge run --row {row['run_key']} --out row_{row['run_key']}"
 
 
 def _crash_notes(rows: Iterable[Mapping[str, Any]]) -> list[str]:

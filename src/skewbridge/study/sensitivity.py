@@ -18,13 +18,10 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.statuses import RAN
-from skewbridge.study.batch import Workers, run_tasks
-from skewbridge.study.journal import open_journal, read_journals
-from skewbridge.study.progress import log_failure
-from skewbridge.study.setup import StudySetup
+from skewbridge.study.analyses import PGV, StudySetup, run_in_journal
+from skewbridge.study.batch import Workers
 from skewbridge.study.task import Task
 
-DEMANDS: Final = demands_for("sensitivity")
 AS_IN_STUDY: Final = "default"
 
 
@@ -64,7 +61,7 @@ def sampled_rows(
     rows: list[Task] = []
     for number, place in enumerate(places):
         tasks = setup.tasks(slugs[int(place)])
-        tasks.sort(key=lambda task: -task.motion.measures["im_pgv_rotd50_mps"])
+        tasks.sort(key=lambda task: -task.motion.measures[PGV])
         rows.append(in_window(tasks[number % len(tasks)], window_s))
     return rows
 
@@ -109,15 +106,7 @@ def write_sensitivity(
         for name in longest_first
         for number, task in enumerate(tasks)
     ]
-    with open_journal(setup.folder.journal("sensitivity")) as journal:
-        rows = run_tasks(
-            [task for _, _, task in runs],
-            journal,
-            read_journals(setup.folder),
-            workers=workers,
-            log_folder=setup.folder.solver_logs / "sensitivity",
-            on_finished=log_failure,
-        )
+    rows = run_in_journal(setup, "sensitivity", [task for _, _, task in runs], workers)
     frame = pd.DataFrame(
         [{"row": n, "change": name, **row} for (n, name, _), row in zip(runs, rows, strict=True)]
     )
@@ -133,9 +122,9 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """
     ran = rows[rows["status"].isin(RAN)]
     table: list[dict[str, object]] = []
-    for demand in DEMANDS:
+    for demand in demands_for("sensitivity"):
         values = ran.pivot_table(index="row", columns="change", values=demand)
-        found: dict[str, object] = {
+        row: dict[str, object] = {
             "demand": demand,
             "rows": rows["row"].nunique(),
             "not_run": len(rows) - len(ran),
@@ -145,7 +134,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
             # zero over zero: a demand that this row does not have
             ratio = (values[AS_IN_STUDY] / values[change]).dropna()
             if change == "reference":
-                found["reference_mean_ratio"] = float(ratio.mean())
-            found[f"{change}_largest_change"] = float((ratio - 1.0).abs().max())
-        table.append(found)
+                row["reference_mean_ratio"] = float(ratio.mean())
+            row[f"{change}_largest_change"] = float((ratio - 1.0).abs().max())
+        table.append(row)
     return pd.DataFrame(table)

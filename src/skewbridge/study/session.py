@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.digests import layer_digest
 from skewbridge.files.tables import read_stamp, stamp
+from skewbridge.study.analyses import PROGRESS_LOG
 from skewbridge.study.batch import Workers
 from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.processes import end_with_parent
+from skewbridge.study.processes import end_with_parent, hush_exit_message
 from skewbridge.study.products import RECIPES, rule_digest, stamp_of
-from skewbridge.study.progress import PROGRESS_LOG
 
 logger = logging.getLogger("skewbridge")
 

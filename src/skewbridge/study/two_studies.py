@@ -29,67 +29,58 @@ STUDY: Final = "study"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
-    """How two studies are compared.
-
-    Attributes:
-        limit_states: File of the limit states whose medians are compared.
-        im: Column of the intensity of the medians.
-        margin: Relative change that counts as negligible.
-    """
-
-    limit_states: Path
-    im: str = DEFAULTS.im
-    margin: float = DEFAULTS.margin
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+class StudyComparison:
     """Changes from a first study to a second one; effects have the columns `effect_columns`.
 
     Attributes:
         demands: Effects on demands, pooled rows first.
         medians: Effects on median capacities, pooled rows first.
         counts: Pairs, runs of one study alone, variants and motions in both, equal pairs.
+        other_motions: Motions that have one name in both studies but are not the same; their runs
+            are left out.
     """
 
     demands: pd.DataFrame
     medians: pd.DataFrame
     counts: dict[str, int]
+    other_motions: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StudyPair:
-    """A comparison, and the motions that have one name in both studies but are not the same."""
-
-    comparison: Comparison
-    other_motions: tuple[str, ...]
-
-
-def compare_studies(first: Path, second: Path, judgement: Judgement) -> StudyPair:
+def compare_studies(
+    first: Path,
+    second: Path,
+    limit_states: Path,
+    *,
+    im: str = DEFAULTS.im,
+    margin: float = DEFAULTS.margin,
+) -> StudyComparison:
     """Compare two studies, each given by its folder or by its table of demands.
 
     Motions are matched by the digests of their files if both studies have a suite, otherwise by
     name.
 
+    Args:
+        first: The study whose values are divided by.
+        second: The other study.
+        limit_states: File of the limit states whose medians are compared.
+        im: Column of the intensity of the medians.
+        margin: Relative change that counts as negligible.
+
     Raises:
         InputError: A table or column is missing, a value unusable, or nothing in common.
     """
-    if not 0.0 < judgement.margin < 1.0:
-        raise InputError(f"margin must be within 0..1, got {judgement.margin:g}")
-    states = load_limit_states(judgement.limit_states)
-    wanted = [state.demand for state in states]
+    if not 0.0 < margin < 1.0:
+        raise InputError(f"margin must be within 0..1, got {margin:g}")
+    states = load_limit_states(limit_states)
     files = [path if path.is_file() else demands_file(path) for path in (first, second)]
-    tables = [read_demands(path, judgement.im, wanted) for path in files]
+    tables = [read_demands(path, im, [state.demand for state in states]) for path in files]
     for path, table in zip((first, second), tables, strict=True):
-        if judgement.im not in table.columns:
-            raise InputError(f"{path}: no column {judgement.im!r}", column=judgement.im)
+        if im not in table.columns:
+            raise InputError(f"{path}: no column {im!r}", column=im)
     other = _other_motions(first, second)
     kept = [table[~table["motion_id"].isin(other)] for table in tables]
-    margins = {"margin": judgement.margin, "median_margin": judgement.margin}
-    settings = replace(DEFAULTS, im=judgement.im, **margins)
-    found = compare_demands(kept[0], kept[1], states, settings)
-    return StudyPair(comparison=found, other_motions=other)
+    settings = replace(DEFAULTS, im=im, margin=margin, median_margin=margin)
+    return replace(compare_demands(kept[0], kept[1], states, settings), other_motions=other)
 
 
 def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
@@ -97,15 +88,11 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
     suites = [StudyFolder(path).suite for path in (first, second)]
     if not all(suite.is_file() for suite in suites):
         return ()
-    digests = [_digests(suite) for suite in suites]
+    tables = [read_frame(suite).drop_duplicates("motion_id") for suite in suites]
+    digests = [table.set_index("motion_id")["sha256"] for table in tables]
     shared = digests[0].index.intersection(digests[1].index)
     differ = (digests[0][shared] != digests[1][shared]).to_numpy()
     return tuple(map(str, shared[differ]))
-
-
-def _digests(suite: Path) -> pd.Series:
-    table = read_frame(suite).drop_duplicates("motion_id")
-    return table.set_index("motion_id")["sha256"]
 
 
 def compare_demands(
@@ -113,7 +100,7 @@ def compare_demands(
     second: pd.DataFrame,
     limit_states: Sequence[LimitState],
     settings: FitSettings,
-) -> Comparison:
+) -> StudyComparison:
     """Pair the runs of two tables of demands and return the changes from the first to the second.
 
     Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree. Pairs
@@ -141,7 +128,7 @@ def compare_demands(
     runs = prepared(paired, [state.demand for state in states], settings).table
     top, bottom = (table[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
-    return Comparison(
+    return StudyComparison(
         demands=demands,
         medians=median_effects(runs, states, settings, axes=[STUDY]),
         counts={

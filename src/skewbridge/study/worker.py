@@ -8,9 +8,8 @@ import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.demands.columns import key_values
 from skewbridge.demands.completeness import (
     BEYOND_MODEL,
@@ -20,10 +19,9 @@ from skewbridge.demands.completeness import (
     completed,
 )
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
-from skewbridge.study.processes import end_with_parent
+from skewbridge.study.journal import Row
+from skewbridge.study.processes import end_with_parent, hush_exit_message
 from skewbridge.study.task import Task, analyse_task, no_result
-
-type Row = dict[str, Any]
 
 #: Makes the rows of a task with a key; the folder is for messages of the solver.
 type Work = Callable[[Task, str, Path], list[Row]]

@@ -30,7 +30,6 @@ import pandas as pd
 from joblib import Parallel, delayed
 
 from skewbridge.analysis.accuracy import NUMERICS, Accuracy, at_accuracy
-from skewbridge.analysis.exit_message import hush_exit_message
 from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
@@ -40,6 +39,7 @@ from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.motions.suite import read_entry
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.processes import hush_exit_message
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions

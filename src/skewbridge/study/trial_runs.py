@@ -5,7 +5,7 @@ The analyses are stored in the journals of the study, which reuses those that it
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, Final
@@ -24,13 +24,11 @@ from skewbridge.fragility.lines import SATURATING
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_MEASURE, block_factors
 from skewbridge.motions.record import Vector
-from skewbridge.study.batch import Workers, run_tasks
+from skewbridge.study.analyses import StudySetup, run_in_journal
+from skewbridge.study.batch import Workers
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
-from skewbridge.study.journal import open_journal, read_journals
-from skewbridge.study.progress import log_failure
-from skewbridge.study.setup import StudySetup
 from skewbridge.study.worker import Row
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
@@ -40,15 +38,16 @@ type Levels = tuple[float, float]
 LEAST_MOTIONS: Final = 4  # for a line with its scatter
 #: Lowest and highest levels to try, as multiples of the configured ones.
 LOWEST: Final = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
-# ASSUME the line of a demand is not extrapolated above 1.5 times the strongest level of a pilot.
-# A second pilot, with the levels that the first proposed, may go further.
+# ASSUME the line of a demand is not extrapolated above 1.5 times the strongest level of the trial
+# runs. Further trial runs, with the levels that the first proposed, may go further.
 HIGHEST: Final = (0.6, 0.7, 0.8, 1.0, 1.2, 1.4, 1.5)
 # A wider range is worth it if it brings more than this share of the states.
 WORTH_WIDENING: Final = 0.01
 # End of each axis at each corner: four corners have both ends of each of three axes twice, and
 # no two axes change together.
 _CORNERS: Final = ((0, 0, 1, 1), (0, 1, 0, 1), (0, 1, 1, 0))
-_JOURNAL: Final = "pilot"
+#: Name of the journal and of the folder with the motions.
+_NAME: Final = "trial_runs"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,39 +108,39 @@ class Strengths:
 
 def corner_variants(grid: GridConfig) -> list[str]:
     """Return the names of four variants of each bridge and abutment model, at ends of all axes."""
-    found: dict[str, None] = {}
+    slugs: dict[str, None] = {}
     for bridge, abutment, corner in product(grid.bridge, grid.abutment, range(4)):
         ends = {
             name: (min if _CORNERS[number % len(_CORNERS)][corner] == 0 else max)(values, key=abs)
             for number, (name, values) in enumerate(grid.values().items())
         }
-        found[Variant.at(bridge, abutment, ends).normalised().slug] = None
-    return list(found)
+        slugs[Variant.at(bridge, abutment, ends).normalised().slug] = None
+    return list(slugs)
 
 
-def run_pilot(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
-    """Run the missing analyses of a pilot, and propose the levels of the study.
+def run_trials(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
+    """Run the missing trial runs, and propose the levels of the study.
 
     Args:
         config: The study.
         motions: Number of its first motions, run on each of `corner_variants`.
 
     Returns:
-        The proposal and the rows of the pilot.
+        The proposal and the rows of the trial runs.
 
     Raises:
         InputError: A design without a range of levels, or more motions than the study has.
     """
     if config.motions.design != "scaled_cloud":
         raise InputError(
-            "a pilot proposes level_range_g of motions.design scaled_cloud, "
+            "trial runs propose level_range_g of motions.design scaled_cloud, "
             f"not of {config.motions.design}"
         )
     folder = StudyFolder(Path(config.results))
-    setup = _setup(config, StudyFolder(folder.root / _JOURNAL))
+    setup = _setup(config, StudyFolder(folder.root / _NAME))
     if not LEAST_MOTIONS <= motions <= len(setup.suite):
         raise InputError(
-            f"a pilot has {LEAST_MOTIONS} motions or more, at most those of the study "
+            f"trial runs need {LEAST_MOTIONS} motions or more, at most those of the study "
             f"({len(setup.suite)}), got {motions}"
         )
     taken = {each.motion.motion_id for each in setup.suite[:motions]}
@@ -151,17 +150,10 @@ def run_pilot(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
         for task in setup.tasks(slug)
         if task.motion.motion.motion_id in taken
     ]
-    with open_journal(folder.journal(_JOURNAL)) as journal:
-        rows = run_tasks(
-            tasks,
-            journal,
-            read_journals(folder),
-            workers=Workers(
-                count=len(os.sched_getaffinity(0)), no_progress_s=config.batches.no_progress_s
-            ),
-            log_folder=folder.solver_logs / _JOURNAL,
-            on_finished=log_failure,
-        )
+    workers = Workers(
+        count=len(os.sched_getaffinity(0)), no_progress_s=config.batches.no_progress_s
+    )
+    rows = run_in_journal(replace(setup, folder=folder), _NAME, tasks, workers)
     states = load_limit_states(Path(config.fragility.limit_states))
     columns = list(dict.fromkeys(state.demand for state in states))
     runs = prepared(pd.DataFrame(rows), columns, config.fragility).table
@@ -173,14 +165,14 @@ def run_pilot(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
 def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) -> Proposal:
     """Return the narrowest range of levels that serves nearly the largest number of states.
 
-    The demand of a state is that of its line in the cloud of the pilot, beyond the pilot too: the
-    probability that a motion exceeds the state follows from its intensity at its level. A state is
-    in reach if its line rises, the level of its median is among those that are tried, and, where
-    no motion of the pilot exceeds it, the line does not bend down and no outcome is unknown (then
-    the columns fail before the state is reached).
+    The demand of a state is that of its line in the cloud of the trial runs, beyond their levels
+    as well: the probability that a motion exceeds the state follows from its intensity at its
+    level. A state is in reach if its line rises, the level of its median is among those that are
+    tried, and, where no trial run exceeds it, the line does not bend down and no outcome is unknown
+    (then the columns fail before the state is reached).
 
     Args:
-        curves: Fits of the pilot, see `fit_study`.
+        curves: Fits of the trial runs, see `fit_study`.
         strengths: Of the motions of the study.
         configured_g: The range as configured; it is proposed again if no other is better with
             factors within their limits.
@@ -188,8 +180,8 @@ def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) ->
     Raises:
         InputError: No state in reach.
     """
-    lowest_g = [float(f"{configured_g[0] * each:.2g}") for each in LOWEST]
-    highest_g = [float(f"{configured_g[1] * each:.3g}") for each in HIGHEST]
+    lowest_g = [float(f"{configured_g[0] * factor:.2g}") for factor in LOWEST]
+    highest_g = [float(f"{configured_g[1] * factor:.3g}") for factor in HIGHEST]
     im = str(curves["im"].iloc[0])
     lines = curves[(curves["method"] == "cloud") & (curves["b"] > 0.0) & (curves["sigma"] > 0.0)]
     ends = lines["warnings"].str.contains(SATURATING) | (lines["n_unknown"] > 0)
@@ -235,17 +227,17 @@ def _both_sides(
 ) -> Vector:
     """Return for each line the probability of two motions or more on both sides of its state."""
     # ASSUME a fit that depends on one motion is unusable: both outcomes must occur twice
-    found = np.empty(len(lines))
+    shares = np.empty(len(lines))
     for bridge in lines["bridge"].unique():
         intensities = strengths.intensities(str(bridge), im, level_range_g)
-        own = (lines["bridge"] == bridge).to_numpy()
-        part = lines[own]
+        of_bridge = (lines["bridge"] == bridge).to_numpy()
+        part = lines[of_bridge]
         a, b, s, c = (
             part[name].to_numpy()[:, None] for name in ("ln_a", "b", "sigma", "threshold")
         )
         above = ndtr((a + b * np.log(intensities)[None, :] - np.log(c)) / s)
-        found[own] = 1.0 - _fewer_than_two(above) - _fewer_than_two(1.0 - above)
-    return found
+        shares[of_bridge] = 1.0 - _fewer_than_two(above) - _fewer_than_two(1.0 - above)
+    return shares
 
 
 def _fewer_than_two(probability: Vector) -> Vector:
@@ -256,7 +248,7 @@ def _fewer_than_two(probability: Vector) -> Vector:
 
 
 def _setup(config: StudyConfig, folder: StudyFolder) -> StudySetup:
-    """Prepare the motions of the study in a folder of the pilot, and return its setup."""
+    """Prepare the motions of the study in a folder of the trial runs, and return its setup."""
     prepare_motions(
         config.motions,
         conditioning_t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,

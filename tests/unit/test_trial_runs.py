@@ -1,4 +1,4 @@
-"""The pilot of a study: its corners, what is in reach, the levels it proposes."""
+"""Trial runs of a study: their corners, what is in reach, the levels they propose."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,10 +13,10 @@ from motions_files import make_pairs
 from skewbridge.cli import build_app
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
-from skewbridge.study import pilot
+from skewbridge.study import analyses
 from skewbridge.study.config import parse_config
-from skewbridge.study.pilot import Strengths, corner_variants, propose, run_pilot
 from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.study.trial_runs import Strengths, corner_variants, propose, run_trials
 from skewbridge.study.worker import row_of_task
 from skewbridge.variant.variant import parse_slug
 
@@ -105,7 +105,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
                 journal.append(rows[-1])
         return rows
 
-    monkeypatch.setattr(pilot, "run_tasks", fake)
+    monkeypatch.setattr(analyses, "run_tasks", fake)
     return keys
 
 
@@ -135,14 +135,14 @@ def test_the_command_prints_lines_to_paste_and_repeats_no_analysis(
     assert again.exit_code == 0, again.output
     assert len(ran) == 16
     study = config.parent / "results"
-    assert (study / "journal/pilot.jsonl").exists()
+    assert (study / "journal/trial_runs.jsonl").exists()
     assert not (study / "motions").exists(), "the suite of the study is not that of its pilot"
 
 
 def test_a_pilot_asks_for_levels_and_motions(config: Path, ran: list[str]) -> None:
     raw = {"results": str(config.parent / "results"), "motions": {"design": "stripes"}}
     with pytest.raises(InputError, match="not of stripes"):
-        run_pilot(parse_config(raw), 8)
+        run_trials(parse_config(raw), 8)
     result = CliRunner().invoke(build_app(), ["plan", "--config", str(config), "--pilot", "9"])
     assert result.exit_code == 2
     assert "got 9" in result.stderr
