@@ -24,7 +24,6 @@ from skewbridge.contact.restitution import (
 from skewbridge.errors import InputError
 from skewbridge.verification.references.blocks import (
     TABLE_G_MPS2,
-    UprightBlock,
     falling_block,
     run_block,
     run_upright,
@@ -51,7 +50,7 @@ from skewbridge.verification.references.driven_unit import (
     straight_loop,
 )
 from skewbridge.verification.registry import run_study
-from skewbridge.verification.studies.oscillators import bounce, free_decay
+from skewbridge.verification.studies.blocks import bounce, free_decay
 
 MASS_KG, KN = 1000.0, 1e7
 SLIP_M = 0.045
@@ -264,15 +263,12 @@ def test_b9_closed_form_of_rocking(b, h, slenderness, frequency, quarter):
 @pytest.mark.parametrize(("b", "h"), [(0.25, 1.0), (0.5, 1.5)])
 def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration(b, h):
     rate, friction = 1.2, 0.2
-    block = UprightBlock(
-        half_width_m=b,
-        half_height_m=h,
-        mass_kg=1000.0,
-        friction=friction,
-        penalty_n_per_m=1e9,
-        gravity_mps2=TABLE_G_MPS2,
-    )
-    history = run_upright(block, 1e-3, 4.0, lambda t: rate * np.maximum(0.0, t - 1.0))
+    block = RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=TABLE_G_MPS2)
+
+    def push_mps2(t):
+        return rate * np.maximum(0.0, t - 1.0)
+
+    history = run_upright(block, 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
     # From friction x g on, the excess of the acceleration grows linearly.
     sliding_s = 3.0 - friction * TABLE_G_MPS2 / rate
     slid = abs(history.feet_m[-1, 0])

@@ -9,7 +9,7 @@ from skewbridge.verification.references.cases import C1, C5, deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
 from skewbridge.verification.studies import gate
-from skewbridge.verification.studies.coupling_order import path_error
+from skewbridge.verification.studies.blocks import TABLE, integrator_restitution
 from skewbridge.verification.studies.native_element import (
     IMPLEX,
     IMPLICIT,
@@ -17,7 +17,7 @@ from skewbridge.verification.studies.native_element import (
     drive_native,
     run_native_deck,
 )
-from skewbridge.verification.studies.oscillators import TABLE, integrator_restitution
+from skewbridge.verification.studies.spatial_path import path_error
 
 
 def test_contact_checks_pass():

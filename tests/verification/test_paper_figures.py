@@ -15,8 +15,9 @@ from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.particle_between_lines import (
     FIRST_CONTACT_S,
     LCP_PEAKS,
-    Particle,
+    NORMAL,
     compare_with_lcp,
+    peaks_m,
     run_particle,
     run_particle_lcp,
 )
@@ -70,16 +71,14 @@ def test_unit_meets_the_tabulated_history_of_radial_return():
 
 @pytest.fixture(scope="module")
 def rigid():
-    return run_particle_lcp(Particle(), 5e-5, 3.0)
+    return run_particle_lcp(0.6, 5e-5, 3.0)
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
 def test_moreau_jean_meets_the_tabulated_peaks(restitution):
-    particle = Particle(restitution=restitution)
-    history = run_particle_lcp(particle, 5e-5, 2.0)
-    peaks = (*np.abs(history.q).max(axis=0), np.abs(history.q @ np.array(particle.tangent)).max())
+    history = run_particle_lcp(restitution, 5e-5, 2.0)
     # First order in h: 2e-3 at 5e-5 s.
-    assert peaks == pytest.approx(LCP_PEAKS[restitution][:3], rel=2e-3)
+    assert peaks_m(history.q) == pytest.approx(LCP_PEAKS[restitution][:3], rel=2e-3)
     assert np.abs(history.tangent_impulses_ns).sum() == pytest.approx(
         0.1 * history.normal_impulses_ns.sum(), rel=1e-6
     )
@@ -87,7 +86,7 @@ def test_moreau_jean_meets_the_tabulated_peaks(restitution):
 
 def test_moreau_jean_follows_the_tabulated_history_and_the_exact_free_flight(rigid):
     reference = reference_table("particle_history")
-    normal = rigid.q @ np.array(Particle().normal)
+    normal = rigid.q @ NORMAL
     found = np.interp(reference["t_s"], rigid.t_s, normal)
     error = np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2))
     assert error <= 0.01 * 0.0268
@@ -97,7 +96,6 @@ def test_moreau_jean_follows_the_tabulated_history_and_the_exact_free_flight(rig
 
 def test_penalty_particle_stays_between_the_lines_and_near_the_rigid_one(rigid):
     study = Study("fig4")
-    particle = Particle(kn_n_per_m=1.0e9)
-    history = run_particle(particle, 5e-5, 2.0, keep=lambda k: k % 10 == 0)
-    compare_with_lcp(study, particle, history, rigid)
+    history = run_particle(5e-5, 2.0, keep=lambda k: k % 10 == 0)
+    compare_with_lcp(study, history, rigid)
     assert [found.quantity for found in study.comparisons if not found.is_passed] == []

@@ -7,9 +7,13 @@ import pytest
 
 from reference_data import reference_table
 from skewbridge.verification.references.cases import C1, C2, C3, C4, C5, SCALE_M, deck_case
-from skewbridge.verification.references.deck_model import make_deck, pulse_of
-from skewbridge.verification.references.deck_solvers import run_deck, run_opensees
-from skewbridge.verification.studies.pulse_deck import (
+from skewbridge.verification.references.deck_solvers import (
+    make_deck,
+    pulse_of,
+    run_deck,
+    run_opensees,
+)
+from skewbridge.verification.studies.skew_deck import (
     LARGEST_LINEAR_RATIO,
     LCP_PEAKS,
     PENALTY_PEAKS,

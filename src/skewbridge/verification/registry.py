@@ -19,20 +19,20 @@ from skewbridge.verification.studies.comparison import COLUMNS, STATEMENT_COLUMN
 # Name of the study (figures as in the paper), module and function.
 STUDIES: Final[dict[str, str]] = {
     "gate": "gate:run",
-    "fig1": "sliding_and_rocking:run",
+    "fig1": "blocks:run",
     "fig3": "spatial_path:run",
     "fig4": "particle_between_lines:run",
-    "fig5-6": "pulse_deck:run",
-    "fig7-8": "shake_table_deck:run",
+    "fig5-6": "skew_deck:run",
+    "fig7-8": "skew_deck:run_tests",
     "bridges": "bridge_hand_values:run",
-    "fig10": "abutment_friction:run",
+    "fig10": "bridge_friction:run_abutment",
     "fig11-12": "bridge_friction:run",
     "friction-source": "bridge_friction:run_places",
     "ladder": "bridge_friction:run_models",
-    "coupling": "coupling_order:run",
-    "closed-forms": "oscillators:run",
-    "restitution": "oscillators:run_integrators",
-    "convergence": "strong_motions:run_steps",
+    "coupling": "spatial_path:run_orders",
+    "closed-forms": "blocks:run_closed_forms",
+    "restitution": "blocks:run_integrators",
+    "convergence": "strong_motions:run_convergence",
     "native": "native_element:run",
     "hard-set": "strong_motions:run",
 }
@@ -48,10 +48,9 @@ def run_studies(
 ) -> list[dict[str, Any]]:
     """Run studies, write their tables and figures, and return all rows.
 
-    The folder gets `<study>.parquet`, `<study>[_<name>].svg`, further tables, and `<study>.json`
-    with the comparisons; all comparisons in `studies.parquet`, and the verdicts on the paper's
-    statements in `statements.parquet`. Verdicts also have an `outcome`, its `reason` and the
-    `case`.
+    The folder gets the comparisons of each study (`<study>.parquet`, `<study>.json`), its figures
+    and further tables, all comparisons (`studies.parquet`) and the verdicts on the paper's
+    statements (`statements.parquet`).
 
     Args:
         names: Names of the studies; without names all run except the long ones.
@@ -59,7 +58,7 @@ def run_studies(
         report_progress: Called with a line per study, and with further lines of a long one.
 
     Returns:
-        The comparisons, then the verdicts.
+        The comparisons, then the verdicts with their `outcome`, `reason` and `case`.
 
     Raises:
         InputError: Unknown name, or the folder cannot be made.
@@ -97,10 +96,7 @@ def run_study(
 ) -> Study:
     """Run one study; statements without a verdict are undecidable.
 
-    Args:
-        name: Name of the study.
-        kept: Folder where a long study keeps finished analyses.
-        report_progress: Called with lines on the progress.
+    A long study keeps finished analyses in the folder `kept`.
 
     Raises:
         RuntimeError: A solver could not finish.

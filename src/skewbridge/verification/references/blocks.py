@@ -13,6 +13,7 @@ import openseespy.opensees as ops
 
 from skewbridge.contact import ContactSet, Drive, UnitLedger
 from skewbridge.errors import SolutionError
+from skewbridge.verification.references.closed_forms import RockingBlock
 from skewbridge.verification.references.live_model import (
     Array,
     Solver,
@@ -36,8 +37,10 @@ _CENTRE: Final = 1
 _FOOT: Final = 2
 _CORNERS: Final = (3, 4)
 _FLOOR: Final = (5, 6)
-# Stiffness of the members of the rocking block over the penalty: rigid for these purposes.
-_RIGIDITY: Final = 1.0e3
+_UPRIGHT_MASS_KG: Final = 1000.0
+_UPRIGHT_PENALTY_N_PER_M: Final = 1.0e9
+# Stiffness of the members of the rocking block: rigid against the penalty.
+_MEMBERS: Final = 1.0e12
 # Numerical damping quiets the penalty after touch-down; the rocking itself is far slower.
 _ROCKING_SOLVER: Final = Solver(
     constraints="Plain",
@@ -78,7 +81,7 @@ class Block:
     drive: Drive | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class BlockHistory:
     """Response of a block; n times.
 
@@ -141,19 +144,10 @@ def run_block(
             contacts.after_step(_SETTLING_S)
             contacts.start_from_rest()
             ops.setTime(0.0)
-        rows = np.zeros((len(times), 6))
-        rows[0] = _state(contacts)
-        for k in march(contacts, times, dt_s):
-            rows[k] = _state(contacts)
+        rows = [_state(contacts), *(_state(contacts) for _ in march(contacts, times, dt_s))]
         ledger = contacts.ledger()[0]
-    return BlockHistory(
-        t_s=times,
-        position_m=rows[:, :2],
-        velocity_mps=rows[:, 2:4],
-        friction_n=rows[:, 4],
-        normal_n=rows[:, 5],
-        ledger=ledger,
-    )
+    position, velocity, forces = np.split(np.array(rows), (2, 4), axis=1)
+    return BlockHistory(times, position, velocity, forces[:, 0], forces[:, 1], ledger)
 
 
 def _sliding_model(block: Block) -> ContactSet:
@@ -214,27 +208,6 @@ def falling_block() -> Block:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UprightBlock:
-    """A rectangular block on two corners that slides, tips or rocks on a floor.
-
-    Attributes:
-        half_width_m: b.
-        half_height_m: h.
-        friction: Coulomb coefficient of both corners.
-        penalty_n_per_m: Normal and tangential penalty.
-        angle_rad: Initial angle, at rest on its left corner when it leans to the left.
-    """
-
-    half_width_m: float
-    half_height_m: float
-    mass_kg: float
-    friction: float
-    penalty_n_per_m: float
-    gravity_mps2: float
-    angle_rad: float = 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class UprightHistory:
     """Response of an upright block; n times.
 
@@ -251,56 +224,63 @@ class UprightHistory:
 
 
 def run_upright(
-    block: UprightBlock, dt_s: float, duration_s: float, base_mps2: TimeFunction | None = None
+    block: RockingBlock,
+    dt_s: float,
+    duration_s: float,
+    *,
+    friction: float,
+    angle_rad: float = 0.0,
+    base_mps2: TimeFunction | None = None,
 ) -> UprightHistory:
-    """Run a block with large rotations, at rest or under a horizontal acceleration of the floor.
+    """Run a block of 1000 kg on two corners that slides, tips or rocks, with large rotations.
+
+    Args:
+        block: The block; the penalty at its corners is 1e9 N/m.
+        dt_s: Time step.
+        duration_s: Duration.
+        friction: Coulomb coefficient of both corners.
+        angle_rad: Initial angle; the block starts at rest, leaning to the left if positive.
+        base_mps2: Horizontal acceleration of the floor.
 
     Raises:
         SolutionError: A step does not converge.
     """
     times = even_times(duration_s, dt_s)
     with clean_domain():
-        contacts = _rocking_model(block)
-        hold_load(_CENTRE, 1, (0.0, -block.mass_kg * block.gravity_mps2, 0.0))
-        push = np.zeros_like(times) if base_mps2 is None else -block.mass_kg * base_mps2(times)
+        contacts = _rocking_model(block, friction, angle_rad)
+        hold_load(_CENTRE, 1, (0.0, -_UPRIGHT_MASS_KG * block.gravity_mps2, 0.0))
+        push = np.zeros_like(times) if base_mps2 is None else -_UPRIGHT_MASS_KG * base_mps2(times)
         load_node(_CENTRE, 2, dt_s, push, (1.0, 0.0, 0.0))
         _ROCKING_SOLVER.prepare()
         rows = np.zeros((len(times), 5))
-        rows[0, 0], rows[0, 3:] = block.angle_rad, contacts.openings_m
+        rows[0, 0], rows[0, 3:] = angle_rad, contacts.openings_m
         for k in march(contacts, times, dt_s):
             feet = [ops.nodeDisp(corner, 1) for corner in _CORNERS]
-            angle = block.angle_rad + ops.nodeDisp(_CENTRE, 3)
-            rows[k] = [angle, *feet, *contacts.openings_m]
+            rows[k] = [angle_rad + ops.nodeDisp(_CENTRE, 3), *feet, *contacts.openings_m]
     return UprightHistory(
         t_s=times, angle_rad=rows[:, 0], feet_m=rows[:, 1:3], openings_m=rows[:, 3:]
     )
 
 
-def _rocking_model(block: UprightBlock) -> ContactSet:
-    b, h, angle = block.half_width_m, block.half_height_m, block.angle_rad
+def _rocking_model(block: RockingBlock, friction: float, angle: float) -> ContactSet:
+    b, h, kn = block.half_width_m, block.half_height_m, _UPRIGHT_PENALTY_N_PER_M
     pivot = -b if angle >= 0.0 else b
-    plan = {_CENTRE: (0.0, h), _FOOT: (0.0, 0.0), _CORNERS[0]: (-b, 0.0), _CORNERS[1]: (b, 0.0)}
-    turned = {
-        node: (
-            pivot + cos(angle) * (x - pivot) - sin(angle) * y,
-            sin(angle) * (x - pivot) + cos(angle) * y,
-        )
-        for node, (x, y) in plan.items()
-    }
     ops.model("basic", "-ndm", 2, "-ndf", 3)
-    for node, position in turned.items():
-        ops.node(node, *position)
-    ops.mass(_CENTRE, block.mass_kg, block.mass_kg, block.mass_kg * hypot(b, h) ** 2 / 3.0)
+    left, right = _CORNERS
+    plan = ((_CENTRE, 0.0, h), (_FOOT, 0.0, 0.0), (left, -b, 0.0), (right, b, 0.0))
+    for node, x, y in plan:
+        turned_x = pivot + cos(angle) * (x - pivot) - sin(angle) * y
+        ops.node(node, turned_x, sin(angle) * (x - pivot) + cos(angle) * y)
+    inertia = _UPRIGHT_MASS_KG * hypot(b, h) ** 2 / 3.0
+    ops.mass(_CENTRE, _UPRIGHT_MASS_KG, _UPRIGHT_MASS_KG, inertia)
     ops.geomTransf("Corotational", 1)
-    stiffness = _RIGIDITY * block.penalty_n_per_m
-    for element, (i, j) in enumerate(
-        ((_CENTRE, _FOOT), (_FOOT, _CORNERS[0]), (_FOOT, _CORNERS[1])), start=1
-    ):
-        ops.element("elasticBeamColumn", element, i, j, 1.0, stiffness, 1.0, 1)
+    members = ((_CENTRE, _FOOT), (_FOOT, left), (_FOOT, right))
+    for element, (i, j) in enumerate(members, start=1):
+        ops.element("elasticBeamColumn", element, i, j, 1.0, _MEMBERS, 1.0, 1)
     contacts = ContactSet()
     for floor, corner in zip(_FLOOR, _CORNERS, strict=True):
-        ops.node(floor, *turned[corner])
+        x, y = ops.nodeCoord(corner)
+        ops.node(floor, x, y)
         ops.fix(floor, 1, 1, 1)
-        gap_m, penalty = max(0.0, turned[corner][1]), block.penalty_n_per_m
-        contacts.add(floor, corner, (0.0, 1.0), gap_m, block.friction, kn=penalty, kt=penalty)
+        contacts.add(floor, corner, (0.0, 1.0), max(0.0, y), friction, kn=kn, kt=kn)
     return contacts

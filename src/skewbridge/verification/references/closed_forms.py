@@ -7,7 +7,9 @@ force) / Kt, for which the tolerances of the tests allow.
 
 from dataclasses import dataclass
 from math import asin, atan, cos, hypot, pi, sin, sqrt
+from typing import NamedTuple
 
+import numpy as np
 from scipy.optimize import brentq
 
 
@@ -41,8 +43,7 @@ def forced_amplitude(frequency_ratio: float, friction_ratio: float) -> float:
     return sqrt(v * v - (friction_ratio * u) ** 2)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FirstSlip:
+class FirstSlip(NamedTuple):
     """First one-way slip of a block: start, end, and the slip relative to the base."""
 
     start_s: float
@@ -61,16 +62,13 @@ def sine_pulse_first_slip(
     w, a, f = 2.0 * pi / period_s, amplitude_mps2, friction_mps2
     t1 = asin(f / a) / w
 
-    def slip(t: float) -> float:
-        s = t - t1
-        wave = (sin(w * t) - sin(w * t1)) / w - cos(w * t1) * s
-        return f * s * s / 2.0 + a / w * wave
-
     def speed(t: float) -> float:
         return f * (t - t1) + a / w * (cos(w * t) - cos(w * t1))
 
     t2 = float(brentq(speed, t1 + 0.25 * period_s, t1 + period_s, xtol=1e-14))
-    return FirstSlip(start_s=t1, end_s=t2, slip_m=slip(t2))
+    s = t2 - t1
+    wave = (sin(w * t2) - sin(w * t1)) / w - cos(w * t1) * s
+    return FirstSlip(t1, t2, f * s * s / 2.0 + a / w * wave)
 
 
 def rectangular_pulse_slip(amplitude_mps2: float, duration_s: float, friction_mps2: float) -> float:
@@ -83,8 +81,7 @@ def rectangular_pulse_slip(amplitude_mps2: float, duration_s: float, friction_mp
     return v * v / (2.0 * friction_mps2) * (1.0 - friction_mps2 / amplitude_mps2)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Impact:
+class Impact(NamedTuple):
     """A mass on a penalty: deepest penetration and time of contact."""
 
     penetration_m: float
@@ -101,10 +98,8 @@ def falling_mass_impact(
     """
     w = sqrt(stiffness_n_per_m / mass_kg)
     static = mass_kg * gravity_mps2 / stiffness_n_per_m
-    return Impact(
-        penetration_m=static + hypot(static, speed_mps / w),
-        contact_s=2.0 / w * (pi - atan(speed_mps * w / gravity_mps2)),
-    )
+    duration_s = 2.0 / w * (pi - atan(speed_mps * w / gravity_mps2))
+    return Impact(static + hypot(static, speed_mps / w), duration_s)
 
 
 def power_law_penetration(
@@ -134,17 +129,11 @@ def straight_loop_work_j(half_stroke_m: float, elastic_slip_m: float, friction_n
     return 4.0 * friction_n * (half_stroke_m - elastic_slip_m)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StickSlip:
-    """Limit cycle of a mass on a belt."""
+class StickSlip(NamedTuple):
+    """Limit cycle of a mass on a belt; its period is the sum of both times."""
 
     slip_s: float
     stick_s: float
-
-    @property
-    def period_s(self) -> float:
-        """Period of the cycle."""
-        return self.slip_s + self.stick_s
 
 
 def belt_stick_slip(
@@ -161,9 +150,7 @@ def belt_stick_slip(
     """
     w = sqrt(stiffness_n_per_m / mass_kg)
     drop = (static_n - kinetic_n) / stiffness_n_per_m
-    return StickSlip(
-        slip_s=2.0 / w * (pi - atan(drop * w / belt_speed_mps)), stick_s=2.0 * drop / belt_speed_mps
-    )
+    return StickSlip(2.0 / w * (pi - atan(drop * w / belt_speed_mps)), 2.0 * drop / belt_speed_mps)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,13 +182,8 @@ class RockingBlock:
 
     def quarter_period_s(self, angle_rad: float) -> float:
         """Return the time from rest at an angle to upright, by quadrature of the energy."""
-        alpha, p = self.slenderness_rad, self.frequency_rad_per_s
+        alpha, p, count = self.slenderness_rad, self.frequency_rad_per_s, 4000
         # theta = angle sin(s) removes the singularity of 1 / speed at the start.
-        count = 4000
-        total = 0.0
-        for k in range(count):
-            s = (k + 0.5) / count * pi / 2.0
-            theta = angle_rad * sin(s)
-            fall = cos(alpha - angle_rad) - cos(alpha - theta)
-            total += angle_rad * cos(s) / (p * sqrt(2.0 * fall)) * pi / 2.0 / count
-        return total
+        s = (np.arange(count) + 0.5) / count * pi / 2.0
+        fall = np.cos(alpha - angle_rad) - np.cos(alpha - angle_rad * np.sin(s))
+        return float(np.mean(angle_rad * np.cos(s) / (p * np.sqrt(2.0 * fall)))) * pi / 2.0

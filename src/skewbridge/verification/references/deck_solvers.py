@@ -1,15 +1,27 @@
-"""The rigid skew deck by three solvers: OpenSees, the penalty equation, rigid contact (LCP).
+"""The rigid skew deck on bearings between two abutments, by three solvers.
 
 `run_opensees` uses the contact units of the package. `run_penalty` integrates the same equations
 without OpenSees: Runge-Kutta of fourth order with steps that resolve the contact, and radial return
 of the tangential springs at every stage from the stick points at the start of the step. `run_lcp`
 has rigid contacts and Moreau-Jean time stepping. `skewbridge deck` runs a deck from a case file.
+
+The deck has three degrees of freedom at the mass centre, q = (ux, uy, theta), and is linear in
+theta. The plan is a parallelogram with edges (L, 0) and W (tan a, 1). Each end has two contacts, at
+its acute and at its obtuse corner. With the outward normal n = (cos a, -sin a) of the right end,
+its tangent t = (sin a, cos a), s = +1 right and -1 left:
+
+    opening_i = gap - s (n . u + theta (n_y x_i - n_x y_i))
+    slip_i = t . u + theta (t_y x_i - t_x y_i)
+
+References:
+    Dimitrakopoulos (2011), Engineering Structures 33, 813-826 (the model and its pulse).
 """
 
 from collections.abc import Callable
-from math import ceil
+from dataclasses import dataclass
+from math import ceil, cos, pi, radians, sin, tan
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 import openseespy.opensees as ops
@@ -18,30 +30,26 @@ import pyarrow.parquet as pq
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_drive
+from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.text import writable_file
 from skewbridge.motions.read import read_motion
+from skewbridge.motions.record import GroundMotion
+from skewbridge.units import G_MPS2
 from skewbridge.verification.references.cases import DeckCase, file_of_case, read_case
-from skewbridge.verification.references.deck_model import (
-    CORNERS,
-    BaseAcceleration,
-    DeckEnergy,
-    DeckHistory,
-    Response,
-    SkewDeck,
-    make_deck,
-    pulse_of,
-)
-from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
+from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
 from skewbridge.verification.references.live_model import (
     Array,
     Solver,
     clean_domain,
     even_times,
+    first_crossing_s,
     march,
     shake_base,
 )
 
+# Right and left end, acute and obtuse corner.
+CORNERS: Final = ("ra", "ro", "lo", "la")
 CENTRE: Final = 1
 _GROUND: Final = 2
 CORNER_NODES: Final = (11, 12, 13, 14)
@@ -53,22 +61,176 @@ _INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
 }
 # Step times the circular frequency of the deck on the two springs of an end.
 _PENALTY_RESOLUTION: Final = 0.01
-# Number of steps held in memory.
-_STEPS_IN_MEMORY: Final = 50_000
 # At this step the tabulated peaks with e <= 0.6 are within 0.05 % of the converged ones.
 _LARGEST_LCP_STEP_S: Final = 2.0e-5
-_DESCRIPTIONS: Final = {
-    "t_s": ("s", "time"),
-    "ux_m": ("m", "displacement of the mass centre relative to the ground, along the deck"),
-    "uy_m": ("m", "the same across the deck"),
-    "theta_rad": ("rad", "rotation, counter-clockwise"),
-    "gap": ("m", "opening, negative in contact"),
-    "fn": ("N", "compression"),
-    "ft": ("N", "friction force with the sign of slip"),
-}
 
-type Connect = Callable[[DeckCase], None]
 type State = tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SkewDeck:
+    """Matrices and corners of a deck case; corners in the order of `CORNERS`.
+
+    Attributes:
+        mass: Diagonal of the mass matrix (kg, kg, kg m2), shape (3,).
+        stiffness: Diagonal of the bearing stiffness, shape (3,).
+        damping: Diagonal of the damping, 2 xi w M, shape (3,).
+        corners_m: Positions from the mass centre, shape (4, 2).
+        normal_rows: Opening = gap + row . q, shape (4, 3); the first two columns are the outward
+            normals of the abutments.
+        tangent_rows: Slip = row . q, shape (4, 3).
+        dashpot_n_s_per_m: Dashpot of each corner for the given restitution.
+    """
+
+    mass: Array
+    stiffness: Array
+    damping: Array
+    corners_m: Array
+    normal_rows: Array
+    tangent_rows: Array
+    dashpot_n_s_per_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeckHistory:
+    """Response of a deck; n times.
+
+    Attributes:
+        q: Displacements (ux, uy, theta), shape (n, 3).
+        openings_m: Shape (n, 4), order `CORNERS`, negative in contact.
+        normals_n: Compressions, shape (n, 4).
+        tangentials_n: Friction forces with the sign of slip, shape (n, 4).
+        energy_residual_ratio: Input less all works and stored energies at the end, over the
+            largest input.
+    """
+
+    t_s: Array
+    q: Array
+    openings_m: Array
+    normals_n: Array
+    tangentials_n: Array
+    energy_residual_ratio: float
+
+    def peaks(self) -> dict[str, float]:
+        """Return the absolute maxima."""
+        ux, uy, theta = (float(peak) for peak in np.abs(self.q).max(axis=0))
+        penetration = max(0.0, float(-self.openings_m.min()))
+        return {"ux_m": ux, "uy_m": uy, "theta_rad": theta, "penetration_m": penetration}
+
+    def first_contact_s(self) -> float | None:
+        """Return the time at which the first gap closes, linear between samples."""
+        return first_crossing_s(self.t_s, self.openings_m.min(axis=1))
+
+
+def make_deck(case: DeckCase) -> SkewDeck:
+    """Return the matrices and corners of a case."""
+    length, width, skew = case.length_m, case.width_m, radians(case.skew_deg)
+    inertia = case.mass_kg * (length**2 + (width / cos(skew)) ** 2) / 12.0
+    mass = np.array([case.mass_kg, case.mass_kg, inertia])
+    speeds = 2.0 * pi / np.array([case.period_x_s, case.period_y_s, case.period_theta_s])
+    # The two springs of an end work together in a flat impact, on the whole mass.
+    zeta = kelvin_voigt_damping_ratio(case.restitution) if case.restitution else 0.0
+    # The acute corner of the right end lies on the side to which the skew leans.
+    side = np.array([1.0, 1.0, -1.0, -1.0])
+    lean = np.array([1.0, -1.0, 1.0, -1.0]) * (1.0 if skew >= 0.0 else -1.0)
+    y = 0.5 * width * lean
+    x = side * 0.5 * length + y * tan(skew)
+    (nx, ny), (tx, ty) = (cos(skew), -sin(skew)), (sin(skew), cos(skew))
+    return SkewDeck(
+        mass=mass,
+        stiffness=mass * speeds**2,
+        damping=2.0 * case.damping_ratio * speeds * mass,
+        corners_m=np.column_stack([x, y]),
+        normal_rows=np.column_stack([-side * nx, -side * ny, -side * (ny * x - nx * y)]),
+        tangent_rows=np.column_stack([np.full(4, tx), np.full(4, ty), ty * x - tx * y]),
+        dashpot_n_s_per_m=2.0 * zeta * (case.normal_stiffness_n_per_m * case.mass_kg / 2.0) ** 0.5,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaseAcceleration:
+    """Ground acceleration: a cosine pulse, or two sampled components.
+
+    Attributes:
+        amplitude_mps2: Amplitudes of the pulse along x and y.
+        period_s: Period and duration of the pulse.
+        sample_dt_s: Time step of the record; zero for the pulse.
+        samples_mps2: Accelerations of the record, shape (2, n), linear between samples.
+    """
+
+    amplitude_mps2: tuple[float, float] = (0.0, 0.0)
+    period_s: float = 1.0
+    sample_dt_s: float = 0.0
+    samples_mps2: Array | None = None
+
+    @classmethod
+    def of_motion(cls, motion: GroundMotion) -> Self:
+        """Return the acceleration of a record, component 1 along x."""
+        samples = np.array([motion.accel_1_mps2, motion.accel_2_mps2])
+        return cls(sample_dt_s=motion.dt_s, samples_mps2=samples)
+
+    def at(self, times_s: Array) -> Array:
+        """Return the acceleration at times, shape (2, n)."""
+        if self.samples_mps2 is not None:
+            grid = self.sample_dt_s * np.arange(self.samples_mps2.shape[1])
+            return np.array(
+                [np.interp(times_s, grid, component, right=0.0) for component in self.samples_mps2]
+            )
+        wave = np.cos(2.0 * pi / self.period_s * times_s)
+        return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
+
+    def mean(self, starts_s: Array, ends_s: Array) -> Array:
+        """Return the mean acceleration over intervals, shape (2, n): a jump keeps its impulse."""
+        if self.samples_mps2 is not None:
+            return 0.5 * (self.at(starts_s) + self.at(ends_s))
+        speed = 2.0 * pi / self.period_s
+        low, high = np.clip(starts_s, 0.0, self.period_s), np.clip(ends_s, 0.0, self.period_s)
+        impulse = (np.sin(speed * high) - np.sin(speed * low)) / speed
+        return np.outer(self.amplitude_mps2, impulse / (ends_s - starts_s))
+
+
+def pulse_of(case: DeckCase) -> BaseAcceleration:
+    """Return the pulse of a case that has one."""
+    if case.pulse is None:
+        raise ValueError("the case has no pulse")
+    amplitude = case.pulse.amplitude_g * G_MPS2
+    return BaseAcceleration(amplitude_mps2=(amplitude, 0.0), period_s=case.pulse.period_s)
+
+
+def _mid(values: Array) -> Array:
+    return 0.5 * (values[1:] + values[:-1])
+
+
+def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact_j: float) -> float:
+    """Return input less works and stored energies at the end, over the largest input.
+
+    Args:
+        deck: The deck.
+        loads_n: Mean loads of the steps, shape (steps, 3).
+        q: Displacements, shape (steps + 1, 3).
+        v: Velocities, of the same shape.
+        contact_j: Work of all contact forces on the deck, positive if energy is lost.
+    """
+    step = np.diff(q, axis=0)
+    given = np.cumsum(np.sum(loads_n * step, axis=1))
+    lost = float(np.sum(deck.damping * _mid(v) * step)) + contact_j
+    stored = 0.5 * float(deck.mass @ v[-1] ** 2 + deck.stiffness @ q[-1] ** 2)
+    largest = float(np.abs(given).max())
+    return (float(given[-1]) - lost - stored) / largest if largest > 0.0 else 0.0
+
+
+def _penalty_residual(deck: SkewDeck, rows: Array, openings_m: Array, accel_mps2: Array) -> float:
+    """Return the energy residual by the trapezoidal rule.
+
+    The columns of `rows`, shape (n, 14), are displacements, velocities, compressions and friction;
+    the ground acceleration has the shape (2, n).
+    """
+    q, v, normals, friction = np.split(rows, (3, 6, 10), axis=1)
+    force = np.zeros_like(q)
+    force[:, :2] = -deck.mass[:2] * accel_mps2.T
+    contact = float(np.sum(_mid(normals) * -np.diff(openings_m, axis=0)))
+    contact += float(np.sum(_mid(friction) * np.diff(q @ deck.tangent_rows.T, axis=0)))
+    return _energy_residual(deck, _mid(force), q, v, contact)
 
 
 def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> DeckHistory:
@@ -98,8 +260,7 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
         for path in (first, second):
             if not path.exists():
                 raise InputError(f"motion {path} does not exist")
-        motion = read_motion(first, second)
-        excitation = BaseAcceleration.of_motion(motion)
+        excitation = BaseAcceleration.of_motion(read_motion(first, second))
     writable_file(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
@@ -114,26 +275,31 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
 
 
 def _table(history: DeckHistory) -> pa.Table:
-    columns = {"t_s": history.t_s}
-    columns |= dict(zip(("ux_m", "uy_m", "theta_rad"), history.q.T, strict=True))
-    for prefix, unit, values in (
-        ("gap", "m", history.openings_m),
-        ("fn", "n", history.normals_n),
-        ("ft", "n", history.tangentials_n),
-    ):
-        columns |= {f"{prefix}_{c}_{unit}": v for c, v in zip(CORNERS, values.T, strict=True)}
-    fields: list[pa.Field[Any]] = []
-    for name in columns:
-        unit, text = _DESCRIPTIONS.get(name) or _DESCRIPTIONS[name[:3].rstrip("_")]
-        fields.append(pa.field(name, pa.float64(), metadata={"unit": unit, "description": text}))
-    return pa.table([pa.array(v) for v in columns.values()], schema=pa.schema(fields))
+    """Return the histories as a table with units and descriptions of the columns."""
+    groups = (
+        ("{}", "m", "displacement of the mass centre along the deck", ("ux_m",)),
+        ("{}", "m", "displacement of the mass centre across the deck", ("uy_m",)),
+        ("{}", "rad", "rotation, counter-clockwise", ("theta_rad",)),
+        ("gap_{}_m", "m", "opening, negative in contact", CORNERS),
+        ("fn_{}_n", "N", "compression", CORNERS),
+        ("ft_{}_n", "N", "friction force with the sign of slip", CORNERS),
+    )
+    fields: list[pa.Field[Any]] = [
+        pa.field("t_s", pa.float64(), metadata={"unit": "s", "description": "time"})
+    ]
+    for name, unit, text, items in groups:
+        metadata = {"unit": unit, "description": text}
+        fields += [pa.field(name.format(item), pa.float64(), metadata=metadata) for item in items]
+    values = (history.q, history.openings_m, history.normals_n, history.tangentials_n)
+    columns = np.column_stack([history.t_s, *values]).T
+    return pa.table([pa.array(column) for column in columns], schema=pa.schema(fields))
 
 
 def run_opensees(
     case: DeckCase,
     excitation: BaseAcceleration,
     *,
-    connect: Connect | None = None,
+    connect: Callable[[DeckCase], None] | None = None,
     parts_on_change: int = 1,
 ) -> DeckHistory:
     """Run a deck case in OpenSees.
@@ -153,34 +319,37 @@ def run_opensees(
     with clean_domain():
         build_deck(deck)
         (connect or rigid_links)(case)
-        for wall, node, corner in zip(WALL_NODES, CORNER_NODES, deck.corners, strict=True):
+        for k, (wall, node) in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
             contacts.add(
                 wall,
                 node,
-                corner.normal,
+                deck.normal_rows[k, :2].tolist(),
                 case.gap_normal_m,
                 case.friction,
                 case.cohesion_n,
                 kn=kn,
                 kt=case.kt_n_per_m,
                 drive=drive,
-                name=corner.name,
+                name=CORNERS[k],
             )
         times, accel = excite_deck(case, excitation)
         prepare_analysis(case.integrator)
-        q, v = np.zeros((len(times), 3)), np.zeros((len(times), 3))
-        openings, normals, friction = (np.zeros((len(times), 4)) for _ in range(3))
+        rows, openings = np.zeros((len(times), 14)), np.zeros((len(times), 4))
         openings[0] = case.gap_normal_m
-        # The units count slip along the normal turned counter-clockwise: the tangent at the left.
-        signs = [1.0 if corner.end else -1.0 for corner in deck.corners]
         for k in march(contacts, times, case.dt_s, parts_on_change):
-            q[k], v[k] = ops.nodeDisp(CENTRE), ops.nodeVel(CENTRE)
-            openings[k], normals[k] = contacts.openings_m, contacts.normals_n
-            forces = contacts.tangentials_n
-            friction[k] = [sign * force[0] for sign, force in zip(signs, forces, strict=True)]
-    balance, response = DeckEnergy(deck), (q, v, openings, normals, friction)
-    balance.add(response, accel)
-    return balance.history(times, response)
+            (r1, _), (r2, _), (l1, _), (l2, _) = contacts.tangentials_n
+            # The units count slip along the normal turned counter-clockwise, the tangent at left.
+            forces = [*contacts.normals_n, -r1, -r2, l1, l2]
+            rows[k] = [*ops.nodeDisp(CENTRE), *ops.nodeVel(CENTRE), *forces]
+            openings[k] = contacts.openings_m
+    return DeckHistory(
+        t_s=times,
+        q=rows[:, :3],
+        openings_m=openings,
+        normals_n=rows[:, 6:10],
+        tangentials_n=rows[:, 10:],
+        energy_residual_ratio=_penalty_residual(deck, rows, openings, accel),
+    )
 
 
 def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
@@ -189,16 +358,15 @@ def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
     ops.node(CENTRE, 0.0, 0.0)
     ops.node(_GROUND, 0.0, 0.0)
     ops.fix(_GROUND, 1, 1, 1)
-    ops.mass(CENTRE, *deck.mass)
-    for dof, (stiffness, damping) in enumerate(
-        zip(deck.stiffness, deck.damping, strict=True), start=1
-    ):
-        ops.uniaxialMaterial("Elastic", dof, stiffness, damping)
+    ops.mass(CENTRE, *deck.mass.tolist())
+    for dof in range(3):
+        bearing = float(deck.stiffness[dof]), float(deck.damping[dof])
+        ops.uniaxialMaterial("Elastic", dof + 1, *bearing)
     ops.element("zeroLength", 1, _GROUND, CENTRE, "-mat", 1, 2, 3, "-dir", 1, 2, 6)
-    for wall, node, corner in zip(WALL_NODES, CORNER_NODES, deck.corners, strict=True):
-        (x, y), (nx, ny) = (corner.x_m, corner.y_m), corner.normal
-        ops.node(node, x, y)
-        ops.node(wall, x - wall_offset_m * nx, y - wall_offset_m * ny)
+    walls = deck.corners_m - wall_offset_m * deck.normal_rows[:, :2]
+    for k, (wall, node) in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
+        ops.node(node, *deck.corners_m[k].tolist())
+        ops.node(wall, *walls[k].tolist())
         ops.fix(wall, 1, 1, 1)
 
 
@@ -230,8 +398,9 @@ class PenaltyDeck:
     """Right-hand side and stick points; plain floats, because it is called very often."""
 
     def __init__(self, case: DeckCase, deck: SkewDeck) -> None:
-        self._mass, self._stiffness, self._damping = deck.mass, deck.stiffness, deck.damping
-        self._rows = [(*c.normal_row, *c.tangent_row) for c in deck.corners]
+        diagonals = (deck.mass, deck.stiffness, deck.damping)
+        self._mass, self._stiffness, self._damping = (values.tolist() for values in diagonals)
+        self._rows = np.hstack([deck.normal_rows, deck.tangent_rows]).tolist()
         self._gap, self._kn = case.gap_normal_m, case.normal_stiffness_n_per_m
         self._kt, self._dashpot = case.kt_n_per_m, deck.dashpot_n_s_per_m
         self._friction, self._cohesion = case.friction, case.cohesion_n
@@ -269,10 +438,30 @@ class PenaltyDeck:
                 fr += normal * nr - friction * tr
         return vx, vy, vr, fx / mx, fy / my, fr / mr
 
+    def step(self, s: State, h: float, accel: list[float]) -> State:
+        """Return the state after a Runge-Kutta step; accelerations at start, middle and end."""
+        ax0, ay0, ax1, ay1, ax2, ay2 = accel
+        k1 = self.rate(s, ax0, ay0)
+        k2 = self.rate(_moved(s, k1, 0.5 * h), ax1, ay1)
+        k3 = self.rate(_moved(s, k2, 0.5 * h), ax1, ay1)
+        k4 = self.rate(_moved(s, k3, h), ax2, ay2)
+        w = h / 6.0
+        x, y, r, vx, vy, vr = (
+            value + w * (a + 2.0 * (b + c) + d)
+            for value, a, b, c, d in zip(s, k1, k2, k3, k4, strict=True)
+        )
+        return x, y, r, vx, vy, vr
+
     def move_stick_points(self, forces: list[tuple[float, float, float]]) -> None:
         """Bring the stick points to the end of a step."""
         for k, (normal, friction, slip) in enumerate(forces):
             self.stick[k] = slip - friction / self._kt if normal else slip
+
+
+def _moved(s: State, rate: State, h: float) -> State:
+    x, y, r, vx, vy, vr = s
+    a, b, c, d, e, f = rate
+    return x + h * a, y + h * b, r + h * c, vx + h * d, vy + h * e, vr + h * f
 
 
 def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
@@ -286,62 +475,30 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
     fine = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
     fine = fine[np.append(True, np.diff(fine) > 1e-12)]
+    starts, ends = fine[:-1], fine[1:]
+    # Accelerations at start, middle and end of each step, one-sided at jumps.
+    inside = 1e-9 * (ends - starts)
+    stages = (starts + inside, 0.5 * (starts + ends), ends - inside)
+    accels = np.concatenate([excitation.at(t) for t in stages]).T
     state: State = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    states, forces = [state], [model.forces(state)]
-    balance = DeckEnergy(deck)
+    rows = np.zeros((len(fine), 14))
+    for k, h in enumerate(ends - starts):
+        state = model.step(state, float(h), accels[k].tolist())
+        forces = model.forces(state)
+        model.move_stick_points(forces)
+        normals, frictions, _ = zip(*forces, strict=True)
+        rows[k + 1] = [*state, *normals, *frictions]
+    openings = case.gap_normal_m + rows[:, :3] @ deck.normal_rows.T
+    half = 0.5 * float(np.median(ends - starts))
+    accel = excitation.mean(fine - half, fine + half)
     wanted = np.searchsorted(fine, times - 1e-12)
-    kept = np.zeros((len(times), 14))
-    half = 0.5 * float(np.median(np.diff(fine)))
-    for start in range(0, len(fine) - 1, _STEPS_IN_MEMORY):
-        part = fine[start : start + _STEPS_IN_MEMORY + 1]
-        # Accelerations at start, middle and end of each step, one-sided at jumps.
-        starts, ends = part[:-1], part[1:]
-        inside = 1e-9 * (ends - starts)
-        times_of_stages = (starts + inside, 0.5 * (starts + ends), ends - inside)
-        stages = np.concatenate([excitation.at(t) for t in times_of_stages]).T.tolist()
-        for h, accel in zip(np.diff(part).tolist(), stages, strict=True):
-            state = _runge_kutta(model, state, h, accel)
-            states.append(state)
-            forces.append(model.forces(state))
-            model.move_stick_points(forces[-1])
-        loads = np.array(forces)
-        rows = np.hstack([np.array(states), loads[:, :, 0], loads[:, :, 1]])
-        balance.add(_response(case, deck, rows), excitation.mean(part - half, part + half))
-        is_wanted = (wanted >= start) & (wanted < start + len(part))
-        kept[is_wanted] = rows[wanted[is_wanted] - start]
-        # Only the last state is carried on: memory does not grow with the number of steps.
-        states, forces = states[-1:], forces[-1:]
-    return balance.history(times, _response(case, deck, kept))
-
-
-def _response(case: DeckCase, deck: SkewDeck, rows: Array) -> Response:
-    q = rows[:, :3]
-    openings = case.gap_normal_m + q @ deck.normal_rows.T
-    return q, rows[:, 3:6], openings, rows[:, 6:10], rows[:, 10:]
-
-
-def _runge_kutta(model: PenaltyDeck, s: State, h: float, accel: list[float]) -> State:
-    ax0, ay0, ax1, ay1, ax2, ay2 = accel
-    k1 = model.rate(s, ax0, ay0)
-    k2 = model.rate(_moved(s, k1, 0.5 * h), ax1, ay1)
-    k3 = model.rate(_moved(s, k2, 0.5 * h), ax1, ay1)
-    k4 = model.rate(_moved(s, k3, h), ax2, ay2)
-    w = h / 6.0
-    x, y, r, vx, vy, vr = (
-        value + w * (a + 2.0 * (b + c) + d)
-        for value, a, b, c, d in zip(s, k1, k2, k3, k4, strict=True)
-    )
-    return x, y, r, vx, vy, vr
-
-
-def _moved(s: State, rate: State, h: float) -> State:
-    return (
-        s[0] + h * rate[0],
-        s[1] + h * rate[1],
-        s[2] + h * rate[2],
-        s[3] + h * rate[3],
-        s[4] + h * rate[4],
-        s[5] + h * rate[5],
+    return DeckHistory(
+        t_s=times,
+        q=rows[wanted, :3],
+        openings_m=openings[wanted],
+        normals_n=rows[wanted, 6:10],
+        tangentials_n=rows[wanted, 10:],
+        energy_residual_ratio=_penalty_residual(deck, rows, openings, accel),
     )
 
 
@@ -359,12 +516,12 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     dt_s = case.dt_s / parts
     fine = even_times(case.dt_s * (len(times) - 1), dt_s)
     loads = np.zeros((len(fine) - 1, 3))
-    loads[:, :2] = -np.array(deck.mass[:2]) * excitation.mean(fine[:-1], fine[1:]).T
+    loads[:, :2] = -deck.mass[:2] * excitation.mean(fine[:-1], fine[1:]).T
     contacts = RigidContacts(
         normal_rows=deck.normal_rows,
-        gaps_m=np.full(len(deck.corners), case.gap_normal_m),
+        gaps_m=np.full(len(CORNERS), case.gap_normal_m),
         tangent_rows=deck.tangent_rows[::2],
-        groups=tuple(corner.end for corner in deck.corners),
+        groups=(0, 0, 1, 1),
         friction=case.friction,
         cohesion_n=case.cohesion_n,
         restitution=1.0 if case.restitution is None else case.restitution,
@@ -386,23 +543,12 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
         share = normals[:, members] / np.where(total > 0.0, total, 1.0)[:, None]
         friction[:, members] = share * tangents[:, end, None]
     q = history.q[::parts]
+    work = history.contact_work_j
     return DeckHistory(
         t_s=times,
         q=q,
         openings_m=case.gap_normal_m + q @ deck.normal_rows.T,
         normals_n=normals,
         tangentials_n=friction,
-        energy_residual_ratio=_energy_residual(deck, loads, history),
+        energy_residual_ratio=_energy_residual(deck, loads, history.q, history.v, work),
     )
-
-
-def _energy_residual(deck: SkewDeck, loads: Array, history: LcpHistory) -> float:
-    """Return input less works and stored energies at the end, over the largest input."""
-    step = np.diff(history.q, axis=0)
-    given = np.cumsum(np.sum(loads * step, axis=1))
-    mean_v = 0.5 * (history.v[1:] + history.v[:-1])
-    lost = float(np.sum(np.array(deck.damping) * mean_v * step)) + history.contact_work_j
-    q, v = history.q[-1], history.v[-1]
-    kept = 0.5 * float(np.array(deck.mass) @ v**2 + np.array(deck.stiffness) @ q**2)
-    largest = float(np.abs(given).max())
-    return (float(given[-1]) - lost - kept) / largest if largest > 0.0 else 0.0

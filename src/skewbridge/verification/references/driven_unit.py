@@ -109,6 +109,11 @@ def path_work_j(path: Array, forces_n: Array) -> float:
     return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * moved))
 
 
+def rms_n(differences_n: Array) -> float:
+    """Return the RMS of the resultants of force differences, shape (rows, components)."""
+    return float(np.sqrt(np.mean(np.sum(differences_n**2, axis=1))))
+
+
 def _unit_model(law: ContactLaw, path: Array, scheme: Scheme, coupling: Coupling) -> ContactSet:
     """Build a pair of nodes, the second one driven; pseudo-time counts the rows from one."""
     ops.model("basic", "-ndm", 3, "-ndf", 3)

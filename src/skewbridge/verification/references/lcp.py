@@ -19,9 +19,9 @@ References:
 """
 
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -32,9 +32,6 @@ from skewbridge.verification.references.live_model import Array
 _THETA: Final = 0.5
 # Relative to the largest velocity or impulse: a state may violate a condition by rounding only.
 _ROUNDING: Final = 1e-10
-
-OPEN, CLOSED = 0, 1
-STICK, SLIP_FORWARD, SLIP_BACKWARD = 0, 1, -1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,33 +57,23 @@ class RigidContacts:
     restitution: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactState:
-    """A guess: which contacts are closed, and how each group with friction moves."""
+class _State(NamedTuple):
+    """A guess: active contacts, those that carry an impulse, direction of slip by group."""
 
     active: tuple[int, ...]
-    normal: tuple[int, ...]
-    groups: tuple[int, ...]
-    tangent: tuple[int, ...]
-
-    @property
-    def closed(self) -> tuple[int, ...]:
-        """Contacts that carry an impulse."""
-        return tuple(i for i, s in zip(self.active, self.normal, strict=True) if s == CLOSED)
+    closed: tuple[int, ...]
+    slip: dict[int, int]  # 0 sticks
 
 
-@dataclass(slots=True)
-class ImpactSolver:
+class _ImpactSolver:
     """Solves the problem of a step; remembers the state that was right last time.
 
-    Attributes:
-        contacts: The contacts.
-        compliance: Change of the velocities (normals, then tangents of the groups) per impulse.
+    `compliance` is the change of the velocities (normals, then tangents of the groups) per impulse.
     """
 
-    contacts: RigidContacts
-    compliance: Array
-    _last: ContactState | None = field(default=None, init=False)
+    def __init__(self, contacts: RigidContacts, compliance: Array) -> None:
+        self._contacts, self._compliance = contacts, compliance
+        self._last: _State | None = None
 
     def solve(
         self, active: tuple[int, ...], u_free: Array, u_before: Array, h: float
@@ -102,40 +89,36 @@ class ImpactSolver:
         Raises:
             SolutionError: No state fits.
         """
-        count = len(self.contacts.groups)
+        count = len(self._contacts.groups)
         for state in self._states(active):
             impulses = self._impulses(state, u_free, u_before, h)
-            if impulses is None:
-                continue
-            after = u_free + self.compliance @ impulses
-            if self._fits(state, impulses, after, (u_free, u_before), h):
+            if impulses is not None and self._fits(state, impulses, u_free, u_before, h):
                 self._last = state
                 return impulses[:count], -impulses[count:]
         raise SolutionError(f"no contact state fits the contacts {active}")
 
-    def _states(self, active: tuple[int, ...]) -> Generator[ContactState]:
+    def _states(self, active: tuple[int, ...]) -> Generator[_State]:
         if self._last is not None and self._last.active == active:
             yield self._last
-        has_friction = self.contacts.friction > 0.0 or self.contacts.cohesion_n > 0.0
-        touched = {self.contacts.groups[i] for i in active} if has_friction else ()
-        groups = tuple(sorted(touched))
-        for normal in product((CLOSED, OPEN), repeat=len(active)):
-            for tangent in product((STICK, SLIP_FORWARD, SLIP_BACKWARD), repeat=len(groups)):
-                yield ContactState(active=active, normal=normal, groups=groups, tangent=tangent)
+        data = self._contacts
+        has_friction = data.friction > 0.0 or data.cohesion_n > 0.0
+        groups = sorted({data.groups[i] for i in active}) if has_friction else []
+        for carries in product((True, False), repeat=len(active)):
+            closed = tuple(i for i, carried in zip(active, carries, strict=True) if carried)
+            for slip in product((0, 1, -1), repeat=len(groups)):
+                yield _State(active, closed, dict(zip(groups, slip, strict=True)))
 
-    def _cohesion_ns(self, state: ContactState, group: int, h: float) -> float:
-        members = [i for i in state.active if self.contacts.groups[i] == group]
-        return self.contacts.cohesion_n * h * len(members)
+    def _cohesion_ns(self, state: _State, group: int, h: float) -> float:
+        members = sum(self._contacts.groups[i] == group for i in state.active)
+        return self._contacts.cohesion_n * h * members
 
-    def _impulses(
-        self, state: ContactState, u_free: Array, u_before: Array, h: float
-    ) -> Array | None:
+    def _impulses(self, state: _State, u_free: Array, u_before: Array, h: float) -> Array | None:
         """Return the impulses for which the state's equalities hold; None if there are none."""
-        data, count, size = self.contacts, len(self.contacts.groups), len(u_free)
+        data, count, size = self._contacts, len(self._contacts.groups), len(u_free)
         closed = list(state.closed)
         fixed, columns, unknown = np.zeros(size), np.eye(size), [*closed]
-        for group, motion in zip(state.groups, state.tangent, strict=True):
-            if motion == STICK:
+        for group, motion in state.slip.items():
+            if motion == 0:
                 unknown.append(count + group)
                 continue
             fixed[count + group] -= motion * self._cohesion_ns(state, group, h)
@@ -146,7 +129,7 @@ class ImpactSolver:
             return fixed
         targets = np.zeros(len(unknown))
         targets[: len(closed)] = -data.restitution * u_before[closed]
-        basis, rows = columns[unknown].T, self.compliance[unknown]
+        basis, rows = columns[unknown].T, self._compliance[unknown]
         try:
             found = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ fixed))
         except np.linalg.LinAlgError:
@@ -154,30 +137,23 @@ class ImpactSolver:
         return fixed + basis @ found
 
     def _fits(
-        self,
-        state: ContactState,
-        impulses: Array,
-        after: Array,
-        velocities: tuple[Array, Array],
-        h: float,
+        self, state: _State, impulses: Array, u_free: Array, u_before: Array, h: float
     ) -> bool:
         """Return whether the inequalities of the state hold."""
-        data, count = self.contacts, len(self.contacts.groups)
-        before = velocities[1]
-        speed = _ROUNDING * max(float(np.abs(u).max()) for u in (after, *velocities))
+        data, count = self._contacts, len(self._contacts.groups)
+        after = u_free + self._compliance @ impulses
+        speed = _ROUNDING * max(float(np.abs(u).max()) for u in (after, u_free, u_before))
         size = _ROUNDING * float(np.abs(impulses).max())
         if any(impulses[i] < -size for i in state.closed):
             return False
-        if any(after[i] + data.restitution * before[i] < -speed for i in state.active):
+        if any(after[i] + data.restitution * u_before[i] < -speed for i in state.active):
             return False
-        for group, motion in zip(state.groups, state.tangent, strict=True):
-            members = [i for i in state.closed if data.groups[i] == group]
-            limit = data.friction * float(sum(impulses[i] for i in members))
-            limit += self._cohesion_ns(state, group, h)
-            if motion == STICK:
-                if abs(impulses[count + group]) > limit + size:
-                    return False
-            elif motion * after[count + group] < -speed:
+        for group, motion in state.slip.items():
+            normal = float(sum(impulses[i] for i in state.closed if data.groups[i] == group))
+            limit = data.friction * normal + self._cohesion_ns(state, group, h)
+            if motion == 0 and abs(impulses[count + group]) > limit + size:
+                return False
+            if motion * after[count + group] < -speed:
                 return False
         return True
 
@@ -221,15 +197,13 @@ def moreau_jean(
     rows = np.vstack([contacts.normal_rows, contacts.tangent_rows])
     iteration = cho_factor(mass + h_s * _THETA * damping + (h_s * _THETA) ** 2 * stiffness)
     spread = np.asarray(cho_solve(iteration, rows.T))
-    solver = ImpactSolver(contacts, rows @ spread)
+    solver = _ImpactSolver(contacts, rows @ spread)
     # Free velocity = keep @ v + pull @ q + push @ load.
     inverse = np.asarray(cho_solve(iteration, np.eye(dofs)))
     keep = np.eye(dofs) - h_s * inverse @ (damping + _THETA * h_s * stiffness)
     pull, push = -h_s * inverse @ stiffness, mean_loads_n @ (h_s * inverse).T
     count = len(contacts.groups)
-    q, v, normal, tangent = (
-        np.zeros((steps + 1, width)) for width in (dofs, dofs, count, len(rows) - count)
-    )
+    q, v, impulses = (np.zeros((steps + 1, width)) for width in (dofs, dofs, len(rows)))
     work = 0.0
     for k in range(steps):
         free = keep @ v[k] + pull @ q[k] + push[k]
@@ -238,7 +212,7 @@ def moreau_jean(
         if forecast.min() <= 0.0:
             active = tuple(np.flatnonzero(forecast <= 0.0).tolist())
             p_n, p_t = solver.solve(active, rows @ free, u_before, h_s)
-            normal[k + 1], tangent[k + 1] = p_n, p_t
+            impulses[k + 1] = np.concatenate([p_n, p_t])
             free = free + spread @ np.concatenate([p_n, -p_t])
             mean = 0.5 * (u_before + rows @ free)
             work += float(p_t @ mean[count:] - p_n @ mean[:count])
@@ -248,7 +222,7 @@ def moreau_jean(
         t_s=h_s * np.arange(steps + 1),
         q=q,
         v=v,
-        normal_impulses_ns=normal,
-        tangent_impulses_ns=tangent,
+        normal_impulses_ns=impulses[:, :count],
+        tangent_impulses_ns=impulses[:, count:],
         contact_work_j=work,
     )

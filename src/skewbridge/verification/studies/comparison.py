@@ -1,6 +1,6 @@
 """Results of a study: values with their references, verdicts, figures, tables."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from math import isfinite
 from pathlib import Path
@@ -75,20 +75,6 @@ class Study:
         """Compare with a tolerance relative to the reference; without one, only report."""
         limit = None if tolerance is None else tolerance * abs(reference)
         self.absolute(quantity, value, reference, limit, source)
-
-    def relative_each(
-        self,
-        quantity: str,
-        values: Mapping[str, float],
-        references: Mapping[str, tuple[float, float]],
-        source: str,
-    ) -> None:
-        """Compare values by name, each with its reference and relative tolerance.
-
-        The name is appended to the quantity; values without a reference are left out.
-        """
-        for name, (reference, tolerance) in references.items():
-            self.relative(f"{quantity} {name}", values[name], reference, tolerance, source)
 
     def absolute(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str

@@ -34,6 +34,7 @@ from skewbridge.verification.references.driven_unit import (
     drive_unit,
     follow_law,
     path_work_j,
+    rms_n,
     straight_loop,
 )
 from skewbridge.verification.references.live_model import Array
@@ -90,8 +91,8 @@ def _check_paths(study: Study) -> None:
         drive_unit(PAPER_LAW, jump).forces_n,
         follow_law(PAPER_LAW, jump, substeps=20),
     )
-    error = np.sqrt(np.mean(np.sum((got - expected)[:, :2] ** 2, axis=1))) / 4500.0
-    study.at_most("RMS error with openings, over the limit", float(error), 1e-2, "radial return")
+    error = rms_n((got - expected)[:, :2]) / 4500.0
+    study.at_most("RMS error with openings, over the limit", error, 1e-2, "radial return")
     study.at_most("tension (N)", max(0.0, float(-got[:, 2].min())), 0.0, "no tension")
     loose_n = float(np.abs(got[jump[:, 3] > 0.0, :2]).max())
     study.at_most("friction while open (N)", loose_n, 0.0, "no friction")

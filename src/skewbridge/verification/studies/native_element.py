@@ -18,18 +18,24 @@ from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactLaw
 from skewbridge.verification.references.cases import C1, C2, C3, C5, NamedCase, deck_case
-from skewbridge.verification.references.deck_model import make_deck, pulse_of
 from skewbridge.verification.references.deck_solvers import (
     CENTRE,
     CORNER_NODES,
     WALL_NODES,
     build_deck,
     excite_deck,
+    make_deck,
     prepare_analysis,
+    pulse_of,
     rigid_links,
     run_deck,
 )
-from skewbridge.verification.references.driven_unit import drive_node, drive_unit, path_work_j
+from skewbridge.verification.references.driven_unit import (
+    drive_node,
+    drive_unit,
+    path_work_j,
+    rms_n,
+)
 from skewbridge.verification.references.live_model import Array, clean_domain
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
@@ -122,7 +128,7 @@ def _compare_paths(study: Study, integration: int) -> dict[str, float | str]:
     ours = drive_unit(_LAW, path, substeps=10).forces_n
     native = drive_native(_LAW, path, integration, substeps=10)
     limit = _LAW.friction * float(ours[:, 2].max())
-    error = float(np.sqrt(np.mean(np.sum((ours - native)[:, :2] ** 2, axis=1)))) / limit
+    error = rms_n((ours - native)[:, :2]) / limit
     name = "implicit" if integration == IMPLICIT else "IMPL-EX"
     if integration == IMPLICIT:
         study.at_most("driven path: RMS difference over the limit", error, 0.01, _SOURCE)
@@ -142,9 +148,9 @@ def run_native_deck(named: NamedCase, integration: int, dt_s: float = 1e-4) -> N
     with clean_domain():
         build_deck(deck, wall_offset_m=case.gap_normal_m)
         rigid_links(case)
-        nodes = zip(WALL_NODES, CORNER_NODES, strict=True)
-        for tag, (pair, corner) in enumerate(zip(nodes, deck.corners, strict=True), start=100):
-            _native_contact(tag, pair, law, (*corner.normal, 0.0), integration)
+        for k, nodes in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
+            nx, ny = deck.normal_rows[k, :2].tolist()
+            _native_contact(100 + k, nodes, law, (nx, ny, 0.0), integration)
         times, _ = excite_deck(case, pulse_of(case))
         prepare_analysis(case.integrator, system="FullGeneral")
         q = np.zeros((len(times), 3))

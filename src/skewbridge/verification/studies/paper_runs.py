@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from skewbridge.analysis.ground import Excitation
@@ -38,7 +37,6 @@ from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.live_model import Array
-from skewbridge.verification.studies import figure_style as style
 
 FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 # source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
@@ -56,8 +54,6 @@ GAP_MM: Final = 51  # source: the paper, section 4
 DURATION_S: Final = 25.0
 # Half cycles smaller than this share of the largest one are left out.
 SMALLEST_CYCLE: Final = 0.15
-
-type Curve = tuple[Array, Array]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -228,12 +224,6 @@ def stick_slip_changes(
     slipping = friction_n >= near_limit * coefficient * normal_n
     stays = closed[1:] & closed[:-1]
     return int((stays & (slipping[1:] != slipping[:-1])).sum())
-
-
-def draw_pair(axis: Axes, with_friction: Curve, without: Curve) -> None:
-    """Draw the two curves of a pair, the one with friction on top."""
-    style.line(axis, *without, style.ORANGE, "no friction", lw=0.8)
-    style.line(axis, *with_friction, style.BLUE, "friction 0.5")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

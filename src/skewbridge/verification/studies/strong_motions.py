@@ -12,9 +12,9 @@ A study answers by ratios of peaks under the same motion, pooled by their geomet
 motions. Errors that both members of a pair share cancel; the remaining error must be small compared
 with the effects.
 
-Motions are cut to their strongest seconds. Finished analyses are kept in a journal, so that an
-interrupted run can be resumed. Except for the stress cases, peaks are those of whole histories,
-whether or not columns fail.
+Motions are cut to their strongest seconds. Finished analyses are kept in a journal: run the same
+command to resume. Except for the stress cases, peaks are those of whole histories, whether or not
+columns fail.
 """
 
 import logging
@@ -23,9 +23,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
-from math import exp, log
+from math import log
 from typing import Any, Final
 
+import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 
@@ -80,18 +81,9 @@ class CaseSet:
 
     def variants(self) -> list[Variant]:
         """Return the variants."""
-        return [
-            Variant(
-                bridge=bridge,
-                abutment=abutment,
-                skew_deg=skew_deg,
-                gap_mm=gap_mm,
-                friction_pct=friction_pct,
-            )
-            for bridge, abutment, skew_deg, gap_mm, friction_pct in product(
-                self.bridges, self.abutments, self.skews_deg, self.gaps_mm, self.frictions_pct
-            )
-        ]
+        axes = (self.bridges, self.abutments, self.skews_deg, self.gaps_mm, self.frictions_pct)
+        names = ("bridge", "abutment", "skew_deg", "gap_mm", "friction_pct")
+        return [Variant(**dict(zip(names, values, strict=True))) for values in product(*axes)]
 
     def cut(self, motions: Sequence[GroundMotion]) -> list[GroundMotion]:
         """Return the strongest parts of motions."""
@@ -128,9 +120,8 @@ def _rows(
             rows[row["run_key"]] = row
             if journal is not None:
                 journal.append(row)
-            if study.report_progress and (
-                count % REPORT_EACH == 0 or not row.get("as_it_should", True)
-            ):
+            is_shown = count % REPORT_EACH == 0 or not row.get("as_required", True)
+            if study.report_progress and is_shown:
                 minutes = (time.monotonic() - began_s) / count * (len(left) - count) / 60
                 study.report_progress(
                     f"{len(tasks) - len(left) + count} of {len(tasks)} analyses, {minutes:.0f} min "
@@ -169,14 +160,12 @@ def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> N
     ]
     table = pd.DataFrame(_rows(study, tasks, _ending, chosen.processes)).drop(columns="run_key")
     for (bridge, abutment, skew_deg), group in table.groupby(_GROUP, sort=False):
-        failed = group[~group["as_it_should"]]
+        failed = group[~group["as_required"]]
         text = f"{bridge}, {abutment}, skew {skew_deg}: analyses that end ok or in collapse"
         if len(failed):
             text += f" (not: {'; '.join(failed['motion_id'] + ' ' + failed['why'])})"
-        sound = len(group) - len(failed)
-        study.absolute(
-            text, sound, len(group), 0.0, "every analysis ends ok or in a physical collapse"
-        )
+        source = "every analysis ends ok or in a physical collapse"
+        study.absolute(text, len(group) - len(failed), len(group), 0.0, source)
     study.tables["rows"] = table
     counts = table.groupby([*_GROUP, "status"], sort=False).size()
     study.tables["statuses"] = counts.rename("analyses").reset_index()
@@ -196,13 +185,13 @@ def _ending(task: Task) -> Row:
     except Exception as error:
         logger.exception("the analysis of %s under %s crashed", task.variant.slug, row["motion_id"])
         why = f"crash: {type(error).__name__}: {error}"
-        return row | {"status": "crash", "as_it_should": False, "why": why, "steps_by_rung": ""}
+        return row | {"status": "crash", "as_required": False, "why": why, "steps_by_rung": ""}
     residual = found.demands["energy_residual_ratio"]
     is_physical = bool(found.collapse_criterion) and abs(residual) <= LIMITS.max_energy_residual
     messages = "; ".join(found.messages)
     return row | {
         "status": found.status,
-        "as_it_should": found.status == OK or (found.status == COLLAPSE and is_physical),
+        "as_required": found.status == OK or (found.status == COLLAPSE and is_physical),
         "why": f"{found.status} at {found.time_reached_s:.2f} s {messages}".strip(),
         "collapse_criterion": found.collapse_criterion,
         "energy_residual_ratio": residual,
@@ -216,60 +205,48 @@ def _ending(task: Task) -> Row:
 
 
 CONVERGENCE: Final = CaseSet(bridges=("osb1", "osb1_fixed"), motion_count=4, window_s=8.0)
+SELF_CHECK: Final = 6  # interval of cases at which the reference also runs at half its step
 CONVERGENCE_PGA_G: Final = 0.8  # closes all gaps, breaks keys, yields columns
 # Largest change of a single case and median of all, by demand; None: not limited.
 CHANGES: Final[dict[str, tuple[float | None, float | None]]] = {
-    **dict.fromkeys(
-        (
-            "column_shear_kn",
-            "column_drift_ratio",
-            "deck_disp_x_m",
-            "deck_disp_y_m",
-            "unseating_m",
-            "abutment_passive_m",
-            "abutment_transverse_m",
-        ),
-        (0.02, 0.005),
-    ),
+    "column_shear_kn": (0.02, 0.005),
+    "column_drift_ratio": (0.02, 0.005),
+    "deck_disp_x_m": (0.02, 0.005),
+    "deck_disp_y_m": (0.02, 0.005),
+    "unseating_m": (0.02, 0.005),
+    "abutment_passive_m": (0.02, 0.005),
+    "abutment_transverse_m": (0.02, 0.005),
     "deck_rotation_rad": (0.03, None),
-    **dict.fromkeys(("backwall_force_kn", "shear_key_force_kn", "friction_force_kn"), (None, 0.03)),
-    **dict.fromkeys(("slip_work_kj", "friction_impulse_kns", "contact_time_s"), (None, None)),
+    "backwall_force_kn": (None, 0.03),
+    "shear_key_force_kn": (None, 0.03),
+    "friction_force_kn": (None, 0.03),
+    "slip_work_kj": (None, None),
+    "friction_impulse_kns": (None, None),
+    "contact_time_s": (None, None),
 }
 EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
 MAX_EXCESS: Final = 0.03  # of the work of friction
-_HALF_MS: Final = "half a millisecond"
 _AGAINST: Final = {"default": "0.5 ms", "0.5 ms": "0.25 ms"}
-# Whole histories of all cases, whatever becomes of the columns.
+# Whole histories of all cases, whether or not columns fail.
 _WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
 
 
-def run_steps(study: Study) -> None:
-    """Run the study of convergence with the steps."""
-    run_convergence(study, CONVERGENCE, self_check=6)
-
-
-def run_convergence(study: Study, chosen: CaseSet, *, self_check: int) -> None:
-    """Run a set: comparisons of the worst and of the median case, a table of all changes.
-
-    Args:
-        study: The study.
-        chosen: The cases.
-        self_check: Interval of cases at which the reference also runs at half its step.
-    """
+def run_convergence(study: Study) -> None:
+    """Compare the worst and the median case of a set with finer steps; a table of all changes."""
     reference = replace(_WHOLE, **NUMERICS["reference"]["analysis"])
     steps = {
         "default": _WHOLE,
         "0.5 ms": reference,
         "0.25 ms": replace(reference, dt_s=reference.dt_s / 2),
     }
-    motions = chosen.cut(strongest_motions(chosen.motion_count, CONVERGENCE_PGA_G))
+    motions = CONVERGENCE.cut(strongest_motions(CONVERGENCE.motion_count, CONVERGENCE_PGA_G))
     tasks = {
         (variant.slug, motion.motion_id, name): _task(variant, motion, settings, ModelOptions())
-        for number, (variant, motion) in enumerate(product(chosen.variants(), motions))
+        for number, (variant, motion) in enumerate(product(CONVERGENCE.variants(), motions))
         for name, settings in steps.items()
-        if name != "0.25 ms" or number % self_check == 0
+        if name != "0.25 ms" or number % SELF_CHECK == 0
     }
-    rows = _rows(study, list(tasks.values()), _whole_peaks, chosen.processes)
+    rows = _rows(study, list(tasks.values()), _whole_peaks, CONVERGENCE.processes)
     found = dict(zip(tasks, rows, strict=True))
     changes = pd.DataFrame(
         [
@@ -291,7 +268,7 @@ def run_convergence(study: Study, chosen: CaseSet, *, self_check: int) -> None:
         limits = (("largest", worst, sizes.max()), ("median", median, sizes.median()))
         for name, limit, value in limits:
             text = f"{demand}, {name} change at the default steps, {cases}"
-            study.absolute(text, value, 0.0, limit, _HALF_MS)
+            study.absolute(text, value, 0.0, limit, "half a millisecond")
         text = f"{demand}, largest change of the reference itself, {len(of_reference)} cases"
         study.absolute(text, own.max(), 0.0, None, "a quarter of a millisecond")
     for excess in EXCESS:
@@ -319,7 +296,6 @@ ACCURACY: Final[Mapping[str, CaseSet]] = {
 DEMANDS: Final = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
 MAX_DIFFERENCE: Final = 0.005  # of a pooled ratio
 ALL_PLACES: Final = "all"
-_REFERENCE: Final = "the same pairs at accuracy reference"
 
 
 def run_pairs(study: Study) -> None:
@@ -330,10 +306,7 @@ def run_pairs(study: Study) -> None:
 def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accuracy]) -> None:
     """Run a set: one comparison per pooled ratio, the largest difference, a table of all.
 
-    Args:
-        study: The study.
-        chosen: The cases.
-        accuracies: The judged accuracy, and that it is compared with.
+    The first accuracy is compared with the second.
     """
     entries = embedded_entries()[: chosen.motion_count]
     motions = chosen.cut([read_entry(entry).scaled(entry.scale) for entry in entries])
@@ -350,13 +323,14 @@ def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accu
     names = [motion.motion_id for motion in motions]
     table = pooled_ratios(chosen, found, names, accuracies)
     study.tables["ratios"] = table
+    source = "the same pairs at accuracy reference"
     for row in table.to_dict("records"):
         step = f"{row['axis']} {row['from_value']} to {row['to_value']}, {row['place']}"
         text = f"{step}: {row['demand']}, ratio at {accuracies[0]} over {row['count']} pairs"
-        study.relative(text, row["ratio"], row["exact_ratio"], MAX_DIFFERENCE, _REFERENCE)
+        study.relative(text, row["ratio"], row["exact_ratio"], MAX_DIFFERENCE, source)
     worst = table["difference_percent"].abs().max()
     text = f"largest difference of {len(table)} pooled ratios in percent"
-    study.at_most(text, worst, 100.0 * MAX_DIFFERENCE, _REFERENCE)
+    study.at_most(text, worst, 100.0 * MAX_DIFFERENCE, source)
     failed = sum(peaks["status"] not in {OK, COLLAPSE} for peaks in found.values())
     study.at_most(f"analyses of {len(found)} that failed", failed, 0.0, "none may fail")
 
@@ -389,17 +363,14 @@ def pooled_ratios(
     and places together. Motions without the demand in a member are left out.
 
     Returns:
-        axis, from_value, to_value, place, demand, number of ratios, ratio at both accuracies and
-        their difference in percent.
+        axis, from_value, to_value, place, demand, count, ratio at both accuracies and their
+        difference in percent.
     """
-    logs: dict[tuple[str, int, int, str, str], list[tuple[float, float]]] = {}
+    rows: list[Row] = []
     for axis, before, after in pairs(chosen):
-        step = (axis, getattr(before, axis), getattr(after, axis))
-        place = ", ".join(
-            f"{name} {getattr(before, name)}"
-            for name in ("skew_deg", "gap_mm", "friction_pct")
-            if name != axis
-        )
+        others = [name for name in ("skew_deg", "gap_mm", "friction_pct") if name != axis]
+        place = ", ".join(f"{name} {getattr(before, name)}" for name in others)
+        values = {"from_value": getattr(before, axis), "to_value": getattr(after, axis)}
         for demand, motion_id in product(DEMANDS, motions):
             peaks = [
                 float(found[accuracy, variant, motion_id][demand])
@@ -407,13 +378,11 @@ def pooled_ratios(
                 for variant in (before, after)
             ]
             if min(peaks) > 0.0:
-                changes = (log(peaks[1] / peaks[0]), log(peaks[3] / peaks[2]))
-                for where in (place, ALL_PLACES):
-                    logs.setdefault((*step, where, demand), []).append(changes)
-    rows: list[Row] = []
-    for name, changes in logs.items():
-        judged, exact = (exp(sum(values) / len(changes)) for values in zip(*changes, strict=True))
-        row = dict(zip(("axis", "from_value", "to_value", "place", "demand"), name, strict=True))
-        ratios = {"count": len(changes), "ratio": judged, "exact_ratio": exact}
-        rows.append(row | ratios | {"difference_percent": 100.0 * (judged / exact - 1.0)})
-    return pd.DataFrame(rows)
+                logs = {"ratio": log(peaks[1] / peaks[0]), "exact_ratio": log(peaks[3] / peaks[2])}
+                row = {"axis": axis, **values, "demand": demand, **logs}
+                rows += [row | {"place": place}, row | {"place": ALL_PLACES}]
+    names = ["axis", "from_value", "to_value", "place", "demand"]
+    groups = pd.DataFrame(rows).groupby(names, sort=False)
+    pooled = groups[["ratio", "exact_ratio"]].mean().apply(np.exp)
+    pooled["difference_percent"] = 100.0 * (pooled["ratio"] / pooled["exact_ratio"] - 1.0)
+    return pooled.assign(count=groups.size()).reset_index()
