@@ -94,10 +94,9 @@ def check(
     ] = None,
     bridge: BridgeOption = "osb1",
     out: Annotated[
-        Path | None,
-        typer.Option("--out", help="Folder of model.png; by default results/bridges/NAME."),
+        Path | None, typer.Option(help="Folder of model.png; by default results/bridges/NAME.")
     ] = None,
-    skew_deg: Annotated[float, typer.Option("--skew-deg", help="Skew in the picture.")] = 30,
+    skew_deg: Annotated[float, typer.Option(help="Skew in the picture.")] = 30,
     units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
@@ -315,9 +314,7 @@ def model(
     choice: VariantChoice,
     out: OutOption,
     changes: SetOption = None,
-    gap_scale: Annotated[
-        float, typer.Option("--gap-scale", help="Factor on the gaps in the drawing.")
-    ] = 20.0,
+    gap_scale: Annotated[float, typer.Option(help="Factor on the gaps in the drawing.")] = 20.0,
     as_json: JsonOption = False,
 ) -> None:
     """Draw a model (model.png, model.html) and write it as an OpenSeesPy script (model.py).
@@ -350,7 +347,7 @@ def model(
 def column(
     out: OutOption,
     bridge: BridgeOption = "osb1",
-    bent: Annotated[int, typer.Option("--bent", help="Number from the left, 1 and up.")] = 1,
+    bent: Annotated[int, typer.Option(help="Number from the left, 1 and up.")] = 1,
     units: UnitsOption = "si",
     as_json: JsonOption = False,
 ) -> None:
@@ -402,7 +399,6 @@ def sdc(
     bridge: Annotated[
         str | None,
         typer.Option(
-            "--bridge",
             metavar="NAME|FILE",
             help="Bridge; for RUN or DEMANDS only if its name in the table does not find it.",
             autocompletion=known_bridges,

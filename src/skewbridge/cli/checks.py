@@ -56,9 +56,7 @@ def doctor(*, as_json: JsonOption = False) -> None:
 @commands.command(cls=Command)
 def contact(
     case: CaseArgument,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="F.csv", help="File for the forces along the path.")
-    ],
+    out: Annotated[Path, typer.Option(metavar="F.csv", help="File for the forces along the path.")],
     as_json: JsonOption = False,
 ) -> None:
     """Drive one contact unit along a displacement path.
@@ -73,9 +71,7 @@ def contact(
 @commands.command(cls=Command)
 def deck(
     case: CaseArgument,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="F.parquet", help="File for the histories.")
-    ],
+    out: Annotated[Path, typer.Option(metavar="F.parquet", help="File for the histories.")],
     as_json: JsonOption = False,
 ) -> None:
     """Run the rigid skew deck under a pulse or a record.
@@ -94,7 +90,7 @@ def verify(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME...]", help="Studies; by default all.")
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder of tables and figures.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of tables and figures.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Repeat the studies of the paper and compare with their references.

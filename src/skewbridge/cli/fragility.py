@@ -8,10 +8,14 @@ import typer
 from skewbridge.cli.options import (
     ABUTMENT_CHOICES,
     ABUTMENT_NAMES,
+    LIMIT_STATES,
+    LimitStatesOption,
+    Opt,
     OutOption,
     StudyOption,
     folder_of,
     known_bridges,
+    takes,
 )
 from skewbridge.cli.output import Command, JsonOption, emit, messages, new_group, number
 from skewbridge.errors import InputError
@@ -20,45 +24,30 @@ commands = new_group()
 
 
 @commands.command(cls=Command)
+@takes(
+    Opt("method", Literal["stripes", "ida", "cloud"] | None, "Kind of data."),
+    Opt("model", str | None, "Model of the demands in a cloud.", None, "[ols|tobit]"),
+    Opt("link", str, "Link of the stripes.", "probit", "[probit]"),
+    Opt("level", float, "Confidence level.", 0.95),
+    Opt("threshold", float | None, "Median capacity."),
+    Opt("im", str | None, "Column with the intensities of the runs.", None, "COLUMN"),
+    Opt("edp", str | None, "Column with the demands of the runs.", None, "COLUMN"),
+    Opt("capacity_dispersion", float, "Dispersion of the capacity (cloud).", 0.0),
+    Opt("censor_above", float | None, "Censor demands at or above this value (cloud)."),
+    Opt("assumed_beta", float, "Dispersion for one-sided bounds.", 0.4),
+    Opt("accept_bounds", bool, "Fit even if failed runs decide the result.", False),
+    Opt("columns", Path | None, "YAML with columns (ours: theirs), factors, constants."),
+)
 def fit(
     data: Annotated[Path, typer.Argument(help="Data file: .json, .csv or .parquet.")],
-    method: Annotated[
-        Literal["stripes", "ida", "cloud"] | None, typer.Option(help="Kind of data.")
-    ] = None,
-    model: Annotated[
-        str | None, typer.Option(metavar="[ols|tobit]", help="Model of the demands in a cloud.")
-    ] = None,
-    link: Annotated[str, typer.Option(metavar="[probit]", help="Link of the stripes.")] = "probit",
-    level: Annotated[float, typer.Option(help="Confidence level.")] = 0.95,
-    threshold: Annotated[float | None, typer.Option(help="Median capacity.")] = None,
-    im: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Column with the intensities of the runs.")
-    ] = None,
-    edp: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Column with the demands of the runs.")
-    ] = None,
-    capacity_dispersion: Annotated[
-        float, typer.Option(help="Dispersion of the capacity (cloud).")
-    ] = 0.0,
-    censor_above: Annotated[
-        float | None, typer.Option(help="Censor demands at or above this value (cloud).")
-    ] = None,
-    assumed_beta: Annotated[float, typer.Option(help="Dispersion for one-sided bounds.")] = 0.4,
-    accept_bounds: Annotated[
-        bool, typer.Option("--accept-bounds", help="Fit even if failed runs decide the result.")
-    ] = False,
-    columns: Annotated[
-        Path | None,
-        typer.Option(help="YAML with columns (ours: theirs), factors, constants of the table."),
-    ] = None,
+    *,
     paper_table: Annotated[
         bool,
         typer.Option("--paper-table", help="Print a publication table from a table of demands."),
     ] = False,
-    limit_states: Annotated[
-        Path, typer.Option("--limit-states", help="File of limit states of that table.")
-    ] = Path("config/limit_states.yaml"),
+    limit_states: LimitStatesOption = LIMIT_STATES,
     as_json: JsonOption = False,
+    **given: Any,
 ) -> None:
     """Fit a fragility curve: theta, beta, their intervals and a status.
 
@@ -68,25 +57,12 @@ def fit(
     from skewbridge.fragility.results import paper_rows
 
     if paper_table:
-        table = paper_rows(data, limit_states, im)
+        table = paper_rows(data, limit_states, given["im"])
         emit({"rows": table["rows"]}, table["shown"], as_json=as_json, title=table["title"])
         return
     try:
-        options = FitOptions(
-            method=method or "",
-            model=model,
-            link=link,
-            level=level,
-            threshold=threshold,
-            im=im,
-            edp=edp,
-            capacity_dispersion=capacity_dispersion,
-            censor_above=censor_above,
-            assumed_beta=assumed_beta,
-            accept_bounds=accept_bounds,
-            columns=columns,
-        )
-        result = fit_file(data, options).as_json()
+        given["method"] = given["method"] or ""
+        result = fit_file(data, FitOptions(**given)).as_json()
     except InputError as error:
         error.details.setdefault("row", None)
         raise
@@ -98,30 +74,31 @@ def fit(
 
 
 @commands.command(cls=Command)
+@takes(
+    Opt("hazard", Path | None, "Hazard curve, CSV with im and rate: adds annual frequencies."),
+    Opt(
+        "im_range",
+        tuple[float, float] | None,
+        "Range of a table of probabilities (csv).",
+        None,
+        "LOW HIGH",
+    ),
+    Opt("points", int, "Number of intensities in that range.", 50),
+    Opt("skew_factors", bool, "theta(skew)/theta(0) and those of Hazus (csv).", False),
+)
 def export(
     curves: Annotated[Path, typer.Argument(help="Table of curves of a study (.parquet, .csv).")],
     form: Annotated[
         str, typer.Option("--format", metavar="[nrml|pelicun|csv|latex]", help="File format.")
     ],
     out: Annotated[Path, typer.Option(help="File to write.")],
+    *,
     method: Annotated[
         Literal["cloud", "exceedance", "ida_interval"] | None,
         typer.Option(help="Method of the curves; without it the preferred ones."),
     ] = None,
-    hazard: Annotated[
-        Path | None,
-        typer.Option(help="Hazard curve, CSV with im and rate: adds annual frequencies."),
-    ] = None,
-    im_range: Annotated[
-        tuple[float, float] | None,
-        typer.Option(metavar="LOW HIGH", help="Probabilities over these intensities (csv)."),
-    ] = None,
-    points: Annotated[int, typer.Option(help="Number of intensities in that range.")] = 50,
-    skew_factors: Annotated[
-        bool,
-        typer.Option("--skew-factors", help="theta(skew)/theta(0) and those of Hazus (csv)."),
-    ] = False,
     as_json: JsonOption = False,
+    **given: Any,
 ) -> None:
     """Write fragility curves for other tools, spreadsheets and papers.
 
@@ -129,8 +106,7 @@ def export(
     """
     from skewbridge.fragility.exports import CsvContent, export_curves
 
-    content = CsvContent(hazard=hazard, im_range=im_range, points=points, skew_factors=skew_factors)
-    report = export_curves(curves, form, out, method=method, content=content)
+    report = export_curves(curves, form, out, method=method, content=CsvContent(**given))
     for note in report["notes"]:
         messages.print(note, markup=False)
     emit(report, [{"written": name} for name in report["files"]], as_json=as_json)
@@ -142,15 +118,12 @@ def statistics(
         Path, typer.Argument(help="Table of demands: .parquet or .csv (docs/columns.md).")
     ],
     out: OutOption,
-    limit_states: Annotated[
-        Path, typer.Option("--limit-states", help="File of limit states.")
-    ] = Path("config/limit_states.yaml"),
+    limit_states: LimitStatesOption = LIMIT_STATES,
     im: Annotated[
-        str | None,
-        typer.Option("--im", metavar="COLUMN", help="Intensity measure, if there are several."),
+        str | None, typer.Option(metavar="COLUMN", help="Intensity measure, if there are several.")
     ] = None,
     margin: Annotated[
-        float | None, typer.Option("--margin", help="Relative change that is negligible: 0.05.")
+        float | None, typer.Option(help="Relative change that is negligible: 0.05.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -180,45 +153,31 @@ def _counts(report: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 @commands.command(cls=Command)
+@takes(
+    Opt("bridge", str | None, "Needed if there are several.", None, "NAME", known_bridges),
+    Opt(
+        "abutment",
+        str | None,
+        "By default the only model of the study, or contact-friction.",
+        None,
+        ABUTMENT_CHOICES,
+        lambda: list(ABUTMENT_NAMES),
+    ),
+    Opt("component", str | None, "Only this component.", None, "NAME"),
+    Opt("state", str | None, "Only this limit state.", None, "NAME"),
+    Opt("at", float | None, "Intensity at which to give probabilities."),
+)
 def predict(
-    bridge: Annotated[
-        str | None,
-        typer.Option(
-            "--bridge",
-            metavar="NAME",
-            help="Needed if the study has several bridges.",
-            autocompletion=known_bridges,
-        ),
-    ] = None,
-    abutment: Annotated[
-        str | None,
-        typer.Option(
-            "--abutment",
-            metavar=ABUTMENT_CHOICES,
-            help="By default the only model of the study, or contact-friction.",
-            autocompletion=lambda: list(ABUTMENT_NAMES),
-        ),
-    ] = None,
-    skew_deg: Annotated[float | None, typer.Option("--skew-deg", help="Skew in degrees.")] = None,
-    gap_mm: Annotated[float | None, typer.Option("--gap-mm", help="Joint gap in mm.")] = None,
-    friction: Annotated[
-        float | None, typer.Option("--friction", help="Coefficient of friction.")
-    ] = None,
+    skew_deg: Annotated[float | None, typer.Option(help="Skew in degrees.")] = None,
+    gap_mm: Annotated[float | None, typer.Option(help="Joint gap in mm.")] = None,
+    friction: Annotated[float | None, typer.Option(help="Coefficient of friction.")] = None,
     axis: Annotated[
-        list[str] | None,
-        typer.Option("--axis", metavar="NAME=VALUE", help="A further axis; repeatable."),
-    ] = None,
-    component: Annotated[
-        str | None, typer.Option("--component", metavar="NAME", help="Only this component.")
-    ] = None,
-    state: Annotated[
-        str | None, typer.Option("--state", metavar="NAME", help="Only this limit state.")
-    ] = None,
-    at: Annotated[
-        float | None, typer.Option("--at", help="Intensity at which to give probabilities.")
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="A further axis; repeatable.")
     ] = None,
     study: StudyOption = None,
+    *,
     as_json: JsonOption = False,
+    **given: Any,
 ) -> None:
     """Predict fragility between the variants of a study.
 
@@ -229,23 +188,15 @@ def predict(
     """
     from skewbridge.fragility.predict import Point, predict_states
 
-    values = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
-    given = {name: value for name, value in values.items() if value is not None}
+    named = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
+    values = {name: value for name, value in named.items() if value is not None}
     for pair in axis or []:
         name, _, text = pair.partition("=")
         try:
-            given[name.strip().replace("-", "_")] = float(text)
+            values[name.strip().replace("-", "_")] = float(text)
         except ValueError:
             raise InputError(f"--axis takes NAME=VALUE, got {pair!r}") from None
-    point = Point(
-        bridge=bridge,
-        abutment=abutment,
-        values=given,
-        component=component,
-        state=state,
-        at=at,
-    )
-    rows = predict_states(folder_of(study), point)
+    rows = predict_states(folder_of(study), Point(values=values, **given))
     printed = [
         {
             "state": f"{row['component']}/{row['state']}",
@@ -253,7 +204,7 @@ def predict(
             "interval": "..".join(number(end, form=".3g") for end in row["ci_theta"]),
             "beta": number(row["beta_total"], form=".2f"),
             "records": number(row["beta"], form=".2f"),
-            **({} if at is None else {"P": number(row["p"], form=".3f")}),
+            **({} if given["at"] is None else {"P": number(row["p"], form=".3f")}),
             "left out": number(row["loo_error"], form=".1%"),
         }
         for row in rows

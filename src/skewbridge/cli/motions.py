@@ -2,10 +2,11 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from skewbridge.cli.options import Opt, takes
 from skewbridge.cli.output import (
     EXIT_BAD_INPUT,
     Command,
@@ -78,11 +79,9 @@ def check(
 def im(
     files: Files,
     t1_s: Annotated[
-        float | None, typer.Option("--t1-s", help="Conditioning period, for Sa(T1) and Sa_avg.")
+        float | None, typer.Option(help="Conditioning period, for Sa(T1) and Sa_avg.")
     ] = None,
-    period_s: Annotated[
-        list[float] | None, typer.Option("--period-s", help="Periods of the spectra.")
-    ] = None,
+    period_s: Annotated[list[float] | None, typer.Option(help="Periods of the spectra.")] = None,
     dt_s: DtOption = None,
     unit: UnitOption = None,
     *,
@@ -136,25 +135,20 @@ def plot(
 
 
 @motions.command(cls=Command)
+@takes(
+    Opt("magnitude", float, "Moment magnitude, 6.5 to 7.9.", ...),
+    Opt("distance_km", float, "Distance to the rupture, up to 31 km.", ...),
+    Opt("vs30_mps", float, "Mean shear-wave velocity of the upper 30 m.", ...),
+    Opt("mechanism", Literal["strike_slip", "reverse"], "Mechanism.", "strike_slip"),
+    Opt("ztor_km", float, "Depth to the top of the rupture.", 0.0),
+    Opt("pulse", Literal["none", "all", "probability"], "Motions with a pulse.", "none"),
+    Opt("rupture_to_site_km", float, "Rupture length towards the site, for pulses.", 20.0),
+)
 def synthesize(
-    magnitude: Annotated[float, typer.Option("--magnitude", help="Moment magnitude, 6.5 to 7.9.")],
-    distance_km: Annotated[
-        float, typer.Option("--distance-km", help="Distance to the rupture, up to 31 km.")
-    ],
-    vs30_mps: Annotated[float, typer.Option("--vs30-mps", help="Site stiffness.")],
     out: OutOption,
-    count: Annotated[int, typer.Option("--count", help="Number of pairs.")] = 40,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the suite.")] = 1,
-    mechanism: Annotated[
-        Literal["strike_slip", "reverse"], typer.Option(help="Mechanism of the rupture.")
-    ] = "strike_slip",
-    ztor_km: Annotated[float, typer.Option(help="Depth to the top of the rupture.")] = 0.0,
-    pulse: Annotated[
-        Literal["none", "all", "probability"], typer.Option(help="Motions with a pulse.")
-    ] = "none",
-    rupture_to_site_km: Annotated[
-        float, typer.Option(help="Rupture length towards the site, for pulses.")
-    ] = 20.0,
+    *,
+    count: Annotated[int, typer.Option(help="Number of pairs.")] = 40,
+    seed: Annotated[int, typer.Option(help="Seed of the suite.")] = 1,
     calibrate: Annotated[
         Literal["bssa14", "none"], typer.Option(help="Ground-motion model that the spectra follow.")
     ] = "bssa14",
@@ -162,11 +156,11 @@ def synthesize(
         Literal["random", "principal"], typer.Option(help="Orientation of the components.")
     ] = "random",
     shaking_s: Annotated[
-        float | None, typer.Option("--shaking-s", help="Keep the strongest part of this length.")
+        float | None, typer.Option(help="Keep the strongest part of this length.")
     ] = None,
     free_vibration_s: Annotated[float, typer.Option(help="Zeros added at the end.")] = 0.0,
-    *,
     as_json: JsonOption = False,
+    **given: Any,
 ) -> None:
     """Synthesize pairs of motions by the model of Dabaghi and Der Kiureghian (2018).
 
@@ -175,25 +169,12 @@ def synthesize(
     from skewbridge.motions.synthesis.ddk18 import Scenario
     from skewbridge.motions.synthesis.generate import SynthesisOptions, write_synthetic_suite
 
-    scenario = Scenario(
-        magnitude=magnitude,
-        distance_km=distance_km,
-        vs30_mps=vs30_mps,
-        mechanism=mechanism,
-        ztor_km=ztor_km,
-        rupture_to_site_km=rupture_to_site_km,
-        pulse=pulse,
-    )
-    options = SynthesisOptions(
-        calibrate=calibrate,
-        orientation=orientation,
-    )
     index = write_synthetic_suite(
         out,
-        scenario,
+        Scenario(**given),
         count=count,
         seed=seed,
-        options=options,
+        options=SynthesisOptions(calibrate=calibrate, orientation=orientation),
         shaking_s=shaking_s,
         free_vibration_s=free_vibration_s,
     )
@@ -204,7 +185,7 @@ def synthesize(
 def default_suite(
     out: OutOption,
     t1_s: Annotated[
-        float | None, typer.Option("--t1-s", help="Conditioning period; that of osb1 if not given.")
+        float | None, typer.Option(help="Conditioning period; that of osb1 if not given.")
     ] = None,
     *,
     as_json: JsonOption = False,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 import typer
 
@@ -15,7 +15,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.checking import checked
 from skewbridge.files.text import parse_yaml, read_yaml, shortened
 from skewbridge.variant.abutments import ABUTMENTS
-from skewbridge.variant.axes import AXES, Axis
+from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -111,6 +111,8 @@ SetOption = Annotated[
     ),
 ]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
+LIMIT_STATES: Final = Path("config/limit_states.yaml")
+LimitStatesOption = Annotated[Path, typer.Option(help="File of limit states.")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,32 +138,72 @@ class VariantChoice:
         return Variant.at(self.bridge, (abutment or self.abutment).replace("-", "_"), self.values)
 
 
+class Opt(NamedTuple):
+    """One option of a command.
+
+    Attributes:
+        name: Name of the argument; the option is that with hyphens, after `--`.
+        kind: Type of the value.
+        help: What it means.
+        default: Default; `...` for an option that must be given.
+        metavar: What the help shows for the value.
+        complete: Function that returns the values for shell completion.
+    """
+
+    name: str
+    kind: Any
+    help: str
+    default: Any = None
+    metavar: str | None = None
+    complete: Callable[[], list[str]] | None = None
+
+    def parameter(self) -> Parameter:
+        """Return the option as a parameter of a command."""
+        flag = f"--{self.name.replace('_', '-')}"
+        given = typer.Option(
+            flag, help=self.help, metavar=self.metavar, autocompletion=self.complete
+        )
+        return _keyword(self.name, Annotated[self.kind, given], self.default)
+
+
+def _keyword(name: str, annotation: Any, default: Any) -> Parameter:
+    filled = Parameter.empty if default is ... else default
+    return Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=filled)
+
+
+def takes(*options: Opt) -> Callable[..., Any]:
+    """Give a command options that it receives together, as its last argument `**given`."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        *own, _ = signature(command).parameters.values()
+
+        @wraps(command)
+        def with_options(*arguments: Any, **values: Any) -> None:
+            command(*arguments, **values)
+
+        given = [option.parameter() for option in options]
+        return _with_parameters(with_options, [*own[:-1], *given, own[-1]])
+
+    return decorate
+
+
 def takes_variant(*, abutment: str = "contact-friction") -> Callable[..., Any]:
     """Give a command an option per axis; its first argument is then a `VariantChoice`.
 
     Args:
         abutment: Default of ``--abutment``.
     """
-
-    def option(name: str, annotation: Any, default: Any) -> Parameter:
-        return Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
-
-    def axis_option(axis: Axis) -> Parameter:
-        text = (
-            f"{axis.description[0].upper()}{axis.description[1:]}, {axis.low:g} to {axis.high:g}."
-        )
-        given = typer.Option(f"--{axis.name.replace('_', '-')}", help=text)
-        return option(axis.name, Annotated[float, given], axis.usual)
-
     options = [
-        option("bridge", BridgeOption, "osb1"),
-        option("abutment", AbutmentOption, abutment),
-        *map(axis_option, AXES),
+        _keyword("bridge", BridgeOption, "osb1"),
+        _keyword("abutment", AbutmentOption, abutment),
     ]
+    for axis in AXES:
+        text = f"{axis.description[0].upper()}{axis.description[1:]}"
+        text = f"{text}, {axis.low:g} to {axis.high:g}."
+        options.append(Opt(axis.name, float, text, axis.usual).parameter())
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         own = list(signature(command).parameters.values())[1:]
-        parameters = [*options, *(each.replace(kind=Parameter.KEYWORD_ONLY) for each in own)]
 
         @wraps(command)
         def with_choice(**values: Any) -> None:
@@ -169,10 +211,18 @@ def takes_variant(*, abutment: str = "contact-friction") -> Callable[..., Any]:
             chosen = {axis.name: values.pop(axis.name) for axis in AXES}
             command(VariantChoice(bridge=bridge, abutment=model, values=chosen), **values)
 
-        vars(with_choice)["__signature__"] = Signature(parameters)
-        return with_choice
+        return _with_parameters(with_choice, [*options, *own])
 
     return decorate
+
+
+def _with_parameters(
+    command: Callable[..., None], parameters: Sequence[Parameter]
+) -> Callable[..., None]:
+    """Set the parameters that typer reads from a command."""
+    keywords = [each.replace(kind=Parameter.KEYWORD_ONLY) for each in parameters]
+    vars(command)["__signature__"] = Signature(keywords)
+    return command
 
 
 def model_options(pairs: Sequence[str] | None) -> ModelOptions:

@@ -9,12 +9,14 @@ import typer
 
 from skewbridge.cli.options import (
     DEFAULT_CONFIG,
+    Opt,
     OutOption,
     SetOption,
     StudyOption,
     VariantChoice,
     config_of,
     settings_and_options,
+    takes,
     takes_variant,
 )
 from skewbridge.cli.output import (
@@ -32,10 +34,8 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 
 if TYPE_CHECKING:
-    from skewbridge.analysis.settings import AnalysisSettings
     from skewbridge.analysis.transient import AnalysisResult
     from skewbridge.study.task import Task
-    from skewbridge.variant.options import ModelOptions
     from skewbridge.variant.variant import Variant
 
 commands = new_group()
@@ -43,28 +43,20 @@ commands = new_group()
 
 @commands.command(cls=Command)
 @takes_variant()
+@takes(
+    Opt("scale", float, "Factor on both components.", 1.0),
+    Opt("incidence_deg", float, "Angle from bridge x to component 1.", 0.0),
+    Opt("scheme", Literal["default", "paper"], "Integration scheme.", "default"),
+    Opt("accuracy", Literal["reference", "default", "fast"], "Set of numerics.", "default"),
+    Opt("dt_s", float | None, "Time step; overrides that of --accuracy."),
+    Opt("duration_s", float | None, "Cut the motion to this length."),
+)
 def run(
     choice: VariantChoice,
     out: OutOption,
     motion: Annotated[
         tuple[Path, Path] | None,
-        typer.Option("--motion", help="Two component files: along x and along y at incidence 0."),
-    ] = None,
-    scale: Annotated[float, typer.Option("--scale", help="Factor on both components.")] = 1.0,
-    incidence_deg: Annotated[
-        float, typer.Option("--incidence-deg", help="Angle from bridge x to component 1.")
-    ] = 0.0,
-    scheme: Annotated[
-        Literal["default", "paper"], typer.Option("--scheme", help="Integration scheme.")
-    ] = "default",
-    accuracy: Annotated[
-        Literal["reference", "default", "fast"], typer.Option("--accuracy", help="Set of numerics.")
-    ] = "default",
-    dt_s: Annotated[
-        float | None, typer.Option("--dt-s", help="Time step; overrides that of --accuracy.")
-    ] = None,
-    duration_s: Annotated[
-        float | None, typer.Option("--duration-s", help="Cut the motion to this length.")
+        typer.Option(help="Two component files: along x and along y at incidence 0."),
     ] = None,
     changes: SetOption = None,
     figures: Annotated[
@@ -80,6 +72,7 @@ def run(
     study: StudyOption = None,
     units: UnitsOption = "si",
     as_json: JsonOption = False,
+    **given: Any,
 ) -> None:
     """Analyse one variant under one motion and draw its histories.
 
@@ -92,9 +85,7 @@ def run(
     elif motion is None:
         raise InputError("motion: name two component files, or a row of a study with --row")
     else:
-        named = {"scheme": scheme, "dt_s": dt_s, "duration_s": duration_s}
-        settings, options = settings_and_options(changes, named, accuracy)
-        task = _task(choice.variant().normalised(), motion, scale, incidence_deg, settings, options)
+        task = _task(choice.variant().normalised(), motion, changes, given)
     result, row = _analysed(task, writable_folder(out))
     written = _write(task, result, row, out, figures=figures)
     if save_model:
@@ -117,10 +108,8 @@ def run(
 def _task(
     variant: "Variant",
     files: tuple[Path, Path],
-    scale: float,
-    incidence_deg: float,
-    settings: "AnalysisSettings",
-    options: "ModelOptions",
+    changes: list[str] | None,
+    given: Mapping[str, Any],
 ) -> "Task":
     """Return the analysis that the options ask for."""
     from skewbridge.bridge.catalogue import load_bridge
@@ -129,13 +118,17 @@ def _task(
     from skewbridge.motions.record import SuiteMotion
     from skewbridge.study.task import Task
 
-    t1_s = load_bridge(variant.bridge).t1_s
+    named = {name: given[name] for name in ("scheme", "dt_s", "duration_s")}
+    settings, options = settings_and_options(changes, named, given["accuracy"])
     motion = read_motion(*files)
-    measures = scaled_measures(motion_measures(motion, t1_s), scale)
+    measures = motion_measures(motion, load_bridge(variant.bridge).t1_s)
+    scaled = SuiteMotion(
+        motion=motion, scale=given["scale"], measures=scaled_measures(measures, given["scale"])
+    )
     return Task(
         variant=variant,
-        motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=incidence_deg,
+        motion=scaled,
+        incidence_deg=given["incidence_deg"],
         settings=settings,
         options=options,
     )

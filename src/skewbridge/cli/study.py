@@ -8,11 +8,15 @@ import typer
 
 from skewbridge.cli.options import (
     DEFAULT_CONFIG,
+    LIMIT_STATES,
+    LimitStatesOption,
+    Opt,
     OutOption,
     PlannedStudyOption,
     StudyOption,
     config_of,
     folder_of,
+    takes,
 )
 from skewbridge.cli.output import (
     EXIT_FAILED,
@@ -160,17 +164,15 @@ def status(
 def compare(
     first: Annotated[Path, typer.Argument(help="Folder of a study, or its table of demands.")],
     second: Annotated[Path, typer.Argument(help="The same for the second study.")],
-    limit_states: Annotated[
-        Path, typer.Option("--limit-states", help="File of the limit states of the medians.")
-    ] = Path("config/limit_states.yaml"),
+    limit_states: LimitStatesOption = LIMIT_STATES,
     im: Annotated[
-        str, typer.Option("--im", metavar="COLUMN", help="Intensity measure of the medians.")
+        str, typer.Option(metavar="COLUMN", help="Intensity measure of the medians.")
     ] = "im_saavg_rotd50_g",
     margin: Annotated[
-        float, typer.Option("--margin", help="Relative change that counts as negligible.")
+        float, typer.Option(help="Relative change that counts as negligible.")
     ] = 0.05,
     out: Annotated[
-        Path | None, typer.Option("--out", help="CSV file for all rows, including each variant.")
+        Path | None, typer.Option(help="CSV file for all rows, including each variant.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -269,7 +271,6 @@ def retry(
     status: Annotated[
         str,
         typer.Option(
-            "--status",
             metavar=f"[failed|{'|'.join(FAILED)}]",
             help="Status of the analyses to repeat; failed: all without a usable result.",
             autocompletion=lambda: ["failed", *FAILED],
@@ -325,6 +326,11 @@ def journal(
 
 
 @study.command(cls=Command)
+@takes(
+    Opt("width_mm", float | None, "Width; overrides figures.width_mm."),
+    Opt("font", str | None, "Font family; overrides figures.font."),
+    Opt("font_size_pt", float | None, "Size; overrides figures.font_size_pt."),
+)
 def plot(
     names: Annotated[
         list[str] | None,
@@ -334,17 +340,9 @@ def plot(
         ),
     ] = None,
     out: OutOption = Path(),
-    width_mm: Annotated[
-        float | None, typer.Option("--width-mm", help="Width; overrides figures.width_mm.")
-    ] = None,
-    font: Annotated[
-        str | None, typer.Option("--font", help="Font family; overrides figures.font.")
-    ] = None,
-    font_size_pt: Annotated[
-        float | None, typer.Option("--font-size-pt", help="Size; overrides figures.font_size_pt.")
-    ] = None,
     study: StudyOption = None,
     as_json: JsonOption = False,
+    **given: Any,
 ) -> None:
     """Draw figures of a finished study again, as SVG and PNG.
 
@@ -356,7 +354,6 @@ def plot(
     from skewbridge.study.config import FigureSettings, check_font, load_config
 
     config = load_config(config_of(study), base=DEFAULT_CONFIG)
-    given = {"width_mm": width_mm, "font": font, "font_size_pt": font_size_pt}
     changes = {name: value for name, value in given.items() if value is not None}
     settings = checked(FigureSettings, asdict(config.figures) | changes, "figures")
     check_font(settings.font)
@@ -376,9 +373,7 @@ def plot(
 def methods(
     *,
     study: StudyOption = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Markdown file instead of the terminal.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Markdown file instead of the terminal.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Write the methods of a study as a paper describes them, with references.
@@ -409,9 +404,9 @@ def methods(
 def archive(
     *,
     study: StudyOption = None,
-    out: Annotated[
-        Path, typer.Option("--out", help="ZIP file to write.", metavar="FILE.zip")
-    ] = Path("study.zip"),
+    out: Annotated[Path, typer.Option(help="ZIP file to write.", metavar="FILE.zip")] = Path(
+        "study.zip"
+    ),
     as_json: JsonOption = False,
 ) -> None:
     """Put a finished study into one ZIP file for the supplement of a paper.

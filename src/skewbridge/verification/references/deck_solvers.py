@@ -185,8 +185,9 @@ class BaseAcceleration:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
         speed = 2.0 * pi / self.period_s
         low, high = np.clip(starts_s, 0.0, self.period_s), np.clip(ends_s, 0.0, self.period_s)
-        impulse = (np.sin(speed * high) - np.sin(speed * low)) / speed
-        return np.outer(self.amplitude_mps2, impulse / (ends_s - starts_s))
+        amplitude = np.array(self.amplitude_mps2) / speed
+        waves = np.sin(speed * high) - np.sin(speed * low)
+        return np.outer(amplitude, waves) / (ends_s - starts_s)
 
 
 def pulse_of(case: DeckCase) -> BaseAcceleration:

@@ -4,11 +4,10 @@ A path has the columns t_s, ux_m, uy_m, uz_m (positive opens) and is linear betw
 `skewbridge contact` runs a unit from a case file.
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
@@ -27,13 +26,10 @@ PAPER_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohe
 _START_SHARE: Final = 1e-3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PathResult:
-    """Forces along a path.
+class PathResult(NamedTuple):
+    """Forces along a path, shape (rows, 3), and the ledger of the unit.
 
-    Attributes:
-        forces_n: Shape (rows, 3): tangential forces with the sign of slip, compression positive.
-        ledger: Ledger of the unit.
+    The columns are the tangential forces with the sign of slip, and the compression.
     """
 
     forces_n: Array
@@ -54,8 +50,8 @@ def drive_unit(
         law: Parameters of the pair.
         path: Shape (rows, 4). The first row is the state at rest: nothing has slipped.
         substeps: Steps per row.
-        scheme: Scheme of the `ContactSet`.
-        coupling: Coupling of the `ContactSet`.
+        scheme: As in `ContactSet`.
+        coupling: As in `ContactSet`.
 
     Raises:
         SolutionError: OpenSees does not make a step.

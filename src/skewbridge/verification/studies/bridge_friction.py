@@ -148,15 +148,18 @@ def _judge_abutment(study: Study, case: str, pair: AbutmentPair) -> None:
         study.states("longitudinal hardly changes", f"{case}, {name}", *peaks)
     with_friction, without = pair
     keys = _units(with_friction, "key")
-    changes = stick_slip_changes(
-        with_friction.normals_n[:, keys], with_friction.friction_n[:, keys], FRICTION_PCT / 100
-    )
-    study.states("keys stick and slip", case, changes)
+    forces = with_friction.normals_n[:, keys], with_friction.friction_n[:, keys]
+    study.states("keys stick and slip", case, stick_slip_changes(*forces, FRICTION_PCT / 100))
     fast = both(lambda h: _fast_rms(h.t_s, h.force_n[:, 0]) / KN)
     study.states("fast vibration", case, *fast)
     along, across = rms_change(with_friction.disp_m, without.disp_m).tolist()
     study.states("transverse differs more", f"{case}, RMS of the displacement", across, along)
-    along, across = _work_changes(pair)
+    rough, smooth = (
+        [np.trapezoid(h.force_n[:, axis], h.disp_m[:, axis]) for axis in (0, 1)] for h in pair
+    )
+    along, across = (
+        float(abs(one / other - 1.0)) for one, other in zip(rough, smooth, strict=True)
+    )
     study.states("transverse differs more", f"{case}, work of the loops", across, along)
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
     study.states("several contacts", case, closures)
@@ -185,15 +188,6 @@ def _fast_rms(t_s: Array, force_n: Array) -> float:
     spectrum = np.fft.rfft(np.interp(grid_s, t_s, force_n))
     spectrum[np.fft.rfftfreq(len(grid_s), grid_s[1] - grid_s[0]) < _FAST_HZ] = 0.0
     return float(np.sqrt(np.mean(np.fft.irfft(spectrum, len(grid_s)) ** 2)))
-
-
-def _work_changes(pair: AbutmentPair) -> tuple[float, float]:
-    """Return the relative changes of the work of the loops along x and y by friction."""
-    rough, smooth = (
-        [np.trapezoid(h.force_n[:, axis], h.disp_m[:, axis]) for axis in (0, 1)] for h in pair
-    )
-    along, across = (abs(one / other - 1.0) for one, other in zip(rough, smooth, strict=True))
-    return float(along), float(across)
 
 
 def _judge_static_push(study: Study) -> None:
@@ -302,8 +296,8 @@ def run(study: Study) -> None:
     """Run the study of figures 11 and 12."""
     motion = waho()
     for scheme in SCHEMES:
-        variants = paper_variant(), paper_variant(friction_pct=0)
-        pair = analysis(variants[0], motion, scheme), analysis(variants[1], motion, scheme)
+        rough, smooth = paper_variant(), paper_variant(friction_pct=0)
+        pair = analysis(rough, motion, scheme), analysis(smooth, motion, scheme)
         _compare(study, f"{scheme} scheme", pair)
         _judge(study, f"{scheme} scheme{motion.stand_in}", pair, same_record=motion.is_paper_record)
         if scheme == SCHEMES[0]:
@@ -388,16 +382,11 @@ def _history_change(pair: Pair, column: str) -> float:
 def _key_changes(result: AnalysisResult) -> int:
     """Return how often the keys change from sticking to slipping or back."""
     table = histories_of(result)
-    keys = [name for name in table if "key" in name and name.endswith("_normal_kn")]
-
-    def column(name: str, part: str) -> Array:
-        return table[name.replace("normal", part)]
-
-    normals = np.column_stack([table[name] for name in keys])
-    frictions = np.column_stack(
-        [np.hypot(column(name, "friction_1"), column(name, "friction_2")) for name in keys]
+    normal, friction_1, friction_2 = (
+        np.column_stack([table[name] for name in table if "key" in name and name.endswith(ending)])
+        for ending in ("_normal_kn", "_friction_1_kn", "_friction_2_kn")
     )
-    return stick_slip_changes(normals, frictions, FRICTION_PCT / 100)
+    return stick_slip_changes(normal, np.hypot(friction_1, friction_2), FRICTION_PCT / 100)
 
 
 def _displacement_figure(pair: Pair, motion: PaperMotion) -> Figure:
@@ -527,11 +516,10 @@ def run_models(study: Study) -> None:
         unseating = skewed["unseating_m"], straight["unseating_m"]
         study.states("acute corner leads", case, skewed["acute_corner_unseating_m"], unseating[0])
         study.states("skew needs longer seats", case, *unseating)
-    variants = (
-        paper_variant(bridge="osb2s", skew_deg=20),
-        paper_variant(bridge="osb2s", skew_deg=20, friction_pct=0),
+    rough, smooth = (
+        analysis(paper_variant(bridge="osb2s", skew_deg=20, friction_pct=friction_pct), motion)
+        for friction_pct in (FRICTION_PCT, 0)
     )
-    rough, smooth = (analysis(variant, motion) for variant in variants)
     for demand in _MODEL_DEMANDS:
         text = f"OSB2S (surrogate), skew 20: {demand}, friction 0.5 against 0"
         study.report(text, rough.whole_history[demand], smooth.whole_history[demand], _WITHOUT)

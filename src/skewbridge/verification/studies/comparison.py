@@ -1,7 +1,7 @@
 """Results of a study: values with their references, verdicts, figures, tables."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final
@@ -132,11 +132,18 @@ class Study:
 
     def rows(self) -> list[dict[str, str | float | bool | None]]:
         """Return one row per comparison, with the columns of the `verify` command."""
-        cells = [
-            {"study": self.name, "pass": found.is_passed, **asdict(found)}
+        return [
+            {
+                "study": self.name,
+                "quantity": found.quantity,
+                "value": found.value,
+                "reference": found.reference,
+                "tolerance": found.tolerance,
+                "pass": found.is_passed,
+                "source": found.source,
+            }
             for found in self.comparisons
         ]
-        return [{column: row[column] for column in COLUMNS} for row in cells]
 
     def table(self) -> pd.DataFrame:
         """Return the rows as a table."""

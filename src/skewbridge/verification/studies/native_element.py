@@ -42,6 +42,7 @@ from skewbridge.verification.studies.comparison import Study
 
 IMPLICIT: Final = 0
 IMPLEX: Final = 1
+_NAMES: Final = {IMPLICIT: "implicit", IMPLEX: "IMPL-EX"}
 _LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
 # The friction of the native element is of first order in the step and still 1.6 to 8 % off for C2
 # at 2e-5 s; so the frictional case judged is C5, at the smaller step.
@@ -74,7 +75,7 @@ class NativeDeck:
 
 def run(study: Study) -> None:
     """Run the study."""
-    paths = [_compare_paths(study, integration) for integration in (IMPLICIT, IMPLEX)]
+    paths = [_compare_paths(study, integration) for integration in _NAMES]
     decks = [row for deck_run in _DECK_RUNS for row in _compare_decks(study, *deck_run)]
     study.tables["paths"] = pd.DataFrame(paths)
     study.tables["decks"] = pd.DataFrame(decks)
@@ -129,14 +130,13 @@ def _compare_paths(study: Study, integration: int) -> dict[str, float | str]:
     native = drive_native(_LAW, path, integration, substeps=10)
     limit = _LAW.friction * float(ours[:, 2].max())
     error = rms_n((ours - native)[:, :2]) / limit
-    name = "implicit" if integration == IMPLICIT else "IMPL-EX"
     if integration == IMPLICIT:
         study.at_most("driven path: RMS difference over the limit", error, 0.01, _SOURCE)
         work, exact = path_work_j(path, ours), path_work_j(path, native)
         study.relative("driven path: work (J)", work, exact, 2e-3, _SOURCE)
     else:
         study.report("driven path, IMPL-EX: RMS difference over the limit", error, 0.0, _SOURCE)
-    return {"integration": name, "rms_difference_ratio": error}
+    return {"integration": _NAMES[integration], "rms_difference_ratio": error}
 
 
 def run_native_deck(named: NamedCase, integration: int, dt_s: float = 1e-4) -> NativeDeck:
@@ -166,7 +166,7 @@ def _compare_decks(
 ) -> list[dict[str, float | str]]:
     case = deck_case(named)
     ours, native = run_deck(case), run_native_deck(named, integration, dt_s)
-    name = "implicit" if integration == IMPLICIT else "IMPL-EX"
+    name = _NAMES[integration]
     finished = native.time_reached_s >= case.duration_s - case.dt_s
     if not finished:
         text = f"{named.name}, {name}, dt {dt_s:g} s: stops converging at (s)"

@@ -81,9 +81,11 @@ class CaseSet:
 
     def variants(self) -> list[Variant]:
         """Return the variants."""
-        axes = (self.bridges, self.abutments, self.skews_deg, self.gaps_mm, self.frictions_pct)
-        names = ("bridge", "abutment", "skew_deg", "gap_mm", "friction_pct")
-        return [Variant(**dict(zip(names, values, strict=True))) for values in product(*axes)]
+        return [
+            Variant(bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=gap, friction_pct=pct)
+            for bridge, abutment in product(self.bridges, self.abutments)
+            for skew, gap, pct in product(self.skews_deg, self.gaps_mm, self.frictions_pct)
+        ]
 
     def cut(self, motions: Sequence[GroundMotion]) -> list[GroundMotion]:
         """Return the strongest parts of motions."""
