@@ -112,7 +112,8 @@ def _key_line(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> 
 
 
 def _resolved(field: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
-    return schema["$defs"][field["$ref"].rsplit("/", 1)[1]] if "$ref" in field else field
+    named = schema["$defs"][field["$ref"].rsplit("/", 1)[1]] if "$ref" in field else {}
+    return {**named, **field}
 
 
 def _limits(field: Mapping[str, Any]) -> str:

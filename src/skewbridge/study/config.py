@@ -39,15 +39,13 @@ class SensitivityConfig:
         default=4,
         ge=0,
         le=10_000,
-        description="number of rows to repeat at the reference accuracy and with halved and "
-        "doubled penalties, spread over its variants, under its strongest motions; 0 for none",
+        description="rows to repeat at the reference accuracy and with other contact penalties",
     )
     window_s: Number | None = Field(
         default=6.0,
         ge=3.0,
         le=1.0e4,
-        description="strongest part of the motion (most Arias intensity) that these rows are "
-        "analysed for, on both sides of every comparison; null for the whole motion",
+        description="strongest part of the motion for these rows; null for the whole motion",
     )
 
 
@@ -59,9 +57,8 @@ class BatchesConfig:
         default=120,
         ge=1,
         le=86400,
-        description="a worker whose analysis takes no step for this time is ended and the analysis "
-        "tried once more alone, after which its row is `crash`; only time during which the study "
-        "itself runs counts",
+        description="time without a step after which a worker is ended; its analysis is tried once "
+        "more alone",
     )
 
 
@@ -78,8 +75,7 @@ class ModellingChoicesConfig:
     variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(
         default=(),
         max_length=1000,
-        description="names of the variants to change; none for two of each bridge of the grid: the "
-        "largest friction and the smallest gap at the middle and the largest skew",
+        description="names of the variants; none for two of each bridge",
     )
 
 
@@ -91,8 +87,7 @@ class FigureSettings:
         default=None,
         ge=40.0,
         le=500.0,
-        description="width of every figure in its file, such as 85 or 175 for one or two columns "
-        "of a journal; null for as wide as the panels of each need",
+        description="width of every figure, such as 85 or 175; null for as wide as its panels need",
     )
     font: Annotated[str, Field(min_length=1, max_length=100)] = Field(
         default="sans-serif",
@@ -102,8 +97,7 @@ class FigureSettings:
         default=DESIGN_FONT_PT,
         ge=4.0,
         le=24.0,
-        description="size of the labels of the axes; titles and notes are in proportion. A figure "
-        "with more columns than the width holds is made smaller as a whole",
+        description="size of the labels of the axes; titles and notes are in proportion",
     )
 
 
@@ -114,8 +108,7 @@ class StudyConfig(BaseModel):
 
     results: FileName = Field(
         default=DEFAULT_ROOT,
-        description="folder of everything that the study writes; left out, it is "
-        "`results/NAME` for a file config/NAME.yaml, and `results` for others",
+        description="folder of everything that the study writes",
     )
     accuracy: Accuracy = Field(
         default="default",
