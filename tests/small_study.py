@@ -51,7 +51,7 @@ def journal_keys(tree: Path, results: str = "results") -> list[str]:
         json.loads(line)["run_key"]
         for path in sorted((tree / results / "journal").glob("*.jsonl"))
         for line in path.read_text().splitlines()
-        if line.strip()
+        if line.strip().endswith("}")  # not one that is being written
     ]
 
 

@@ -18,6 +18,8 @@ import psutil
 import pytest
 from study_trees import TIMES, copy_sources
 
+from small_study import journal_keys
+
 pytestmark = pytest.mark.cluster
 
 HERE = Path(__file__).parent
@@ -75,15 +77,6 @@ def through_slurm(tree: Path, *arguments: str, config: str = "study.yaml") -> li
     return [str(BIN / "snakemake"), *profile, "--configfile", config, *arguments]
 
 
-def journal_keys(results: Path) -> list[str]:
-    return [
-        json.loads(line)["run_key"]
-        for path in sorted((results / "journal").glob("*.jsonl"))
-        for line in path.read_text().splitlines()
-        if line.strip().endswith("}")
-    ]
-
-
 def jobs_of(rule: str) -> dict[str, str]:
     """The nodes of the running jobs of a rule, by job."""
     listed = subprocess.run(
@@ -122,7 +115,6 @@ def study(cluster: Path, tree: Path) -> Path:
         process = subprocess.Popen(
             through_slurm(tree), cwd=tree, stdout=output, stderr=output, env=os.environ | SITE
         )
-        results = tree / "results"
 
         def wait_for(condition: Callable[[], object], seconds: float) -> None:
             deadline = time.monotonic() + seconds
@@ -132,11 +124,11 @@ def study(cluster: Path, tree: Path) -> Path:
                 time.sleep(0.2)
 
         try:
-            wait_for(lambda: journal_keys(results) and len(jobs_of("analyse")) > 1, 900)
+            wait_for(lambda: journal_keys(tree) and len(jobs_of("analyse")) > 1, 900)
             (cancelled, _), (lost, node) = jobs_of("analyse").items()
             lose(cluster, node, lost)
             subprocess.run(["scancel", cancelled], check=True)
-            (tree / "finished.json").write_text(json.dumps(journal_keys(results)))
+            (tree / "finished.json").write_text(json.dumps(journal_keys(tree)))
             wait_for(lambda: "down" in node_state(node), 120)
             subprocess.run(["slurmd", "-N", node], check=True)
             assert process.wait(1200) == 0, log.read_text()
@@ -147,7 +139,7 @@ def study(cluster: Path, tree: Path) -> Path:
 
 def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing(study: Path) -> None:
     finished = json.loads((study / "finished.json").read_text())
-    keys = journal_keys(study / "results")
+    keys = journal_keys(study)
     assert finished
     assert len(keys) == len(set(keys)) == 8
     assert set(finished) <= set(keys)

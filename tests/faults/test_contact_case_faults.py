@@ -8,36 +8,11 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+import mutants
+from mutants import CONTACT
 from skewbridge.cli import build_app
 
-CONTACT = {
-    "normal_stiffness_n_per_m": 1.0e5,
-    "tangent_stiffness_n_per_m": 1.0e5,
-    "friction": 0.3,
-    "cohesion_n": 1500.0,
-    "gap_m": 0.0,
-    "scheme": "vector",
-    "coupling": "extrapolated",
-    "substeps": 10,
-    "path": "path.csv",
-}
-DECK = {
-    "length_m": 30.0,
-    "width_m": 15.0,
-    "skew_deg": 30.0,
-    "mass_kg": 1000.0,
-    "period_x_s": 0.5,
-    "period_y_s": 0.5,
-    "period_theta_s": 0.31623,
-    "damping_ratio": 0.05,
-    "gap_normal_m": 0.00269,
-    "friction": 0.0,
-    "normal_stiffness_n_per_m": 1.0e7,
-    "solver": "opensees",
-    "dt_s": 1.0e-3,
-    "duration_s": 0.1,
-    "pulse": {"kind": "cosine", "amplitude_g": 0.5, "period_s": 0.5},
-}
+DECK = mutants.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
 PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
 
 

@@ -94,7 +94,7 @@ def test_no_altered_byte_puts_another_row_into_the_study(journal: Path) -> None:
     whole = written(journal, ROWS)
     expected = as_text(read_content([journal]).rows)
     for place in range(len(whole)):
-        for value in (0x00, 0x0A, 0x20, 0x31, 0x7D, 0xFF, whole[place] ^ 1):
+        for value in (0x0A, 0x31, 0xFF, whole[place] ^ 1):
             journal.write_bytes(whole[:place] + bytes([value]) + whole[place + 1 :])
             content = read_content([journal])
             found = as_text(content.rows)

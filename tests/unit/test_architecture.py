@@ -1,6 +1,7 @@
 """The packages depend on each other in one direction."""
 
 import ast
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -29,6 +30,7 @@ ORDER = (
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE)
 
 
+@cache
 def imported_names(path: Path) -> set[str]:
     """Return the modules, and names of modules, that a file imports."""
     names: set[str] = set()
