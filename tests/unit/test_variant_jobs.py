@@ -1,4 +1,4 @@
-"""The job of a variant, its journal as a cache, and the table that joins all variants."""
+"""From the configuration to the job of a variant, its journal as a cache, and the joined table."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -14,11 +14,12 @@ from skewbridge.errors import InputError
 from skewbridge.files import tables as provenance_tables
 from skewbridge.study.analyses import StudySetup, analyse_variant
 from skewbridge.study.batch import Workers
-from skewbridge.study.config import parse_config
+from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.study.ida import Search, at_factor
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import forecast_study, study_state
 from skewbridge.study.task import Task, run_key
+from skewbridge.variant.grid import expand_grid
 from study_parts import row_of, study_of, wave
 
 SLUGS = (
@@ -154,3 +155,33 @@ def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(
         10 * given.summary["core_hours"], rel=1e-3
     )
     assert searching.notes == ("Counted are searches of up to 10 analyses; the cost is of all.",)
+
+
+def setup_of(study: StudyConfig) -> StudySetup:
+    return study_of(
+        "results", bridges=study.grid.bridge, settings=study.analysis, options=study.model
+    )
+
+
+def test_the_value_on_an_axis_overrides_the_configured_one() -> None:
+    raw = {
+        "grid": {"transverse_gap_mm": [12.5, 25.4], "backwall_points": [7]},
+        "model": {"keys": "monolithic", "transverse_gap_mm": 3.0},
+    }
+    study = parse_config(raw)
+    setup = setup_of(study)
+    slugs = [variant.slug for variant in expand_grid(study.grid) if variant.skew_deg == 30]
+    options = [setup.tasks(slug)[0].options for slug in slugs]
+    assert {each.transverse_gap_m for each in options} == {0.0125, 0.0254}
+    assert {(each.keys, each.backwall_points) for each in options} == {("monolithic", 7)}
+
+
+def test_a_bridge_from_any_path_reaches_its_analyses(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("extends: osb1\nbase: fixed\n", encoding="utf-8")
+    study = parse_config({"grid": {"bridge": [str(path), "osb1"], "abutment": ["roller"]}})
+    setup = setup_of(study)
+    task = setup.tasks("mine_ro_skew30_gap000_mu000")[0]
+    assert task.variant.bridge == str(path)
+    assert task.variant.bridge_name == "mine"
+    assert task.variant in expand_grid(study.grid)
