@@ -109,8 +109,8 @@ def measure(collapse: float, replicates: int, seed: int) -> list[dict[str, Any]]
         for row in records_of(found[found["status"] == FITTED]):
             model = JointModel.of_row(row)
             estimates = {name: model.median(place) for name, place in PLACES.items()}
-            estimates["beta"] = (model.beta, *model.ci_beta)
-            estimates["beta_total"] = (model.beta_total, *model.ci_beta_total)
+            for name in ("beta", "beta_total"):
+                estimates[name] = row[name], row[f"{name}_low"], row[f"{name}_high"]
             for name, (estimate, low, high) in estimates.items():
                 hits[name].append(low <= true[name] <= high)
                 errors[name].append(float(np.log(estimate / true[name])))

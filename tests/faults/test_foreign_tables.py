@@ -8,9 +8,8 @@ from cli_json import run
 from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.demand_table import prepared, read_foreign
 from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.results import read_foreign
 from skewbridge.fragility.settings import FitSettings
 
 DRIFT = "column_drift_ratio"

@@ -15,8 +15,8 @@ from typer.main import get_command
 
 from skewbridge.bridge.catalogue.loading import bridge_schema
 from skewbridge.cli import build_app
+from skewbridge.fragility.demand_table import ColumnMap
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.results import ColumnMap
 from skewbridge.study.config import StudyConfig, parse_config
 
 ROOT = Path(__file__).parents[2]

@@ -14,8 +14,7 @@ from skewbridge.fragility.motion_means import (
     Jackknifed,
     average,
     bounded_regression,
-    line_by_motion,
-    mean_by_motion,
+    by_motion,
 )
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import (
@@ -93,7 +92,7 @@ def test_interval_of_a_ratio_is_that_of_student():
 def test_a_motion_counts_once_however_often_it_ran():
     values = np.array([0.1, 0.3, 0.2, 0.6, 0.5, 0.7])
     motions = np.array([0, 0, 1, 2, 2, 4])
-    mean = mean_by_motion(values, np.zeros(6, dtype=int), motions, 5)
+    mean = by_motion(values, np.zeros(6, dtype=int), motions, 5)
     own = np.array([0.2, 0.2, 0.55, 0.7])
     assert mean.estimate == pytest.approx(own.mean())
     assert mean.influence[3] == 0.0
@@ -105,8 +104,8 @@ def test_average_of_cells_has_the_error_of_the_averaged_motions():
     rng = np.random.default_rng(1)
     table = 0.1 * rng.normal(size=(12, 3)) + rng.normal(size=(12, 1))
     none, motions = np.zeros(12, dtype=int), np.arange(12)
-    cells = [mean_by_motion(values, none, motions, 12) for values in table.T]
-    empty = mean_by_motion(np.zeros(0), none[:0], motions[:0], 12)
+    cells = [by_motion(values, none, motions, 12) for values in table.T]
+    empty = by_motion(np.zeros(0), none[:0], motions[:0], 12)
     mean = average([*cells, empty])
     expected = stats.t.interval(0.9, 11, table.mean(), stats.sem(table.mean(axis=1)))
     assert mean.interval(0.9) == pytest.approx(expected)
@@ -126,7 +125,7 @@ def test_line_without_bounds_is_that_of_least_squares_without_each_motion():
     rng = np.random.default_rng(4)
     x, motions = rng.normal(size=20), np.repeat(np.arange(10), 2)
     y = 0.2 + 0.3 * x + 0.1 * rng.normal(size=20)
-    line = line_by_motion(x, y, np.zeros(20, dtype=int), motions, 10)
+    line = by_motion(y, np.zeros(20, dtype=int), motions, 10, x)
     full = np.polyfit(x, y, 1)[::-1]
     assert line.estimate == pytest.approx(full)
     without = [np.polyfit(x[motions != k], y[motions != k], 1)[::-1] for k in range(10)]
@@ -179,14 +178,14 @@ def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
 def test_equal_values_without_one_motion_have_a_mean_without_it():
     # three agree, one does not, one is a bound: without the fourth only rounding scatters
     values, bound = np.array([0.1, 0.1, 0.1, 0.5, -0.1]), np.array([0, 0, 0, 0, 1])
-    mean = mean_by_motion(values, bound, np.arange(5), 5)
+    mean = by_motion(values, bound, np.arange(5), 5)
     assert mean.estimate - mean.influence[3] * 5 / 4 == pytest.approx(0.1, abs=1e-6)
 
 
 @pytest.mark.parametrize("x", [[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 def test_no_line_without_two_intensities_in_every_replicate(x):
     values = np.array([0.1, 0.2, 0.3, 0.4])
-    line = line_by_motion(np.array(x), values, np.zeros(4, dtype=int), np.arange(4), 4)
+    line = by_motion(values, np.zeros(4, dtype=int), np.arange(4), 4, np.array(x))
     assert np.isnan(line.estimate).all()
 
 

@@ -20,7 +20,7 @@ from fragility_tables import (
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
-from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.demand_table import prepared, read_foreign
 from skewbridge.fragility.exports import export_curves
 from skewbridge.fragility.fit_data import FitOptions, fit_file
 from skewbridge.fragility.joint import joint_table
@@ -28,7 +28,6 @@ from skewbridge.fragility.limit_states import LimitState, demand_unit
 from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.outcomes import demand_outcomes
-from skewbridge.fragility.results import read_foreign
 from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables, write_described
 from skewbridge.fragility.system import system_curves
 from skewbridge.study.ida import Search

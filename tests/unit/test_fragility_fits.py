@@ -148,7 +148,6 @@ def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
         np.where(passed == 3, -np.inf, ln_im),
         np.where(passed > 0, ln_im, np.inf),
         upper_covariates=eye[np.maximum(passed - 1, 0)],
-        observed=np.zeros(30, dtype=bool),
     )
     best, drop = maximise(kernel, np.array([[1.0, -0.5, -0.7, 1.0]])), chi_square_drop(0.95)
     ends = profile_ends(kernel, best, drop, np.eye(4)[:-1], slope=3)

@@ -12,9 +12,14 @@ from fragility_tables import IM, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.fits import fit_cloud
-from skewbridge.fragility.joint import JOINT_COLUMNS, AxisRange, JointModel, joint_table
+from skewbridge.fragility.joint import (
+    JOINT_COLUMNS,
+    AxisRange,
+    JointModel,
+    joint_table,
+    predict_states,
+)
 from skewbridge.fragility.limit_states import load_limit_states, with_column_failure
-from skewbridge.fragility.predict import Point, predict_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.study.predict_check import CHECK_COLUMNS, check_predict, inner_variants
 
@@ -234,8 +239,11 @@ def test_prediction_has_both_probabilities_and_never_crosses(tmp_path):
     two = pd.concat([table, table.assign(bridge="osb2", variant=table["variant"] + "x")])
     states = with_column_failure(DRIFT, [*table.columns, "column_failure_ratio"])
     joint(two, states).to_parquet(tmp_path / "joint.parquet")
-    point = Point(bridge="osb1", abutment=None, values={"skew_deg": 22.5, "friction": 0.25}, at=0.5)
-    rows = {(row["component"], row["state"]): row for row in predict_states(tmp_path, point)}
+    point = {"skew_deg": 22.5, "friction": 0.25}
+    rows = {
+        (row["component"], row["state"]): row
+        for row in predict_states(tmp_path, point, bridge="osb1", at=0.5)
+    }
     assert {("column_failure", "flexure"), ("column_failure", "any")} < set(rows)
     slight, moderate = (rows["column_drift", name] for name in ("slight", "moderate"))
     for row in (slight, moderate):
@@ -245,9 +253,9 @@ def test_prediction_has_both_probabilities_and_never_crosses(tmp_path):
         assert row["ci_theta"][0] < row["theta"] < row["ci_theta"][1]
     assert slight["p"] > moderate["p"]
     with pytest.raises(InputError, match="bridge must be one of osb1, osb2; is missing"):
-        predict_states(tmp_path, Point(bridge=None, abutment=None, values=point.values))
+        predict_states(tmp_path, point)
     with pytest.raises(InputError, match="skew_deg must be within"):
-        predict_states(tmp_path, Point(bridge="osb1", abutment=None, values={"skew_deg": 70.0}))
+        predict_states(tmp_path, {"skew_deg": 70.0}, bridge="osb1")
 
 
 def test_inner_variants_are_inside_the_grid_and_not_among_its_variants():

@@ -14,12 +14,11 @@ from skewbridge.fragility.system import _failures
 def probit(design, y):
     """Return the maximum over the coefficients of a probit, from capacities below or above 0."""
     exceed = y > 0.0
-    size = y.size
     kernel = NormalKernel(
         -design[:, 1:],
         np.where(exceed, -np.inf, design[:, 0]),
         np.where(exceed, design[:, 0], np.inf),
-        observed=np.zeros(size, dtype=bool),
+        upper_covariates=-design[:, 1:],
     )
     start = np.zeros((1, design.shape[1]))
     best = maximise(kernel, start)

@@ -54,7 +54,7 @@ def fit(
     Example: skewbridge fit demands.csv --method cloud --im im_pga --edp drift --threshold 0.02
     """
     from skewbridge.fragility.fit_data import FitOptions, fit_file
-    from skewbridge.fragility.results import paper_rows
+    from skewbridge.fragility.study_tables import paper_rows
 
     if paper_table:
         table = paper_rows(data, limit_states, given["im"])
@@ -135,7 +135,7 @@ def statistics(
 
     Example: skewbridge statistics demands.csv --out my_statistics
     """
-    from skewbridge.fragility.results import statistics_of
+    from skewbridge.fragility.study_tables import statistics_of
 
     report = statistics_of(demands, out, limit_states=limit_states, im=im, margin=margin)
     for name in report["left_out"]:
@@ -186,7 +186,7 @@ def predict(
 
     Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
     """
-    from skewbridge.fragility.predict import Point, predict_states
+    from skewbridge.fragility.joint import predict_states
 
     named = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
     values = {name: value for name, value in named.items() if value is not None}
@@ -196,7 +196,7 @@ def predict(
             values[name.strip().replace("-", "_")] = float(text)
         except ValueError:
             raise InputError(f"--axis takes NAME=VALUE, got {pair!r}") from None
-    rows = predict_states(folder_of(study), Point(values=values, **given))
+    rows = predict_states(folder_of(study), values, **given)
     printed = [
         {
             "state": f"{row['component']}/{row['state']}",

@@ -1,6 +1,6 @@
 """Checks of columns of numbers; errors name the row and the column."""
 
-from collections.abc import Iterable, Sequence, Sized
+from collections.abc import Iterable, Sized
 from typing import Any, cast
 
 import numpy as np
@@ -13,14 +13,17 @@ type FloatArray = NDArray[np.float64]
 
 
 def as_column(values: ArrayLike, name: str) -> FloatArray:
-    """Return the values as a column of numbers; errors for None and text that is not a number.
+    """Return the values as a column of numbers; None is NaN.
 
     Raises:
-        InputError: A value is not a number; names the row and the column.
+        InputError: It is a single value or a mapping, or a value is not a number; names the row and
+            the column.
     """
     if isinstance(values, np.ndarray) and values.dtype.kind in "fiub":
         return values.astype(np.float64)
-    items = as_list(values, name)
+    if isinstance(values, str | dict) or not isinstance(values, Iterable):
+        raise InputError(f"{name} must be a list of numbers, got {shortened(values)}", column=name)
+    items = list(cast("Iterable[Any]", values))
     out = np.empty(len(items))
     for row, item in enumerate(items):
         try:
@@ -29,17 +32,6 @@ def as_column(values: ArrayLike, name: str) -> FloatArray:
             text = f"{name} must be a number, got {shortened(item)} (row {row})"
             raise InputError(text, row=row, rows=[row], column=name) from error
     return out
-
-
-def as_list(values: object, name: str) -> Sequence[Any]:
-    """Return the values of a column one by one.
-
-    Raises:
-        InputError: It is a single value or a mapping.
-    """
-    if isinstance(values, str | dict) or not isinstance(values, Iterable):
-        raise InputError(f"{name} must be a list of numbers, got {shortened(values)}", column=name)
-    return list(cast("Iterable[Any]", values))
 
 
 def require(

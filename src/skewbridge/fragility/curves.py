@@ -8,7 +8,7 @@ References:
     variance of their difference is that of the jackknife by motion.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf, nan
@@ -58,11 +58,12 @@ from skewbridge.fragility.motion_means import (
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
     DemandOutcomes,
-    RunEnds,
-    peak_outcomes,
+    demand_outcomes,
+    end_counts,
     states_by_demand,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import AXES
 
 #: Methods in the order of preference.
@@ -146,9 +147,7 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "citation": "source of the capacity",
 }
 
-_KEY: Final = ("variant", "bridge", "abutment", *(axis.name for axis in AXES))
-_FIT_COLUMNS: Final = [name for name in CURVE_COLUMNS if name not in _KEY]
-_LINE_COLUMNS: Final = ("ln_a", "b", "sigma", "curvature_p", "scatter_p", "normal_p")
+_FIT_COLUMNS: Final = list(CURVE_COLUMNS)[list(CURVE_COLUMNS).index("component") :]
 
 
 def fit_study(
@@ -189,34 +188,15 @@ def _variant_rows(
     part: pd.DataFrame, *, states: Sequence[LimitState], settings: FitSettings
 ) -> list[dict[str, Any]]:
     """Return the rows of one variant."""
-    description = variant_values(part)
-    runs = _Runs.of(part, settings)
     return [
-        description | row
-        for (_, demand), group in states_by_demand(states).items()
-        for row in _DemandFits(
-            runs, part[demand].to_numpy(dtype=np.float64), group, settings
-        ).rows()
+        variant_values(part) | row
+        for group in states_by_demand(states).values()
+        for row in _DemandFits(part, group, settings).rows()
     ]
 
 
-class _Runs(NamedTuple):
-    """Runs of one variant: intensities and motions (n,), ends, jackknife weights (1 + M, n)."""
-
-    im: FloatArray
-    motion: NDArray[np.intp]
-    ends: RunEnds
-    weights: FloatArray
-
-    @classmethod
-    def of(cls, part: pd.DataFrame, settings: FitSettings) -> "_Runs":
-        motion = motion_codes(part)
-        im = part[settings.im].to_numpy(dtype=np.float64)
-        return cls(im, motion, RunEnds.of(part), motion_weights(motion))
-
-
-class _CommonSlopeFits(NamedTuple):
-    """Fits of the states of one demand with a common dispersion.
+class _StateFits(NamedTuple):
+    """Fits of the states of one demand, which share a dispersion.
 
     ``ln_theta`` (J, 1 + M) and ``beta`` (1 + M,) are those of all runs, then without each motion;
     NaN where there are none.
@@ -231,28 +211,24 @@ class _CommonSlopeFits(NamedTuple):
         return exp_end(self.ln_theta[j, 0]), float(self.beta[0])
 
 
-def _median(lines: Lines, state: LimitState) -> tuple[float, float]:
-    """Return theta and beta of a state from the line through all runs."""
-    return exp_end(lines.ln_theta(state.threshold)[0]), float(lines.beta()[0])
-
-
 class _DemandFits:
     """The fits of one variant for all states of one demand."""
 
     def __init__(
-        self, runs: _Runs, peak: FloatArray, states: Sequence[LimitState], settings: FitSettings
+        self, part: pd.DataFrame, states: Sequence[LimitState], settings: FitSettings
     ) -> None:
-        self._runs, self._states, self._settings = runs, states, settings
-        self._im, self._ln_im, self._weights = runs.im, np.log(runs.im), runs.weights
-        self._motions = int(np.max(runs.motion)) + 1
-        self._repeated = self._motions < self._im.size
-        self._outcomes = peak_outcomes(peak, runs.ends, states)
+        self._part, self._states, self._settings = part, states, settings
+        self._im = part[settings.im].to_numpy(dtype=np.float64)
+        self._ln_im, self._motion = np.log(self._im), motion_codes(part)
+        self._weights = motion_weights(self._motion)
+        self._motions = int(np.max(self._motion)) + 1
+        self._outcomes = demand_outcomes(part, states)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the rows of the table of curves, without the description of the variant."""
         outcomes, states = self._outcomes, self._states
         missing = outcomes.complete & np.isnan(outcomes.lower)
-        counts: dict[str, Any] = self._runs.ends.counts | {
+        counts: dict[str, Any] = end_counts(self._part) | {
             "n_runs": int(self._im.size),
             "n_records": self._motions,
             "n_censored": int(np.sum(outcomes.used & (outcomes.lower != outcomes.upper))),
@@ -262,41 +238,42 @@ class _DemandFits:
             blank = FragilityFit(method="", status=existence.NOT_APPLICABLE)
             pairs = [(method, state) for state in states for method in METHODS[:2]]
             return [self._row(method, state, blank, counts) for method, state in pairs]
-        lines, exceedance = outcomes.lines(self._ln_im, self._weights), self._exceedance(outcomes)
-        clouds, brackets = self._clouds(lines), self._brackets()
-        bounds = self._bounds(lines, exceedance)
+        lines = outcomes.lines(self._ln_im, self._weights)
+        found = {"cloud": self._clouds(lines), "exceedance": self._exceedance(outcomes)}
+        bounds = self._bounds(found)
+        if (brackets := self._brackets()) is not None:
+            found["ida_interval"] = brackets
         rows: list[dict[str, Any]] = []
         for j, state in enumerate(states):
             known = counts | {
                 "n_exceed": int(np.sum(outcomes.exceed(state))),
                 "n_unknown": int(np.sum(outcomes.unknown(state))),
             }
-            fits = {"cloud": clouds[j], "exceedance": exceedance.fits[j]}
-            for method, fit in fits.items():
-                fits[method] = self._judged(fit, bounds[method][j], known["n_unknown"])
+            fits = {method: each.fits[j] for method, each in found.items()}
+            for method, own in bounds.items():
+                fits[method] = self._judged(fits[method], own[j], known["n_unknown"])
             if fits["cloud"].status == FITTED and self._depends_on_collapses(lines, state):
                 fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
-            difference = exceedance.ln_theta[j] - lines.ln_theta(state.threshold)
+            difference = found["exceedance"].ln_theta[j] - found["cloud"].ln_theta[j]
             extra = _compared(fits, difference, known)
-            for method in METHODS[:2]:
-                for name, (theta, beta) in bounds[method][j].items():
+            for method, own in bounds.items():
+                for name, (theta, beta) in own[j].items():
                     extra[method] |= {f"theta_{name}": theta, f"beta_{name}": beta}
-            dispersions = {"cloud": lines.sigma / lines.b, "exceedance": exceedance.beta}
-            if brackets is not None:
-                fits[METHODS[2]], dispersions[METHODS[2]] = brackets.fits[j], brackets.beta
             for method, fit in fits.items():
                 row = self._row(method, state, fit, known) | extra.get(method, {})
-                rows.append(row | _total_dispersion(fit, state, dispersions[method], lines.b))
+                rows.append(row | _total_dispersion(fit, state, found[method].beta, lines.b))
         return rows
 
-    def _clouds(self, lines: Lines) -> list[FragilityFit]:
-        """Return the cloud fits of the states; refused where no run, or every run, exceeds."""
+    def _clouds(self, lines: Lines) -> _StateFits:
+        """Return the cloud fits; refused where no run, or every run, exceeds the state."""
         outcomes, used = self._outcomes, self._outcomes.used
+        medians = np.stack([lines.ln_theta(state.threshold) for state in self._states])
         if not np.any(used):
-            return [FragilityFit(method="cloud", status=existence.NO_RUNS)] * len(self._states)
+            blank = FragilityFit(method="cloud", status=existence.NO_RUNS)
+            return _StateFits([blank] * len(self._states), medians, lines.beta())
         kept = np.any(self._weights[:, used] == 0.0, axis=1)
         without = Lines(lines.ln_a[kept], lines.b[kept], lines.sigma[kept])
-        repeated = np.unique(self._runs.motion[used]).size < np.sum(used)
+        repeated = np.unique(self._motion[used]).size < np.sum(used)
         fits = fit_cloud_states(
             self._ln_im[used],
             *outcomes.ln_ends,
@@ -304,15 +281,12 @@ class _DemandFits:
             self._settings,
             without if repeated else None,
         )
-        statuses = [outcomes.status(state) for state in self._states]
-        return [
-            fit if status == FITTED else fit.without_estimate(status)
-            for fit, status in zip(fits, statuses, strict=True)
-        ]
+        for j, state in enumerate(self._states):
+            if (status := outcomes.status(state)) != FITTED:
+                fits[j] = fits[j].without_estimate(status)
+        return _StateFits(fits, medians, lines.beta())
 
-    # -- exceeded or not -----------------------------------------------------------------------
-
-    def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> _CommonSlopeFits:
+    def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> _StateFits:
         """Fit the probability of exceedance of all states with a common dispersion.
 
         A run whose demand lies above state j and not above state k has the probability
@@ -330,30 +304,24 @@ class _DemandFits:
         for before, j in zip([None, *estimable], estimable, strict=False):
             apart = before is None or np.any(exceed[:, before] & known[:, j] & ~exceed[:, j])
             first[j] = j if before is None or apart else first[before]
-        usable = sorted(set(first.values()))
-        if not usable:
+        if not (usable := sorted(set(first.values()))):
             return self._without_estimates(fits)
         passed = exceed[:, usable].sum(axis=1)  # usable states that are exceeded
         not_passed = known[:, usable] & ~exceed[:, usable]
         ended = ~np.any(not_passed, axis=1)
-        rows = (passed > 0) | ~ended
-        x = self._ln_im[rows]
-        eye = -np.eye(len(usable))
-        low = eye[np.argmax(not_passed, axis=1)[rows]]
-        high = eye[np.maximum(passed - 1, 0)[rows]]
-
-        def kernel(weights: FloatArray | None) -> NormalKernel:
-            return NormalKernel(
-                low,
-                np.where(ended[rows], -inf, x),
-                np.where(passed[rows] > 0, x, inf),
-                None if weights is None else weights[:, rows],
-                upper_covariates=high,
-                observed=np.zeros(x.size, dtype=np.bool_),
-            )
-
-        profile = not self._repeated
-        common = self._common_slope(fits, usable, kernel, intervals=intervals, profile=profile)
+        rows = np.flatnonzero((passed > 0) | ~ended)
+        common = self._common_slope(
+            fits,
+            usable,
+            (np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]),
+            (
+                np.where(ended, -inf, self._ln_im)[rows],
+                np.where(passed > 0, self._ln_im, inf)[rows],
+            ),
+            rows,
+            intervals=intervals,
+            profile=self._motions == self._im.size,
+        )
         for j, same in first.items():
             common.ln_theta[j] = common.ln_theta[same]
             common.fits[j] = replace(common.fits[same], details=fits[j].details)
@@ -365,20 +333,20 @@ class _DemandFits:
         """Return the fit of one state by itself, or only its status and a start value."""
         im, hits = self._im[known], exceed[known].astype(np.float64)
         each = np.ones(im.size)
-        if im.size == 0:
-            return FragilityFit(method="stripes", status=existence.NO_RUNS)
-        if intervals:
-            records = int(np.unique(self._runs.motion[known]).size)
+        if intervals and im.size:
+            records = int(np.unique(self._motion[known]).size)
             return fit_stripes(
                 im, each, hits, settings=self._settings, n_records=records, interval=False
             )
-        status = existence.binomial_status(np.log(im), each, hits)
-        middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
+        status, middle = existence.NO_RUNS, nan
+        if im.size:
+            status = existence.binomial_status(np.log(im), each, hits)
+            middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
         return FragilityFit(method="stripes", status=status, theta=middle, beta=0.5)
 
-    def _brackets(self) -> _CommonSlopeFits | None:
+    def _brackets(self) -> _StateFits | None:
         """Fit the brackets of the first exceedance per motion; None if all ran at one level."""
-        motions = self._runs.motion
+        motions = self._motion
         order = np.lexsort((self._im, motions))
         same = np.diff(motions[order]) == 0
         if not np.any(same & (np.diff(self._im[order]) > 0.0)):
@@ -395,52 +363,62 @@ class _DemandFits:
             if odd:
                 fit = replace(fit, warnings=(*fit.warnings, "non_monotone_records"))
             fits.append(fit)
+            # one run represents each motion
             ends.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         if not usable:
             return self._without_estimates(fits)
-        with np.errstate(divide="ignore"):
-            lower, upper = (np.log(np.concatenate([ends[j][k] for j in usable])) for k in (0, 1))
+        low, high, runs = (np.concatenate([ends[j][k] for j in usable]) for k in range(3))
         place = np.repeat(np.arange(len(usable)), [ends[j][0].size for j in usable])
-        runs = np.concatenate([ends[j][2] for j in usable])  # one run of each motion
-
-        def kernel(weights: FloatArray | None) -> NormalKernel:
-            by_motion = None if weights is None else weights[:, runs]
-            return NormalKernel(-np.eye(len(usable))[place], lower, upper, by_motion)
-
+        with np.errstate(divide="ignore"):
+            logs = np.log(low), np.log(high)
         # one bracket per motion is independent of the others
-        return self._common_slope(fits, usable, kernel, profile=len(usable) == 1)
+        return self._common_slope(
+            fits, usable, (place, place), logs, runs, profile=len(usable) == 1
+        )
 
-    def _without_estimates(self, fits: list[FragilityFit]) -> _CommonSlopeFits:
+    def _without_estimates(self, fits: list[FragilityFit]) -> _StateFits:
         count = len(self._weights)
-        return _CommonSlopeFits(fits, np.full((len(fits), count), nan), np.full(count, nan))
+        return _StateFits(fits, np.full((len(fits), count), nan), np.full(count, nan))
 
     def _common_slope(
         self,
         fits: list[FragilityFit],
         usable: list[int],
-        kernel: Callable[[FloatArray | None], NormalKernel],
+        places: tuple[NDArray[np.intp], NDArray[np.intp]],
+        ends: tuple[FloatArray, FloatArray],
+        runs: NDArray[np.intp],
         *,
         intervals: bool = True,
         profile: bool = True,
-    ) -> _CommonSlopeFits:
+    ) -> _StateFits:
         """Fit the usable states together: parameters (a0 of each state, a1).
 
-        ``kernel`` returns the likelihood for given weights of the runs. Intervals are those of the
-        profile where rows are independent (``profile``), else of the jackknife by motion.
+        Args:
+            fits: Fits of single states, which give the start values.
+            usable: States that take part.
+            places: Numbers among them of the states of the lower and the upper ends, (n,) each.
+            ends: ln intensities of these ends, (n,) each.
+            runs: Run of each row, for its weight, (n,).
+            intervals: False leaves out the intervals.
+            profile: Whether rows are independent, for intervals of the profile instead of the
+                jackknife by motion.
         """
-        common, count = self._without_estimates(fits), len(self._weights)
+        common, eye = self._without_estimates(fits), -np.eye(len(usable))
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
         middles = np.log([fits[j].theta for j in usable])
         # fits of single states may cross: the common fit starts with rising medians
         middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), _SMALLEST_GAP))
-        start = np.array([[*(-slope * middles), slope]])
-        whole = kernel(None)
-        best = maximise(whole, start)
+        whole = NormalKernel(eye[places[0]], *ends, upper_covariates=eye[places[1]])
+        best = maximise(whole, np.array([[*(-slope * middles), slope]]))
         params, converged = best.params, best.converged
         if intervals and converged[0]:
-            starts = np.tile(params, (count - 1, 1))
-            again = maximise(kernel(self._weights[1:]), starts, covariance=False)
+            weights = self._weights[1:, runs]
+            again = maximise(
+                NormalKernel(eye[places[0]], *ends, weights, eye[places[1]]),
+                np.tile(params, (len(weights), 1)),
+                covariance=False,
+            )
             params = np.vstack([params, again.params])
             converged = np.append(converged, again.converged)
         good = converged & (params[:, -1] > FLATTEST_SLOPE)
@@ -452,48 +430,44 @@ class _DemandFits:
             for j in usable:
                 fits[j] = fits[j].without_estimate(status)
             return common
-        ends = None
+        profiles = None
         if intervals and profile:
-            terms = np.eye(len(usable) + 1)[:-1]
-            drop = chi_square_drop(self._settings.confidence)
-            ends = profile_ends(whole, best, drop, terms, len(usable))
+            drop, terms = chi_square_drop(self._settings.confidence), np.eye(len(usable) + 1)[:-1]
+            profiles = profile_ends(whole, best, drop, terms, len(usable))
         for i, j in enumerate(usable):
             covariance = best.covariance[0][np.ix_([i, -1], [i, -1])]
-            own_ends = None if ends is None else ends[[i, -1]]
-            fit = estimated(fits[j], best.params[0, [i, -1]], covariance, own_ends)
+            own = None if profiles is None else profiles[[i, -1]]
+            fit = estimated(fits[j], best.params[0, [i, -1]], covariance, own)
             if intervals and not profile:
                 fit = jackknifed(fit, common.ln_theta[j, 1:], common.beta[1:])
             names = common_warnings(fit.theta, fit.ci_theta, self._im, self._motions)
-            fits[j] = replace(
-                fit,
-                loglik=float(best.loglik[0]),
-                warnings=tuple(dict.fromkeys((*fit.warnings, *names))),
-            )
+            names = tuple(dict.fromkeys((*fit.warnings, *names)))
+            fits[j] = replace(fit, loglik=float(best.loglik[0]), warnings=names)
         return common
 
-    # -- unknown outcomes ----------------------------------------------------------------------
-
     def _bounds(
-        self, lines: Lines, exceedance: _CommonSlopeFits
+        self, found: Mapping[str, _StateFits]
     ) -> dict[str, list[dict[str, tuple[float, float]]]]:
         """Return (theta, beta) by method, state and treatment of unknown outcomes."""
         outcomes, states = self._outcomes, self._states
-        clouds = [dict.fromkeys(TREATMENTS, _median(lines, state)) for state in states]
-        counts = [dict.fromkeys(TREATMENTS, exceedance.median(j)) for j in range(len(states))]
+        bounds = {
+            method: [dict.fromkeys(TREATMENTS, fits.median(j)) for j in range(len(states))]
+            for method, fits in found.items()
+        }
         unknown = [j for j, state in enumerate(states) if np.any(outcomes.unknown(state))]
-        for j in unknown:
-            for name in TREATMENTS:
-                treated = outcomes.treated(states[j], name)
-                found = treated.lines(self._ln_im, self._weights[:1])
-                clouds[j][name] = _median(found, states[j])
-        for name in TREATMENTS[1:] if unknown else ():  # the fit itself excludes unknown outcomes
+        for name in TREATMENTS if unknown else ():
             treated = outcomes
             for state in states:
                 treated = treated.treated(state, name)
-            common = self._exceedance(treated, intervals=False)
+            # the fit of exceedances excludes unknown outcomes
+            common = None if name == "exclude" else self._exceedance(treated, intervals=False)
             for j in unknown:
-                counts[j][name] = common.median(j)
-        return {"cloud": clouds, "exceedance": counts}
+                own = outcomes.treated(states[j], name).lines(self._ln_im, self._weights[:1])
+                theta = exp_end(own.ln_theta(states[j].threshold)[0])
+                bounds["cloud"][j][name] = theta, float(own.beta()[0])
+                if common is not None:
+                    bounds["exceedance"][j][name] = common.median(j)
+        return bounds
 
     def _judged(
         self, fit: FragilityFit, bounds: Mapping[str, tuple[float, float]], unknown: int
@@ -501,12 +475,12 @@ class _DemandFits:
         """Warn of unknown outcomes; refuse a median that they decide."""
         if unknown == 0:
             return fit
-        share = unknown / self._im.size
-        above = ("unknown_above_5_percent",) if share > MAX_UNKNOWN_SHARE else ()
+        many = unknown / self._im.size > MAX_UNKNOWN_SHARE
+        above = ("unknown_above_5_percent",) if many else ()
         fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes", *above))
-        pair = (bounds["all_exceed"][0], bounds["none_exceed"][0])
-        ratio = max(pair) / min(pair) if all(np.isfinite(pair)) and min(pair) > 0.0 else inf
-        if fit.status != FITTED or ratio <= MAX_BOUNDS_RATIO or self._settings.accept_bounds:
+        low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
+        narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
+        if fit.status != FITTED or narrow or self._settings.accept_bounds:
             return fit
         return fit.without_estimate(BOUNDS_TOO_WIDE)
 
@@ -518,7 +492,7 @@ class _DemandFits:
         as final.
         """
         outcomes = self._outcomes
-        ended = self._runs.ends.collapsed & np.isposinf(outcomes.upper)
+        ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
         by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in self._states)
         if by_definition or self._settings.accept_bounds or not np.any(ended):
             return False
@@ -530,34 +504,21 @@ class _DemandFits:
         self, method: str, state: LimitState, fit: FragilityFit, known: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Return the columns of one fit that do not depend on the other fits."""
-        details = fit.details
         row: dict[str, Any] = dict.fromkeys(_FIT_COLUMNS, nan)
-        if fit.line is not None:
-            row |= {name: getattr(fit.line, name) for name in _LINE_COLUMNS}
-        row |= {name: details[name] for name in ("ln_a", "b", "sigma", "link_p") if name in details}
-        names = ("theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "loglik")
-        row |= {name: getattr(fit, name) for name in names}
-        row |= _bounds_without_estimate(fit)
-        row |= {
-            "component": state.component,
-            "limit_state": state.name,
+        line = {} if fit.line is None else fit.line._asdict()
+        row |= {name: value for name, value in {**line, **fit.details}.items() if name in row}
+        names = ("status", "theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta")
+        row |= {name: getattr(fit, name) for name in (*names, "ci_method", "level", "loglik")}
+        row["theta_low"], row["theta_high"] = fit.ci_theta
+        row["beta_low"], row["beta_high"] = fit.ci_beta
+        row |= state.columns | {
             "method": method,
             "model": fit.method,
             "preferred": False,
-            "status": fit.status,
-            "theta_low": fit.ci_theta[0],
-            "theta_high": fit.ci_theta[1],
-            "beta_low": fit.ci_beta[0],
-            "beta_high": fit.ci_beta[1],
-            "ci_method": fit.ci_method,
-            "level": fit.level,
             "warnings": ";".join(dict.fromkeys((*fit.warnings, *state.warnings))),
             "methods_differ": False,
             "reach": "",
             "im": self._settings.im,
-            "demand": state.demand,
-            "threshold": state.threshold,
-            "capacity_dispersion": state.dispersion,
             "collapse_rule": state.collapse,
             "citation": state.citation,
             **known,
@@ -616,22 +577,3 @@ def _total_dispersion(
     factor = jackknife_factors(left_out[:, None], fit.level)[0]
     ends = {"beta_total_low": middle / factor, "beta_total_high": middle * factor}
     return {"beta_total": middle} | ends
-
-
-def _bounds_without_estimate(fit: FragilityFit) -> dict[str, float]:
-    """Return bracket and one-sided bounds of the median of a fit without an estimate."""
-    details = fit.details
-    found: dict[str, float] = {}
-    beta = details.get("assumed_beta", nan)
-    for side, name in (("lower", "low"), ("upper", "high")):
-        for key, bounds in details.items():
-            if key.startswith(f"theta_{side}") and key.endswith("_given_beta"):
-                found |= {f"theta_bound_{name}": bounds[f"{beta:g}"], "theta_bound_beta": beta}
-    if "theta_interval" in details:
-        found["theta_bracket_low"], found["theta_bracket_high"] = details["theta_interval"]
-    for name, ends in details.get("theta_bounds_given_beta", {}).items():
-        found |= {"theta_bound_low": ends[0], "theta_bound_high": ends[1]}
-        found["theta_bound_beta"] = float(name)
-    if "firth" in details:
-        found |= {f"{name}_firth": value for name, value in details["firth"].items()}
-    return found

@@ -1,14 +1,16 @@
-"""Rows of a demands table: key columns, bridges and variants, checks before any fit."""
+"""Demands tables: reading, import from other programs, key columns, checks before any fit."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
 
 from skewbridge.demands.completeness import (
     BEYOND_MODEL,
@@ -20,6 +22,10 @@ from skewbridge.demands.completeness import (
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import SUSPECT
 from skewbridge.errors import InputError
+from skewbridge.files.checking import checked
+from skewbridge.files.tables import read_frame
+from skewbridge.files.text import read_csv, read_yaml
+from skewbridge.fragility.columns import as_column, require
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES, Status
 from skewbridge.variant.axes import axes_of
@@ -29,6 +35,15 @@ IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
 LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
 KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
 _UNKNOWN: Status = "numerical_failure"
+#: Values of columns that a foreign table may lack.
+_NEUTRAL: Final[dict[str, Any]] = {
+    "bridge": "foreign",
+    "abutment": "foreign",
+    "scale": 1.0,
+    "incidence_deg": 0.0,
+    "status": OK,
+}
+_TEXTS: Final = (*IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", BEYOND_MODEL)
 # ASSUME starting a process takes about a second and an item some tenths
 _WORTH_PROCESSES: Final = 24
 
@@ -89,6 +104,112 @@ def need_columns(
             raise InputError(f"{what} has no column {column!r}", column=column)
 
 
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a parquet table, or CSV with any other suffix.
+
+    Raises:
+        InputError: The file cannot be read, or is a table of another version of this program.
+    """
+    return read_frame(path) if path.suffix == ".parquet" else read_csv(path)
+
+
+class ColumnMap(BaseModel):
+    """A file that maps the columns of a foreign table to ours."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    columns: dict[str, str] = Field(description="our column to theirs")
+    factors: dict[str, float] = Field(default={}, description="factor to our unit, by our column")
+    constants: dict[str, str | float] = Field(
+        default={}, description="values of columns that the file lacks"
+    )
+
+
+def read_mapped(path: Path, column_file: Path) -> pd.DataFrame:
+    """Read runs of another program by a YAML file with the content of `ColumnMap`.
+
+    Raises:
+        InputError: As `read_foreign`, or a key of the file of columns is wrong.
+    """
+    chosen = checked(ColumnMap, read_yaml(column_file), column_file.name)
+    return read_foreign(path, chosen.columns, factors=chosen.factors, constants=chosen.constants)
+
+
+def read_foreign(
+    path: Path,
+    columns: Mapping[str, str],
+    *,
+    factors: Mapping[str, float] | None = None,
+    constants: Mapping[str, Any] | None = None,
+) -> pd.DataFrame:
+    """Read runs of another program as a demands table.
+
+    Args:
+        path: CSV or parquet with one row per run.
+        columns: Our column name to the column of the file, for example
+            ``{"motion_id": "record", "im_pga_rotd50_g": "PGA", "column_drift_ratio": "drift"}``.
+            At least ``motion_id``, one ``im_`` column and one demand.
+        factors: Factor to our unit by our column, for example ``{"deck_disp_m": 0.0254}``.
+        constants: Values of columns that the file lacks; bridge, abutment, scale, incidence_deg
+            and status have neutral ones.
+
+    Returns:
+        Demands table. ``variant`` is made of bridge, abutment and axes, ``complete`` derived from
+        status and ``beyond_model``, unless the file has them. Missing intensities and demands stay
+        NaN: `prepared` rejects such rows one by one.
+
+    Raises:
+        InputError: A column is missing, a number unreadable, a key missing, an intensity not
+            positive, a status unknown, or a run occurs twice; names row and column.
+    """
+    source = read_table(path)
+    need_columns(source, columns.values(), path.name)
+    out = pd.DataFrame({ours: source[theirs] for ours, theirs in columns.items()})
+    if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
+        raise InputError("the column map needs motion_id and at least one im_ column")
+    for name, value in (_NEUTRAL | dict(constants or {})).items():
+        if name not in out:
+            out[name] = value
+    for name in out.columns.difference(list(_TEXTS)):
+        numbers = as_column(out[name].to_numpy(), columns.get(name, name))
+        out[name] = numbers > 0.0 if name == COMPLETE else numbers * (factors or {}).get(name, 1.0)
+    for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
+        require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
+    if "variant" not in out:
+        parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
+        out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
+    for name in set(_TEXTS) & set(out.columns):
+        out[name] = (out[name].fillna("") if name == BEYOND_MODEL else out[name]).astype(str)
+    known = out["status"].isin(STATUSES).to_numpy()
+    wrong = repr(out["status"].iloc[int(np.argmin(known))]) if len(out) else ""
+    require(known, "status", f"{wrong} is not known")
+    for name in map(str, out.filter(regex="^im_")):
+        require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
+    doubled = out.duplicated(["variant", *LOADING_COLUMNS])
+    if doubled.any():
+        row = int(np.argmax(doubled))
+        text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
+        raise InputError(text, row=row)
+    if COMPLETE not in out:
+        out[COMPLETE] = is_complete(out)
+    first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
+    return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
+
+
+def read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataFrame:
+    """Read a demands table; names, scale and incidence are optional and have neutral values.
+
+    Raises:
+        InputError: A column is missing or a value unusable; names row and column.
+    """
+    source = read_table(path)
+    named = {*KEY_COLUMNS, *axis_names(source), BEYOND_MODEL, COMPLETE, "collapse_criterion"}
+    named |= {*further, *(column.name for column in DEMAND_COLUMNS), *([im] if im else [])}
+    kept = [c for c in map(str, source.columns) if c in named or c.startswith("im_")]
+    need_columns(source, ["status"], path.name)
+    return read_foreign(path, {name: name for name in kept})
+
+
 #: Columns of the table of notes about the input.
 NOTE_COLUMNS: Final[dict[str, str]] = {
     "kind": "rejected_row | missing_demand | equal_motions",
@@ -100,15 +221,10 @@ NOTE_COLUMNS: Final[dict[str, str]] = {
 
 @dataclass(frozen=True, slots=True)
 class PreparedDemands:
-    """A checked demands table.
+    """A checked demands table."""
 
-    Attributes:
-        table: Rows to fit, numbered from 0, with `COLUMN_FAILURE_RATIO`.
-        notes: Rejected rows, missing demands and repeated motions (`NOTE_COLUMNS`).
-    """
-
-    table: pd.DataFrame
-    notes: pd.DataFrame
+    table: pd.DataFrame  # rows to fit, numbered from 0, with `COLUMN_FAILURE_RATIO`
+    notes: pd.DataFrame  # rejected rows, missing demands, repeated motions (`NOTE_COLUMNS`)
 
 
 def prepared(

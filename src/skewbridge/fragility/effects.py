@@ -31,7 +31,7 @@ from skewbridge.fragility.demand_table import (
     spread,
     varying_axes,
 )
-from skewbridge.fragility.motion_means import Jackknifed, average, line_by_motion, mean_by_motion
+from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.verdicts import (
     DEMAND,
@@ -136,26 +136,18 @@ INTENSITY_COLUMNS: Final[dict[str, str]] = {
 class Pairs:
     """All pairs of runs from one value of an axis to another, of one bridge and abutment model.
 
-    Attributes:
-        place: bridge, abutment, axis, from_value and to_value.
-        table: The pairs of `run_pairs`.
-        cells: For each pair of variants the values of the other axes, and the numbers of its rows.
-        motions: Number of the motion of each pair, (n,).
-        count: Motions of the pairs.
-        side: `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`, (n,). A run that collapsed, failed or
-            lost a column has peaks up to then, so its demands are at least so large.
-        differ: The two runs have another status, or one of them alone lost a column, (n,).
-        counted: Columns that count pairs, by name, each (n,).
+    A run that collapsed, failed or lost a column has peaks up to then, so its demands are at least
+    so large. Arrays have the shape (n,) of the pairs.
     """
 
-    place: Mapping[str, Any]
-    table: pd.DataFrame
+    place: Mapping[str, Any]  # bridge, abutment, axis, from_value and to_value
+    table: pd.DataFrame  # of `run_pairs`
+    #: For each pair of variants the values of the other axes, and the numbers of its rows.
     cells: Sequence[tuple[Mapping[str, Any], NDArray[np.intp]]]
-    motions: NDArray[np.intp]
-    count: int
-    side: NDArray[np.int_]
-    differ: NDArray[np.bool_]
-    counted: Mapping[str, NDArray[np.bool_]]
+    motions: NDArray[np.intp]  # number of the motion
+    count: int  # of motions
+    side: NDArray[np.int_]  # `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`
+    counted: dict[str, NDArray[np.bool_]]  # columns that count pairs, by name
 
     @classmethod
     def of(cls, place: Mapping[str, Any], table: pd.DataFrame) -> Self:
@@ -180,7 +172,6 @@ class Pairs:
             side=np.select(
                 [top & bottom, bottom, top], [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN
             ),
-            differ=(status_to != status_from) | (failed_to != failed_from),
             counted={
                 "n_beyond_model": failed_to | failed_from,
                 "n_collapse_from": status_from == COLLAPSE,
@@ -201,14 +192,15 @@ class Pairs:
         ``used`` are the pairs that enter the effect, ``discordant`` those with a demand on one side
         only, both of shape (n,).
         """
-        own, apart, outcomes = used[rows], discordant[rows], self.counted.items()
+        counted = self.counted | {
+            "n_bounds": used & (self.side != EXACT),
+            "n_left_out": ~used,
+            "n_discordant": discordant,
+        }
         return {
-            "n_motions": int(np.unique(self.motions[rows][own]).size),
+            "n_motions": int(np.unique(self.motions[rows][used[rows]]).size),
             "n_pairs": int(rows.size),
-            "n_bounds": int(np.count_nonzero(own & (self.side[rows] != EXACT))),
-            "n_left_out": int(np.count_nonzero(~own)),
-            "n_discordant": int(np.count_nonzero(apart)),
-            **{name: int(np.count_nonzero(values[rows])) for name, values in outcomes},
+            **{name: int(np.count_nonzero(values[rows])) for name, values in counted.items()},
         }
 
 
@@ -260,15 +252,10 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 
 
 class EffectTables(NamedTuple):
-    """Effects on demands.
+    """Effects on demands."""
 
-    Attributes:
-        effects: Columns `effect_columns`, pooled rows first.
-        intensities: Columns `INTENSITY_COLUMNS`, of demands judged by their ratio.
-    """
-
-    effects: pd.DataFrame
-    intensities: pd.DataFrame
+    effects: pd.DataFrame  # columns `effect_columns`, pooled rows first
+    intensities: pd.DataFrame  # columns `INTENSITY_COLUMNS`, of demands judged by their ratio
 
 
 def effect_tables(
@@ -332,10 +319,8 @@ def effect_row(
 ) -> dict[str, Any]:
     """Return ratio, interval, scatter and slope of an effect as columns of `effect_columns`.
 
-    Args:
-        estimate: ln ratio, an estimate of shape ().
-        settings: Level.
-        line: Its regression on ln intensity, of shape (2,); without it there is no slope.
+    ``estimate`` is ln ratio, of shape (), ``line`` its regression on ln intensity, of shape (2,);
+    without it there is no slope.
     """
     level = settings.effect_confidence
     ends = (estimate.estimate, *estimate.interval(level))
@@ -355,17 +340,11 @@ def _scatter(estimate: Jackknifed) -> dict[str, Any]:
 
 
 class _Changes(NamedTuple):
-    """Changes of a demand in pairs of runs, arrays of shape (n,).
+    """Changes of a demand in pairs of runs, arrays of shape (n,)."""
 
-    Attributes:
-        values: ln ratio or difference, NaN where not used.
-        used: Pairs that give a change or a bound.
-        discordant: Pairs with a demand on one side only.
-    """
-
-    values: FloatArray
-    used: NDArray[np.bool_]
-    discordant: NDArray[np.bool_]
+    values: FloatArray  # ln ratio or difference, NaN where not used
+    used: NDArray[np.bool_]  # pairs that give a change or a bound
+    discordant: NDArray[np.bool_]  # pairs with a demand on one side only
 
     @classmethod
     def of(cls, pairs: Pairs, name: str, difference: Difference | None) -> "_Changes":
@@ -386,7 +365,7 @@ class _Changes(NamedTuple):
         for _, rows in pairs.cells:
             own = rows[known[rows]]
             data = (self.values[own], pairs.side[own], pairs.motions[own], pairs.count)
-            cells.append(mean_by_motion(*data) if x is None else line_by_motion(x[own], *data))
+            cells.append(by_motion(*data, None if x is None else x[own]))
         return [average(cells), *cells]
 
 
@@ -455,11 +434,8 @@ def _by_intensity(
 ) -> Iterator[dict[str, Any]]:
     """Yield the rows of `INTENSITY_COLUMNS` of a pooled effect.
 
-    Args:
-        pooled: The effect.
-        line: Its regression on ln intensity.
-        level: Slope and constant of ln demand at from_value over ln intensity, shape (2,).
-        reference_im: Intensity at which the effect is given as well.
+    ``line`` is its regression on ln intensity, ``level`` slope and constant of ln demand at
+    from_value over ln intensity, shape (2,); the effect is given at ``reference_im`` as well.
     """
     low, high = pooled["im_low"], pooled["im_high"]
     if not np.all(np.isfinite(line.estimate)) or not low < high:

@@ -67,12 +67,10 @@ def clopper_pearson(k: FloatArray, n: FloatArray, level: float) -> tuple[FloatAr
 def median_bound(
     ln_im: FloatArray, n: FloatArray, *, beta: float, level: float, exceed: bool
 ) -> float:
-    """Return the one-sided bound of the median when no run (or every run) exceeds.
+    """Return the bound theta with P(data | theta, beta) = 1 - level for an assumed beta.
 
-    The bound theta solves P(data | theta, beta) = 1 - level: a lower bound when nothing
-    exceeds, an upper bound when everything does.
-
-    ``exceed`` asks for the upper bound of data in which every run exceeds; ``beta`` is assumed.
+    It is the lower bound of the median where no run exceeds, or (``exceed``) the upper bound where
+    every run does.
     """
     sign = 1.0 if exceed else -1.0
 
@@ -90,10 +88,8 @@ def separated_bounds(
 ) -> tuple[float, float]:
     """Return the one-sided lower and upper bound of the median of separated data.
 
-    The data alone place it in the bracket between the last level without and the first with
-    an exceedance, whatever beta -> 0. For an assumed ``beta`` the likelihood of theta is concave
-    with one maximum; each bound is where twice its logarithm has dropped by the square of the
-    one-sided normal quantile.
+    For an assumed ``beta`` the likelihood of theta has one maximum; each bound is where twice its
+    logarithm has dropped by the square of the one-sided normal quantile.
     """
 
     def loglik(ln_theta: float) -> float:

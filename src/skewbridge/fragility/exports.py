@@ -10,6 +10,7 @@ References:
 
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -26,10 +27,14 @@ from skewbridge.files.digests import digest_of
 from skewbridge.files.text import no_formula, write_text
 from skewbridge.fragility.columns import positive, require, same_length
 from skewbridge.fragility.curves import METHODS
-from skewbridge.fragility.demand_table import axis_names, need_columns, variant_columns
+from skewbridge.fragility.demand_table import (
+    axis_names,
+    need_columns,
+    read_table,
+    variant_columns,
+)
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table
-from skewbridge.fragility.results import read_table
 
 FORMATS: Final = ("nrml", "pelicun", "csv", "latex")
 _NEEDED: Final = (
@@ -89,19 +94,12 @@ _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeight
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CsvContent:
-    """Content of a CSV file other than the parameters of the curves, of one kind at most.
+    """Content of a CSV file other than the parameters of the curves, of one kind at most."""
 
-    Attributes:
-        hazard: CSV file with im and rate (per year): adds `FREQUENCY_COLUMNS`.
-        im_range: Smallest and largest intensity of a table of probabilities, in its unit.
-        points: Number of intensities in that range, evenly spaced by their logarithm.
-        skew_factors: Whether the table has `SKEW_FACTOR_COLUMNS` instead.
-    """
-
-    hazard: Path | None = None
-    im_range: tuple[float, float] | None = None
-    points: int = 50
-    skew_factors: bool = False
+    hazard: Path | None = None  # CSV with im and rate (per year): adds `FREQUENCY_COLUMNS`
+    im_range: tuple[float, float] | None = None  # of a table of probabilities
+    points: int = 50  # number of intensities in that range, evenly spaced by their logarithm
+    skew_factors: bool = False  # whether the table has `SKEW_FACTOR_COLUMNS` instead
 
     def __post_init__(self) -> None:
         low, high = self.im_range or (1.0, 2.0)
@@ -148,20 +146,19 @@ def export_curves(
         )
     curves = exported_curves(read_table(source), method)
     has_estimate = curves["status"] == FITTED
-    fitted = curves[has_estimate]
-    if fitted.empty and form != "csv":
+    if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: no curve has an estimate: nothing to write")
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
     notes = ["the dispersion of a curve is beta_total, including capacity; beta: record-to-record"]
-    if lacking := int(fitted["beta_total"].isna().sum()):
+    if lacking := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
         notes.append(
             f"{lacking} curves have no beta_total (no slope converts the dispersion of the "
             "capacity): beta is exported for them"
         )
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
-    report: dict[str, Any] = {"format": form, "files": [str(out)], "curves": len(fitted)}
-    report["left_out"] = len(unfitted)
+    report = {"format": form, "files": [str(out)], "curves": int(has_estimate.sum())}
+    report |= {"left_out": len(unfitted), "notes": notes}
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         if form == "nrml":
@@ -188,7 +185,7 @@ def export_curves(
             write_text(out, latex_table(paper_table(curves, medians, joint)))
         else:
             table = csv_table(curves, content)
-            if content.hazard is not None and not fitted.empty:
+            if content.hazard is not None and has_estimate.any():
                 above = table.filter(like="_above_").div(table["annual_frequency"], axis=0).max()
                 least, most = above
                 notes.append(
@@ -198,7 +195,7 @@ def export_curves(
             write_csv(table, out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error}") from error
-    return report | {"notes": notes, "unfitted": unfitted.astype(str).to_dict("records")}
+    return report | {"unfitted": unfitted.astype(str).to_dict("records")}
 
 
 def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
@@ -226,13 +223,16 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
     )
 
 
-def _states(curves: pd.DataFrame) -> dict[str, list[str]]:
-    """Return the limit states of each damage scale by rising threshold, fitted or not."""
+def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
+    """Yield each variant and damage scale, all states of the scale by rising threshold, and rows.
+
+    The rows are those of the variant by state, fitted or not.
+    """
     ordered = curves.sort_values("threshold", kind="stable")
-    return {
-        str(scale): list(map(str, names.unique()))
-        for scale, names in ordered.groupby("damage_scale")["limit_state"]
-    }
+    states = ordered.groupby("damage_scale")["limit_state"].unique()
+    for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
+        rows = part.set_index("limit_state", drop=False)
+        yield str(variant), str(scale), list(map(str, states[scale])), rows
 
 
 def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> pd.DataFrame:
@@ -358,15 +358,14 @@ def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
         OSError: A file cannot be written.
     """
     groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = {}
-    known, fitted = _states(curves), curves[curves["status"] == FITTED]
-    for (_, scale), part in fitted.groupby(["variant", "damage_scale"], sort=True):
-        by_state = part.set_index("limit_state", drop=False)
-        states = tuple(name for name in known[str(scale)] if name in by_state.index)
-        groups.setdefault((str(scale), states), []).append(by_state.loc[list(states)])
+    for _, scale, known, rows in _functions(curves):
+        states = tuple(name for name in known if rows["status"].get(name) == FITTED)
+        if states:
+            name = scale if len(states) == len(known) else "_".join((scale, *states))
+            groups.setdefault((name, states), []).append(rows.loc[list(states)])
     files: dict[Path, tuple[tuple[str, ...], list[pd.DataFrame]]] = {}
     for (scale, states), parts in groups.items():
-        whole = len(states) == len(known[scale])
-        name = re.sub(r"[^A-Za-z0-9_-]+", "_", scale if whole else "_".join((scale, *states)))
+        name = re.sub(r"[^A-Za-z0-9_-]+", "_", scale)
         single = len({states for _, states in groups}) == 1
         path = out if single else out.with_name(f"{out.stem}_{name}{out.suffix}")
         files.setdefault(path, (states, []))[1].extend(parts)
@@ -438,9 +437,8 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     rows: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
     holes: list[dict[str, Any]] = []
-    states = _states(curves)
-    for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
-        of_state = {str(row["limit_state"]): row for row in part.to_dict("records")}
+    for variant, scale, states, part in _functions(curves):
+        of_state = {str(name): row for name, row in part.to_dict("index").items()}
         fitted = {name: row for name, row in of_state.items() if row["status"] == FITTED}
         if not fitted:
             continue
@@ -454,7 +452,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
         row |= {"Demand-Unit": unit, "Demand-Offset": 0, "Demand-Directional": 1}
         described: dict[str, Any] = {}
         missing: dict[str, str] = {}
-        for number, state in enumerate(states[str(scale)], start=1):
+        for number, state in enumerate(states, start=1):
             values: tuple[Any, ...] = ("", "", "", "")
             if curve := fitted.get(state):
                 values = ("lognormal", curve["theta"], curve["curve_beta"], "")

@@ -11,14 +11,19 @@ import pandas as pd
 from skewbridge.demands.completeness import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_json, shortened, shown_path
-from skewbridge.fragility import demand_table, fits
-from skewbridge.fragility.columns import as_column, as_list, positive, require, same_length
+from skewbridge.fragility import fits
+from skewbridge.fragility.columns import as_column, positive, require, same_length
 from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
+from skewbridge.fragility.demand_table import (
+    motion_codes,
+    need_columns,
+    read_mapped,
+    read_table,
+)
 from skewbridge.fragility.existence import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
-from skewbridge.fragility.results import read_mapped, read_table
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.statuses import COLLAPSE, OK
 
@@ -38,35 +43,20 @@ _ALIASES: Final = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitOptions:
-    """Options of ``skewbridge fit``.
+    """Options of ``skewbridge fit``."""
 
-    Attributes:
-        method: stripes, ida or cloud.
-        model: Cloud model; None is ols, or tobit where demands are censored.
-        link: Link of the stripes: probit.
-        level: Confidence level.
-        threshold: Median capacity, if the file does not give it.
-        im: Column of intensities, for a table of runs.
-        edp: Column of demands, for a table of runs.
-        capacity_dispersion: Dispersion of the capacity (cloud).
-        censor_above: Demands at or above it are censored there (cloud).
-        assumed_beta: Dispersion for one-sided bounds.
-        accept_bounds: Give a median though unknown outcomes move it by more than 15 %.
-        columns: File that maps the columns of a foreign table to ours.
-    """
-
-    method: str
-    model: str | None = None
+    method: str  # stripes, ida or cloud
+    model: str | None = None  # of a cloud; None is ols, or tobit where demands are censored
     link: str = "probit"
     level: float = DEFAULTS.confidence
-    threshold: float | None = None
-    im: str | None = None
-    edp: str | None = None
-    capacity_dispersion: float = 0.0
-    censor_above: float | None = None
-    assumed_beta: float = DEFAULTS.assumed_beta
-    accept_bounds: bool = False
-    columns: Path | None = None
+    threshold: float | None = None  # median capacity, if the file does not give it
+    im: str | None = None  # column of intensities, for a table of runs
+    edp: str | None = None  # column of demands, for a table of runs
+    capacity_dispersion: float = 0.0  # cloud
+    censor_above: float | None = None  # demands at or above it are censored there (cloud)
+    assumed_beta: float = DEFAULTS.assumed_beta  # dispersion for one-sided bounds
+    accept_bounds: bool = False  # give a median though unknown outcomes move it by 15 % or more
+    columns: Path | None = None  # file that maps the columns of a foreign table to ours
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
@@ -147,8 +137,7 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         return fits.fit_stripes(need("im"), need("n"), need("k"), settings=settings)
     if options.method == "ida" and ("lower" in columns or "upper" in columns):
         # JSON has no infinity: null and the text "inf" are open ends
-        ends = [np.inf if str(v).startswith("inf") else v for v in as_list(need("upper"), "upper")]
-        return fits.fit_brackets(need("lower"), as_column(ends, "upper"), settings)
+        return fits.fit_brackets(need("lower"), need("upper"), settings)
     if options.method == "ida":
         return fits.fit_capacities(need("capacity"), columns.get("censored"), settings)
     im, edp = (
@@ -197,7 +186,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     lists = {name: each for name, each in columns.items() if isinstance(each, list | pd.Series)}
     same_length(**lists)
     data = pd.DataFrame(lists)
-    demand_table.need_columns(data, (options.im, options.edp), "the table")
+    need_columns(data, (options.im, options.edp), "the table")
     im = positive(data[options.im].to_numpy(), options.im)
     demand = as_column(data[options.edp].to_numpy(), options.edp)
     status = data["status"].to_numpy(str) if "status" in data else np.full(im.size, OK)
@@ -215,7 +204,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         threshold=float(positive([options.threshold], "threshold")[0]),
         dispersion=options.capacity_dispersion,
     )
-    motions = demand_table.motion_codes(data) if "motion_id" in data else np.arange(im.size)
+    motions = motion_codes(data) if "motion_id" in data else np.arange(im.size)
     outcomes = demand_outcomes(runs, [state])
     fit, unknown = _fit_outcomes(im, motions, outcomes, state, options), outcomes.unknown(state)
     count = int(np.unique(motions).size)

@@ -7,6 +7,7 @@ References:
     Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533: cloud.
     Fieller (1954), JRSS B 16(2):175-185: interval of a ratio.
     Pregibon (1980), Applied Statistics 29(1):15-24: test of the link.
+    Bell and McCaffrey (2002), Survey Methodology 28(2):169-181: jackknife by motion.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -23,7 +24,6 @@ from skewbridge.fragility.columns import FloatArray, as_column, positive, requir
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.likelihood import (
     HALF_LOG_2PI,
-    Maximum,
     NormalKernel,
     chi_square_drop,
     exceedance_kernel,
@@ -54,10 +54,12 @@ FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
 ALL_CENSORED: Final = "all_censored"
 SLOPE_NOT_SIGNIFICANT: Final = "slope_not_significant"
-_ESTIMATE: Final = (
-    "theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "ci_theta", "ci_beta",
-    "ci_method", "loglik",
-)  # fmt: skip
+_NO_ESTIMATE: Final[dict[str, Any]] = {
+    **dict.fromkeys(
+        ("theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "loglik"), nan
+    ),
+    **{"ci_theta": (nan, nan), "ci_beta": (nan, nan), "ci_method": ""},
+}
 _HEADLINE: Final = (
     "status", "theta", "beta", "cov_ln_theta_beta", "ci_theta", "ci_beta", "ci_method", "level",
     "loglik", "n_runs", "method", "warnings",
@@ -66,49 +68,31 @@ _HEADLINE: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FragilityFit:
-    """A lognormal fragility curve P = Phi(ln(x/theta)/beta), or the reason why there is none.
+    """A lognormal fragility curve P = Phi(ln(x/theta)/beta), or the reason why there is none."""
 
-    Attributes:
-        method: Estimator, for example ``stripes`` or ``cloud_ols``.
-        status: ``ok``, or a status of `skewbridge.fragility.existence`; unless ``ok`` the
-            parameters are NaN (a known limit such as zero dispersion excepted).
-        theta: Median, in the unit of the intensity measure.
-        beta: Dispersion of the logarithm.
-        var_ln_theta: Variance of ln theta.
-        cov_ln_theta_beta: Covariance of ln theta and beta.
-        var_beta: Variance of beta.
-        ci_theta: Ends of the interval of theta; 0 and infinity are unbounded ends.
-        ci_beta: Ends of the interval of beta.
-        ci_method: ``profile``, ``fieller`` or ``jackknife``; empty without interval.
-        level: Confidence level of the intervals.
-        loglik: Log-likelihood at the maximum (with binomial coefficients).
-        n_runs: Runs in the fit.
-        warnings: Names of what a reader must know.
-        details: Further results by name, as `skewbridge fit --json` prints them.
-        line: Line behind a cloud fit (least squares, with its tests).
-    """
-
-    method: str
+    method: str  #: Estimator, for example ``stripes`` or ``cloud_ols``.
+    #: ``ok``, or a status of `skewbridge.fragility.existence`; unless ``ok`` the parameters are NaN
+    #: (a known limit such as zero dispersion excepted).
     status: str
-    theta: float = nan
-    beta: float = nan
-    var_ln_theta: float = nan
-    cov_ln_theta_beta: float = nan
-    var_beta: float = nan
-    ci_theta: tuple[float, float] = (nan, nan)
+    theta: float = nan  #: Median, in the unit of the intensity measure.
+    beta: float = nan  #: Dispersion of the logarithm.
+    var_ln_theta: float = nan  #: Variance of ln theta.
+    cov_ln_theta_beta: float = nan  #: Covariance of ln theta and beta.
+    var_beta: float = nan  #: Variance of beta.
+    ci_theta: tuple[float, float] = (nan, nan)  #: 0 and infinity are unbounded ends.
     ci_beta: tuple[float, float] = (nan, nan)
-    ci_method: str = ""
-    level: float = DEFAULTS.confidence
-    loglik: float = nan
-    n_runs: int = 0
-    warnings: tuple[str, ...] = ()
+    ci_method: str = ""  #: ``profile``, ``fieller`` or ``jackknife``; empty without interval.
+    level: float = DEFAULTS.confidence  #: Confidence level of the intervals.
+    loglik: float = nan  #: Log-likelihood at the maximum (with binomial coefficients).
+    n_runs: int = 0  #: Runs in the fit.
+    warnings: tuple[str, ...] = ()  #: Names of what a reader must know.
+    #: Further results by name, as `skewbridge fit --json` prints them.
     details: Mapping[str, Any] = field(default_factory=dict)
-    line: TestedLine | None = None
+    line: TestedLine | None = None  #: Least-squares line behind a cloud fit, with its tests.
 
     def without_estimate(self, status: str) -> "FragilityFit":
         """Return the fit with a status in place of median, dispersion and intervals."""
-        blank = FragilityFit(method=self.method, status=status)
-        return replace(self, status=status, **{name: getattr(blank, name) for name in _ESTIMATE})
+        return replace(self, status=status, **_NO_ESTIMATE)
 
     @property
     def se_ln_theta(self) -> float:
@@ -139,41 +123,28 @@ def estimated(
     The covariance of (a0, a1), with ln theta = -a0/a1 and beta = widening/a1, is carried over to
     (ln theta, beta) by the delta method; ``ends`` are those of ln theta and of 1/a1, shape (2, 2).
     """
-    a0, a1 = (float(value) for value in params)
+    a0, a1 = params.tolist()
     jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
-    variance = jacobian @ covariance @ jacobian.T
+    variance = (jacobian @ covariance @ jacobian.T).tolist()
     (low, high), of_beta = np.full((2, 2), nan) if ends is None else ends
     return replace(
         blank,
         theta=exp_end(-a0 / a1),
         beta=widening / a1,
-        var_ln_theta=float(variance[0, 0]),
-        cov_ln_theta_beta=float(variance[0, 1]),
-        var_beta=float(variance[1, 1]),
+        var_ln_theta=variance[0][0],
+        cov_ln_theta_beta=variance[0][1],
+        var_beta=variance[1][1],
         ci_theta=(exp_end(low), exp_end(high)),
-        ci_beta=(widening * float(of_beta[0]), widening * float(of_beta[1])),
+        ci_beta=tuple((widening * of_beta).tolist()),
         ci_method="" if ends is None else "profile",
     )
 
 
-def _profiled(blank: FragilityFit, kernel: NormalKernel, best: Maximum) -> FragilityFit:
-    """Complete a fit with parameters (a0, a1) and profile intervals."""
-    ends = profile_ends(kernel, best, chi_square_drop(blank.level), np.array([[1.0, 0.0]]))
-    return estimated(blank, best.params[0], best.covariance[0], ends)
-
-
 def jackknifed(fit: FragilityFit, ln_theta: FloatArray, beta: FloatArray) -> FragilityFit:
-    """Replace interval and covariance of a fit by those of the jackknife by motion.
+    """Replace interval and covariance of the fit of all runs by those of the jackknife by motion.
 
-    Where motions repeat, the runs are not independent: the motion is the random unit.
-
-    Args:
-        fit: The fit of all runs.
-        ln_theta: Estimates without each motion, shape (M,); NaN where it has none.
-        beta: Dispersions without each motion, shape (M,).
-
-    References:
-        Bell and McCaffrey (2002), Survey Methodology 28(2):169-181.
+    Where motions repeat, the runs are not independent: the motion is the random unit (Bell and
+    McCaffrey 2002). ``ln_theta`` and ``beta`` are those without each motion, shape (M,), or NaN.
     """
     good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
     if np.sum(good) < MIN_VALUES:
@@ -251,44 +222,66 @@ def fit_stripes(
     require(np.isfinite(runs) & (runs >= 0.0), "n", "must be >= 0 and finite", runs)
     require((exceed >= 0.0) & (exceed <= runs), "k", "must satisfy 0<=k<=n", exceed)
     kept = runs > 0.0
-    warnings = [] if np.all(kept) else ["stripes_without_runs"]
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
     status = existence.binomial_status(ln_im, runs, exceed) if total else existence.NO_RUNS
-    shared: dict[str, Any] = {
-        "n_runs": total,
-        "level": settings.confidence,
-        "warnings": tuple(warnings),
-    }
-    unfitted = FragilityFit(method="stripes", status=status, **shared)
+    blank = FragilityFit(
+        method="stripes",
+        status=status,
+        n_runs=total,
+        level=settings.confidence,
+        warnings=() if np.all(kept) else ("stripes_without_runs",),
+    )
     if total == 0:
-        return unfitted
+        return blank
     if status != FITTED:
-        return replace(unfitted, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
+        return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     kernel = exceedance_kernel(ln_im, exceed, runs - exceed)
     # line through the probits of the shares, which are kept off 0 and 1
     line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
-    best = maximise(kernel, line[None, ::-1])
-    a0, a1 = (float(value) for value in best.params[0])
-    if not bool(best.converged[0]) or a1 <= FLATTEST_SLOPE:
-        reason = existence.NON_INCREASING if bool(best.converged[0]) else existence.NOT_CONVERGED
-        return replace(unfitted, status=reason, details={"a0": a0, "a1": a1})
     whole = bool(np.all(exceed == np.round(exceed)))
-    if interval and whole:
-        fit = _profiled(unfitted, kernel, best)
+    fit = _maximised(
+        blank, kernel, line[::-1], x, n_records=n_records or total, interval=interval and whole
+    )
+    if fit.status != FITTED:
+        return fit
+    warnings = [*fit.warnings, *_overlap_warnings(x, runs, exceed)]
+    loglik = fit.loglik
+    if whole:
+        ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
+        loglik += float(np.sum(ways - special.gammaln(runs - exceed + 1.0)))
     else:
-        fit = estimated(unfitted, best.params[0], best.covariance[0], None)
-    warnings += common_warnings(fit.theta, fit.ci_theta, x, n_records or total)
-    warnings += _overlap_warnings(x, runs, exceed)
-    if not whole:
         warnings.append("fractional_counts_no_interval")
-    kernel_loglik = float(best.loglik[0])
-    ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
-    ways -= special.gammaln(runs - exceed + 1.0)
-    loglik = kernel_loglik + (float(np.sum(ways)) if whole else 0.0)
-    goodness = _stripe_goodness(a0 + a1 * ln_im, ln_im, runs, exceed)
-    details = {"a0": a0, "a1": a1, "loglik_kernel": kernel_loglik, "aic": 4.0 - 2.0 * loglik}
-    return replace(fit, loglik=loglik, warnings=tuple(warnings), details=details | goodness)
+    eta = fit.details["a0"] + fit.details["a1"] * ln_im
+    details = {**fit.details, "loglik_kernel": fit.loglik, "aic": 4.0 - 2.0 * loglik}
+    details |= _stripe_goodness(eta, ln_im, runs, exceed)
+    return replace(fit, loglik=loglik, warnings=tuple(warnings), details=details)
+
+
+def _maximised(
+    blank: FragilityFit,
+    kernel: NormalKernel,
+    start: FloatArray,
+    im: FloatArray,
+    *,
+    n_records: int,
+    interval: bool = True,
+    flattest: float = FLATTEST_SLOPE,
+) -> FragilityFit:
+    """Complete a fit with parameters (a0, a1): estimate, profile intervals and warnings."""
+    best = maximise(kernel, start[None])
+    a0, a1 = best.params[0].tolist()
+    blank = replace(blank, details={**blank.details, "a0": a0, "a1": a1})
+    if not best.converged[0]:
+        return replace(blank, status=existence.NOT_CONVERGED)
+    if a1 <= flattest:
+        return replace(blank, status=existence.NON_INCREASING)
+    ends = None
+    if interval:
+        ends = profile_ends(kernel, best, chi_square_drop(blank.level), np.array([[1.0, 0.0]]))
+    fit = estimated(blank, best.params[0], best.covariance[0], ends)
+    warnings = (*fit.warnings, *common_warnings(fit.theta, fit.ci_theta, im, n_records))
+    return replace(fit, loglik=float(best.loglik[0]), warnings=warnings)
 
 
 def _stripe_bounds(
@@ -300,8 +293,7 @@ def _stripe_bounds(
     details: dict[str, Any] = {"p_lower": low.tolist(), "p_upper": high.tolist()}
     if status in (existence.NO_EXCEEDANCE, existence.ALL_EXCEED):
         exceed = status == existence.ALL_EXCEED
-        betas = {0.3, 0.4, 0.6, settings.assumed_beta}
-        return details | _median_bound(ln_im, n, settings, betas, exceed=exceed)
+        return details | _median_bound(ln_im, n, settings, {0.3, 0.4, 0.6}, exceed=exceed)
     if status == existence.SINGLE_LEVEL:
         total, hits = float(np.sum(n)), float(np.sum(k))
         ends = existence.clopper_pearson(np.array([hits]), np.array([total]), level)
@@ -314,14 +306,22 @@ def _stripe_bounds(
     if status in (existence.COMPLETE_SEPARATION, existence.QUASI_SEPARATION):
         hi0, lo1 = float(np.max(ln_im[n - k > 0.0])), float(np.min(ln_im[k > 0.0]))
         a0, a1 = existence.firth(ln_im, n, k)
-        bounds = existence.separated_bounds(ln_im, n, k, beta=beta, level=level)
-        details |= {
-            "theta_interval": [float(np.exp(hi0)), float(np.exp(lo1))],
+        firth = {"theta": float(np.exp(-a0 / a1)), "beta": 1.0 / a1}
+        low, high = existence.separated_bounds(ln_im, n, k, beta=beta, level=level)
+        details |= _bracket(hi0, lo1) | {
             "theta_midpoint_log": float(np.exp(0.5 * (hi0 + lo1))),
-            "theta_bounds_given_beta": {f"{beta:g}": list(bounds)},
-            "firth": {"theta": float(np.exp(-a0 / a1)), "beta": 1.0 / a1},
+            "theta_bounds_given_beta": {f"{beta:g}": [low, high]},
+            "firth": firth,
+            **{f"{name}_firth": value for name, value in firth.items()},
+            **{"theta_bound_low": low, "theta_bound_high": high, "theta_bound_beta": beta},
         }
     return details
+
+
+def _bracket(low: float, high: float) -> dict[str, Any]:
+    """Return the bracket of the median of separated data from its ends of ln intensity."""
+    ends = [float(np.exp(low)), float(np.exp(high))]
+    return {"theta_interval": ends, "theta_bracket_low": ends[0], "theta_bracket_high": ends[1]}
 
 
 def _median_bound(
@@ -333,13 +333,18 @@ def _median_bound(
     exceed: bool,
 ) -> dict[str, Any]:
     """Return one-sided bounds of the median where no run (or every run) exceeds, by dispersion."""
-    level, side = settings.confidence, "upper" if exceed else "lower"
+    level, assumed = settings.confidence, settings.assumed_beta
     bounds = {
         f"{beta:g}": existence.median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
-        for beta in sorted({*betas, settings.assumed_beta})
+        for beta in sorted({*betas, assumed})
     }
-    name = f"theta_{side}{100 * level:g}_given_beta"
-    return {"assumed_beta": settings.assumed_beta, name: bounds}
+    side, end = ("upper", "high") if exceed else ("lower", "low")
+    return {
+        "assumed_beta": assumed,
+        f"theta_{side}{100 * level:g}_given_beta": bounds,
+        f"theta_bound_{end}": bounds[f"{assumed:g}"],
+        "theta_bound_beta": assumed,
+    }
 
 
 def _overlap_warnings(x: FloatArray, n: FloatArray, k: FloatArray) -> list[str]:
@@ -423,13 +428,13 @@ def fit_capacities(
         return replace(blank, status="zero_dispersion", theta=float(np.exp(seen[0])), beta=0.0)
     if np.ptp(seen) == 0.0 and np.all(y[is_censored] <= seen[0]):
         return replace(blank, status="unbounded_likelihood")
-    details: dict[str, Any] = {"n_censored": int(np.sum(is_censored))}
+    details: dict[str, Any] = {}
     if not np.any(is_censored):
         n, tail = y.size, 0.5 * (1.0 - settings.confidence)
         sd, mean = float(np.std(y, ddof=1)), float(np.mean(y))
         reach = float(special.stdtrit(n - 1, 1.0 - tail)) * sd / np.sqrt(n)
         chi2 = [float(special.chdtri(n - 1, share)) for share in (tail, 1.0 - tail)]
-        details |= {
+        details = {
             "beta_unbiased_n_minus_1": sd,
             "ci_theta_exact": [float(np.exp(mean - reach)), float(np.exp(mean + reach))],
             "ci_beta_exact": [sd * float(np.sqrt((n - 1) / each)) for each in chi2],
@@ -464,32 +469,21 @@ def fit_brackets(
     require(high > low, "upper", "must be above lower", high)
     with np.errstate(divide="ignore"):
         y_low, y_high = np.log(low), np.log(high)
-    first, last = float(np.max(y_low)), float(np.min(y_high))
     blank = FragilityFit(
         method="ida_interval", status=FITTED, n_runs=int(low.size), level=settings.confidence
     )
-    each = np.ones(low.size)
-    if not np.any(np.isfinite(y_high)):
-        bound = _median_bound(y_low, each, settings, exceed=False)
-        return replace(blank, status=ALL_CENSORED, details=bound)
-    if not np.any(np.isfinite(y_low)):
-        bound = _median_bound(y_high, each, settings, exceed=True)
-        return replace(blank, status=existence.ALL_EXCEED, details=bound)
-    if first <= last:
-        complete = first < last
-        return replace(
-            blank,
-            status=existence.COMPLETE_SEPARATION if complete else existence.QUASI_SEPARATION,
-            details={"theta_interval": [float(np.exp(first)), float(np.exp(last))]},
-        )
-    finite = np.isfinite(y_low) & np.isfinite(y_high)
-    if not np.any(finite) and np.max(y_high[np.isfinite(y_high)]) <= np.min(
-        y_low[np.isfinite(y_low)]
-    ):
+    has_low, has_high = np.isfinite(y_low), np.isfinite(y_high)
+    if not (np.any(has_low) and np.any(has_high)):
+        exceed = bool(np.any(has_high))
+        ends, status = (y_high, existence.ALL_EXCEED) if exceed else (y_low, ALL_CENSORED)
+        bound = _median_bound(ends, np.ones(low.size), settings, exceed=exceed)
+        return replace(blank, status=status, details=bound)
+    if (first := float(np.max(y_low))) <= (last := float(np.min(y_high))):
+        status = existence.COMPLETE_SEPARATION if first < last else existence.QUASI_SEPARATION
+        return replace(blank, status=status, details=_bracket(first, last))
+    if not np.any(has_low & has_high) and np.max(y_high[has_high]) <= np.min(y_low[has_low]):
         return replace(blank, status=existence.NON_INCREASING)
-    im = np.concatenate([low[low > 0.0], high[np.isfinite(high)]])
-    blank = replace(blank, details={"n_censored": int(np.sum(~finite))})
-    return _fit_distribution(blank, y_low, y_high, im)
+    return _fit_distribution(blank, y_low, y_high, np.append(low[low > 0.0], high[has_high]))
 
 
 def brackets_of_runs(
@@ -497,51 +491,38 @@ def brackets_of_runs(
 ) -> tuple[FloatArray, FloatArray, int]:
     """Return per record the bracket of the first exceedance over its levels.
 
-    A later level that does not exceed again (resurrection) does not move the bracket; the number
-    of such records is returned.
-
-    Args:
-        im: Intensity of each run, shape (n,).
-        exceed: 0 or 1, shape (n,).
-        record: Number of its motion, shape (n,).
+    ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
+    each run, shape (n,). A later level that does not exceed again (resurrection) does not move the
+    bracket.
 
     Returns:
         Lower ends, upper ends (0 and infinity where open), number of non-monotone records.
     """
-    lower, upper, odd = [], [], 0
-    for code in np.unique(record):
-        # ASSUME the first crossing is the capacity
-        rows = record == code
-        levels, hit = im[rows], exceed[rows] > 0.0
-        first = float(np.min(levels[hit])) if np.any(hit) else np.inf
-        below = levels[~hit & (levels < first)]
-        odd += int(np.any(~hit & (levels > first)))
-        lower.append(float(np.max(below)) if below.size else 0.0)
-        upper.append(first)
-    return np.array(lower), np.array(upper), odd
+    # ASSUME the first crossing is the capacity
+    records, codes = np.unique(record, return_inverse=True)
+    lower, upper = np.zeros(records.size), np.full(records.size, np.inf)
+    hit = exceed > 0.0
+    np.minimum.at(upper, codes[hit], im[hit])
+    below = ~hit & (im < upper[codes])
+    np.maximum.at(lower, codes[below], im[below])
+    odd = np.unique(codes[~hit & (im > upper[codes])]).size
+    return lower, upper, odd
 
 
 def _fit_distribution(
     blank: FragilityFit, lower: FloatArray, upper: FloatArray, im: FloatArray
 ) -> FragilityFit:
     """Maximise over (a0, a1), z = a0 + a1 ln x, and complete the blank fit."""
+    censored = ~(np.isfinite(lower) & np.isfinite(upper))
+    blank = replace(blank, details={**blank.details, "n_censored": int(np.sum(censored))})
     kernel = NormalKernel(-np.ones((lower.size, 1)), lower, upper)
     guess = np.where(np.isfinite(upper), upper, lower)
     spread = max(float(np.std(guess)), 0.05)
-    best = maximise(kernel, np.array([[-float(np.mean(guess)) / spread, 1.0 / spread]]))
-    a0, a1 = (float(value) for value in best.params[0])
-    bracketed = bool(np.any(np.isfinite(lower) & np.isfinite(upper)))
-    if a1 <= FLATTEST_SLOPE and not bracketed:
-        return replace(blank, status=existence.NON_INCREASING)
-    if not bool(best.converged[0]):
-        return replace(blank, status=existence.NOT_CONVERGED)
-    fit = _profiled(blank, kernel, best)
-    return replace(
-        fit,
-        loglik=float(best.loglik[0]),
-        warnings=tuple(common_warnings(fit.theta, fit.ci_theta, im, fit.n_runs)),
-        details={**fit.details, "a0": a0, "a1": a1, "mu": -a0 / a1},
-    )
+    start = np.array([-float(np.mean(guess)) / spread, 1.0 / spread])
+    # a falling curve gives brackets no probability
+    flattest = FLATTEST_SLOPE if np.all(censored) else 0.0
+    fit = _maximised(blank, kernel, start, im, n_records=lower.size, flattest=flattest)
+    return replace(fit, details={**fit.details, "mu": float(np.log(fit.theta))})
 
 
 # ---- cloud of demands ------------------------------------------------------------------------
@@ -613,13 +594,9 @@ def fit_cloud_states(
 ) -> list[FragilityFit]:
     """Fit one line to a cloud and return the curve of each state, as `fit_cloud` does.
 
-    Args:
-        x: ln of the intensities, shape (n,).
-        low: ln of the lower ends of the demands; minus infinity where left-censored.
-        high: ln of the upper ends, as in `fit_cloud`.
-        capacities: Median capacity and dispersion of each state.
-        settings: Confidence level.
-        lines: Lines without each motion where motions repeat.
+    ``x``, ``low`` and ``high`` (n,) are ln of the intensities and of the ends of the demands,
+    ``capacities`` median and dispersion of each state, ``lines`` those without each motion where
+    motions repeat.
     """
     seen = low == high
     n_motions = x.size if lines is None else lines.b.size
@@ -652,8 +629,8 @@ def _fit_least_squares(
 ) -> FragilityFit:
     """Complete a cloud fit without censored demands; intervals after Fieller and delta method."""
     names = ("ln_a", "b", "sigma", "r2", "curvature", "curvature_p", "scatter_p", "normal_p")
-    values = {name: getattr(line, name) for name in names}
-    details = {name: value for name, value in values.items() if not np.isnan(value)}
+    values = line._asdict()
+    details = {name: values[name] for name in names if not np.isnan(values[name])}
     n, ln_c = line.n, float(np.log(threshold))
     unfitted = replace(blank, details=details)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
@@ -698,10 +675,10 @@ def _fit_tobit(
     *,
     interval: bool,
 ) -> list[FragilityFit]:
-    """Complete the cloud fits of some states with censored demands.
+    """Complete the cloud fits of some states with censored demands (ln intensity, ends of ln D).
 
-    ``cloud`` is ln intensity and the ends of ln demand. With parameters (d0, d1, h) of
-    z = h ln D - d0 - d1 ln x the predictor of a state is (d0 - h ln c) + d1 ln x.
+    With parameters (d0, d1, h) of z = h ln D - d0 - d1 ln x the predictor of a state is
+    (d0 - h ln c) + d1 ln x.
     """
     x, low, high = cloud
     seen = low == high

@@ -1,4 +1,4 @@
-"""Joint models: medians over the axes of a study from the demands of all its variants.
+"""Joint models: medians over the axes of a study, and prediction between its variants.
 
 One model per bridge, abutment model and demand: ln D = terms of the axes + b ln IM + a random
 effect of the motion + scatter of the run. The slope b is common to all variants, so the median of a
@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import nan
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_frame, records_of
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import (
     axis_names,
@@ -59,12 +61,13 @@ SKEW: Final = "skew_deg"
 GAP: Final = "gap_mm"
 REFERENCE_GAP_MM: Final = 50.8  # 2 in
 _SLACK: Final = 1e-9
-_CLOUD_COLUMNS: Final = (
-    "method", "status", "variant", "component", "limit_state", "theta", "var_ln_theta",
-)  # fmt: skip
+_CLOUD_COLUMNS: Final = ["variant", "component", "limit_state", "theta", "var_ln_theta"]
 _FLATTEST_SLOPE: Final = 1e-3
 _THINNEST: Final = 1e-10
 _CLEARLY_BETTER: Final = 1e-6
+_USUAL_ABUTMENT: Final = "contact_friction"
+#: Path of the table in the folder of a study, and in one that `skewbridge statistics` wrote.
+_PATHS: Final = ("fragility/joint.parquet", "joint.parquet")
 _WORTH_PROCESSES: Final = 8  # ASSUME a demand takes about a second
 
 JOINT_COLUMNS: Final[dict[str, str]] = {
@@ -117,15 +120,11 @@ class AxisRange:
 
     In a model, skew counts as skew/60 degrees (its size, unless the study has both signs), the gap
     as gap/50.8 mm, friction as it is, any other axis as a share of its largest possible value.
-
-    Attributes:
-        limits: Smallest and largest value in the study by axis; of the size of the skew if the
-            study has only one sign.
-        signed_skew: Whether the study has skews of both signs.
     """
 
+    #: Smallest and largest value by axis; of the size of the skew if it has only one sign.
     limits: Mapping[str, tuple[float, float]]
-    signed_skew: bool = False
+    signed_skew: bool = False  # whether the study has skews of both signs
 
     @classmethod
     def of_variants(cls, variants: pd.DataFrame, names: Iterable[str]) -> "AxisRange":
@@ -164,8 +163,7 @@ class AxisRange:
         """Check that a point lies inside the range; axes that the abutment model lacks are ignored.
 
         Raises:
-            InputError: A value is missing or outside the range, or an axis is not in the study;
-                names the axis and its range.
+            InputError: A value is missing or outside the range, or an axis is not in the study.
         """
         possible = {*self.limits, *(each.name for each in AXES)}
         for name in (*self.varying, *values):
@@ -215,27 +213,16 @@ def term_sets(variables: Mapping[str, FloatArray]) -> list[tuple[str, ...]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointModel:
-    """A joint model of one limit state: ln theta is linear in terms of the axes.
-
-    Attributes:
-        axis_range: Axes and their range.
-        terms: Terms after the constant.
-        coefficients: Coefficients of ln theta, shape (1 + q,).
-        beta: Record-to-record dispersion.
-        beta_total: Dispersion that includes the capacity.
-        covariance: Of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q).
-        freedom: Degrees of freedom of the intervals.
-        level: Confidence level of the intervals.
-    """
+    """A joint model of one limit state: ln theta is linear in terms of the axes."""
 
     axis_range: AxisRange
-    terms: tuple[str, ...]
-    coefficients: FloatArray
-    beta: float
-    beta_total: float
-    covariance: FloatArray
-    freedom: int
-    level: float
+    terms: tuple[str, ...]  # after the constant
+    coefficients: FloatArray  # of ln theta, shape (1 + q,)
+    beta: float  # record-to-record
+    beta_total: float  # including the capacity
+    covariance: FloatArray  # of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q)
+    freedom: int  # degrees of freedom of the intervals
+    level: float  # confidence level of the intervals
 
     @classmethod
     def of_row(cls, row: Mapping[str, Any]) -> "JointModel":
@@ -257,19 +244,9 @@ class JointModel:
             level=float(row["level"]),
         )
 
-    @property
-    def ci_beta(self) -> tuple[float, float]:
-        """Interval of the record-to-record dispersion."""
-        return self._interval(float(np.log(self.beta)), self.covariance[-2, -2], self.level)
-
-    @property
-    def ci_beta_total(self) -> tuple[float, float]:
-        """Interval of the dispersion that includes the capacity."""
-        return self._interval(float(np.log(self.beta_total)), self.covariance[-1, -1], self.level)
-
-    def _interval(self, estimate: float, variance: float, level: float) -> tuple[float, float]:
-        t = float(special.stdtrit(self.freedom, 0.5 + 0.5 * level))
-        half = t * float(np.sqrt(variance))
+    def interval(self, estimate: float, variance: float, level: float) -> tuple[float, float]:
+        """Return the ends of the interval of exp(estimate)."""
+        half = special.stdtrit(self.freedom, 0.5 + 0.5 * level) * np.sqrt(variance)
         return float(np.exp(estimate - half)), float(np.exp(estimate + half))
 
     def vector(self, values: Mapping[str, float]) -> FloatArray:
@@ -289,7 +266,7 @@ class JointModel:
     def _exponential(self, vector: FloatArray, level: float) -> tuple[float, float, float]:
         estimate = float(vector @ self.coefficients)
         variance = float(vector @ self.covariance[:-2, :-2] @ vector)
-        return (float(np.exp(estimate)), *self._interval(estimate, variance, level))
+        return (float(np.exp(estimate)), *self.interval(estimate, variance, level))
 
 
 def joint_table(
@@ -306,8 +283,9 @@ def joint_table(
         A row per bridge, abutment model, component and limit state (by rising threshold) with the
         columns `JOINT_COLUMNS`.
     """
-    own = pd.DataFrame(columns=list(_CLOUD_COLUMNS)) if curves is None else curves
-    own = own[(own["method"] == "cloud") & (own["status"] == FITTED)][list(_CLOUD_COLUMNS)]
+    own = pd.DataFrame(columns=_CLOUD_COLUMNS)
+    if curves is not None:
+        own = curves.query("method == 'cloud' and status == @FITTED")[_CLOUD_COLUMNS]
     items = (
         (
             model | {"im": settings.im, "level": settings.confidence},
@@ -343,18 +321,15 @@ def _rows(
     rows: list[dict[str, Any]] = []
     for state in states:
         status = outcomes.status(state)
-        row = model | {
-            "component": state.component,
-            "limit_state": state.name,
+        row = {
+            **model,
+            **state.columns,
             "status": fit if status == FITTED and isinstance(fit, str) else status,
             "axis_ranges": json.dumps(dict(axis_range.limits)),
             "signed_skew": axis_range.signed_skew,
             "n_variants": len(variants),
             "n_exceed": int(np.sum(outcomes.exceed(state))),
             "n_unknown": int(np.sum(outcomes.unknown(state))),
-            "demand": state.demand,
-            "threshold": state.threshold,
-            "capacity_dispersion": state.dispersion,
         }
         if status == FITTED and left_out is not None and not isinstance(fit, str):
             own = clouds[clouds["limit_state"] == state.name].set_index("variant")
@@ -478,8 +453,9 @@ def _estimate(
     model = JointModel.of_row({**row, **found})
     middle = model.axis_range.middle
     found["theta"], found["theta_low"], found["theta_high"] = model.median(middle)
-    found["beta_low"], found["beta_high"] = model.ci_beta
-    found["beta_total_low"], found["beta_total_high"] = model.ci_beta_total
+    for name, place in (("beta", -2), ("beta_total", -1)):
+        ends = model.interval(estimate[place], model.covariance[place, place], model.level)
+        found[f"{name}_low"], found[f"{name}_high"] = ends
     delta = fit.left_out_variant
     slope = np.where(delta[:, 1] > _FLATTEST_SLOPE, delta[:, 1], nan)
     level = delta[:, 0] + np.sum(delta[:, 2:] * fit.matrix[:, 1:], axis=1)
@@ -511,3 +487,79 @@ def _state_parameters(parameters: FloatArray, motions: int, state: LimitState) -
     total = variance + state.dispersion**2
     spread_terms = 0.5 * np.log(np.column_stack([variance, total])) - np.log(slope)
     return np.column_stack([level / slope, spread_terms])
+
+
+def predict_states(
+    results: Path,
+    values: Mapping[str, float],
+    *,
+    bridge: str | None = None,
+    abutment: str | None = None,
+    component: str | None = None,
+    state: str | None = None,
+    at: float | None = None,
+) -> list[dict[str, Any]]:
+    """Return a row per limit state that has a joint model, at a point in the range of a study.
+
+    Args:
+        results: Folder of the study, or one that `skewbridge statistics` wrote.
+        values: Value of each axis.
+        bridge: None if the study has only one.
+        abutment: Abutment model; None for the only one, or contact-friction.
+        component: None for all.
+        state: None for all.
+        at: Intensity at which to give probabilities; None for no probabilities.
+
+    Returns:
+        Rows of component, state, theta, ci_theta, beta (record-to-record), beta_total (including
+        the capacity), p and p_records (probability of exceedance with beta_total and with beta),
+        loo_error and im.
+
+    Raises:
+        InputError: The table, bridge, abutment model or state does not exist, or the point is
+            outside the range of the study.
+    """
+    path = next((results / name for name in _PATHS if (results / name).is_file()), None)
+    if path is None:
+        raise InputError(
+            f"{results} has neither {' nor '.join(_PATHS)}: run the study or skewbridge "
+            "statistics, or name another folder (--study)",
+            file=str(results),
+        )
+    if at is not None and not 0.0 < at < np.inf:
+        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
+    table = _chosen(read_frame(path), "bridge", bridge)
+    model_name = None if abutment is None else abutment.replace("-", "_")
+    table = _chosen(table, "abutment", model_name, usual=_USUAL_ABUTMENT)
+    for column, name in (("component", component), ("limit_state", state)):
+        table = table if name is None else _chosen(table, column, name)
+    usable = records_of(table[table["status"] == FITTED])
+    if not usable:
+        why = ", ".join(sorted(set(table["status"])))
+        raise InputError(f"no joint model of these limit states has an estimate: {why}")
+    rows: list[dict[str, Any]] = []
+    for row in usable:
+        model = JointModel.of_row(row)
+        model.axis_range.check(values)
+        theta, low, high = model.median(values)
+        p, p_records = (
+            None if at is None else float(special.ndtr(np.log(at / theta) / beta))
+            for beta in (model.beta_total, model.beta)
+        )
+        found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
+        found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": [low, high]}
+        found |= {"p": p, "p_records": p_records, "loo_error": row["loo_error"], "im": row["im"]}
+        rows.append(found)
+    return rows
+
+
+def _chosen(
+    table: pd.DataFrame, column: str, name: str | None, usual: str | None = None
+) -> pd.DataFrame:
+    names = sorted(set(table[column].astype(str)))
+    if name is None:
+        name = names[0] if len(names) == 1 else usual
+    if name not in names:
+        problem = "is missing" if name is None else f"got {name!r}"
+        raise InputError(f"{column} must be one of {', '.join(names)}; {problem}", column=column)
+    return table[table[column] == name]

@@ -54,15 +54,11 @@ def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
 
 
 class Derivatives(NamedTuple):
-    """Log-likelihood (R,) of R parameter vectors with its first and second derivatives.
+    """Log-likelihood of R parameter vectors with its first and second derivatives."""
 
-    The log-likelihood is minus infinity outside the parameter space; ``score`` has the shape
-    (R, p), ``hessian`` (R, p, p).
-    """
-
-    loglik: FloatArray
-    score: FloatArray
-    hessian: FloatArray
+    loglik: FloatArray  # shape (R,), minus infinity outside the parameter space
+    score: FloatArray  # shape (R, p)
+    hessian: FloatArray  # shape (R, p, p)
 
 
 def _products(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -83,8 +79,8 @@ class NormalKernel:
         lower: Lower ends of Y, shape (n,); minus infinity where left-censored.
         upper: Upper ends; equal to ``lower`` where observed, infinity where right-censored.
         weights: How often each row counts, shape (n,) or (R, n) for R replicates.
-        upper_covariates: X of the upper ends if they differ, shape (n, q) (ordered states).
-        observed: Rows that are observed, shape (n,); by default those with equal ends.
+        upper_covariates: X of the upper ends if they differ, shape (n, q) (ordered states); then no
+            row counts as observed.
     """
 
     def __init__(
@@ -94,11 +90,10 @@ class NormalKernel:
         upper: FloatArray,
         weights: FloatArray | None = None,
         upper_covariates: FloatArray | None = None,
-        observed: NDArray[np.bool_] | None = None,
     ) -> None:
         self.weights = np.ones(lower.size) if weights is None else weights
         above = covariates if upper_covariates is None else upper_covariates
-        seen = (lower == upper) if observed is None else observed
+        seen = (lower == upper) & (upper_covariates is None)
         has_low, has_high = np.isfinite(lower) & ~seen, np.isfinite(upper) & ~seen
         low, high = np.column_stack([-covariates, lower]), np.column_stack([-above, upper])
         tails = ((-1.0, low, has_low & ~has_high), (1.0, high, has_high & ~has_low))
@@ -179,36 +174,27 @@ class NormalKernel:
 def exceedance_kernel(ln_im: FloatArray, exceed: FloatArray, remain: FloatArray) -> NormalKernel:
     """Return the kernel of counts of exceedance: eta = a0 + a1 ln x, parameters (a0, a1).
 
-    A run that exceeds at x has its capacity at or below x, one that does not above x.
+    A run that exceeds at x has its capacity at or below x, one that does not above x (Baker 2015,
+    Earthquake Spectra 31(1):579-599, Eq. 11, without the binomial coefficient).
 
     Args:
         ln_im: ln of the intensities, shape (J,).
-        exceed: Runs that exceed, shape (J,) or (R, J); fractions are allowed.
+        exceed: Runs that exceed, shape (J,); fractions are allowed.
         remain: Runs that do not.
-
-    References:
-        Baker (2015), Earthquake Spectra 31(1):579-599, Eq. 11 (without the binomial coefficient).
     """
-    size, inf = ln_im.size, np.full(ln_im.size, np.inf)
-    rows = [np.any(np.atleast_2d(counts) > 0.0, axis=0) for counts in (exceed, remain)]
-    return NormalKernel(
-        -np.ones((int(rows[0].sum() + rows[1].sum()), 1)),
-        np.concatenate([-inf[:size][rows[0]], ln_im[rows[1]]]),
-        np.concatenate([ln_im[rows[0]], inf[rows[1]]]),
-        np.concatenate([exceed[..., rows[0]], remain[..., rows[1]]], axis=-1),
-    )
+    inf, counts = np.full(ln_im.size, np.inf), np.append(exceed, remain)
+    lower, upper = np.append(-inf, ln_im), np.append(ln_im, inf)
+    some = counts > 0.0
+    return NormalKernel(-np.ones((int(some.sum()), 1)), lower[some], upper[some], counts[some])
 
 
 class Maximum(NamedTuple):
-    """Maxima of a batch: parameters (R, p), log-likelihoods (R,), and whether they converged (R,).
+    """Maxima of a batch of R log-likelihoods."""
 
-    ``covariance`` is the inverse observed information, shape (R, p, p); NaN where singular.
-    """
-
-    params: FloatArray
-    loglik: FloatArray
-    covariance: FloatArray
-    converged: NDArray[np.bool_]
+    params: FloatArray  # shape (R, p)
+    loglik: FloatArray  # shape (R,)
+    covariance: FloatArray  # inverse observed information, shape (R, p, p); NaN where singular
+    converged: NDArray[np.bool_]  # shape (R,)
 
 
 def maximise(kernel: NormalKernel, start: FloatArray, *, covariance: bool = True) -> Maximum:
@@ -286,9 +272,8 @@ def profile_ends(
         slope: Position of the slope a1.
 
     Returns:
-        Ends of ln theta of each state, then those of the common beta = 1/a1. Those of ln theta may
-        be infinite and the upper end of beta too: then the data do not bound the median or the
-        dispersion on that side.
+        Ends of ln theta of each state, then those of the common beta = 1/a1; infinite where the
+        data do not bound the median or the dispersion on that side.
     """
     best, a1 = maximum.params[0], float(maximum.params[0, slope])
     profiles = _Profiles(kernel, best, float(maximum.loglik[0]) - 0.5 * drop, intercepts, slope)

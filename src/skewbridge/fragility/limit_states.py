@@ -55,35 +55,34 @@ _SPELLINGS: Final = {"-": "ratio", "m/s": "mps", "m/s2": "mps2"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitState:
-    """Capacity of one demand at one degree of damage.
+    """Capacity of one demand at one degree of damage."""
 
-    Attributes:
-        component: What is damaged, for example ``column_drift``.
-        name: Degree of damage, for example ``moderate``.
-        demand: Column of the demands table.
-        threshold: Median capacity in the unit of that column.
-        dispersion: Standard deviation of the logarithm of the capacity; 0 is a plain threshold.
-        unit: Unit of the demand column.
-        collapse: ``exceeds`` or ``peak``: whether a collapsed run exceeds by definition.
-        citation: Where the numbers come from.
-        degree: Degree of damage of the bridge in system curves; empty for none, None if it is the
-            name of the state.
-    """
-
-    component: str
-    name: str
-    demand: str
-    threshold: float
-    dispersion: float
-    unit: str = ""
-    collapse: str = COLLAPSE_EXCEEDS
-    citation: str = ""
+    component: str  # what is damaged, for example ``column_drift``
+    name: str  # degree of damage, for example ``moderate``
+    demand: str  # column of the demands table
+    threshold: float  # median capacity in the unit of that column
+    dispersion: float  # standard deviation of ln capacity; 0 is a plain threshold
+    unit: str = ""  # of the demand column
+    collapse: str = COLLAPSE_EXCEEDS  # ``exceeds`` or ``peak``, see `LimitStateEntry`
+    citation: str = ""  # where the numbers come from
+    #: Degree of damage of the bridge in system curves; empty for none, None for `name`.
     degree: str | None = None
 
     @property
     def system_degree(self) -> str:
         """Degree of damage of the bridge in system curves; empty if it takes no part."""
         return self.name if self.degree is None else self.degree
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """Columns of the state in tables of results."""
+        return {
+            "component": self.component,
+            "limit_state": self.name,
+            "demand": self.demand,
+            "threshold": self.threshold,
+            "capacity_dispersion": self.dispersion,
+        }
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -123,27 +122,27 @@ def with_column_failure(states: Sequence[LimitState], columns: Collection[str]) 
     if any(state.component == COLUMN_FAILURE for state in states):
         return list(states)
     # ASSUME the wider of the two capacity models for a failure of either kind
-    dispersions = {
+    modes = {
         "shear": (SHEAR_MODEL_DISPERSION, "Sezen and Moehle (2004)"),
         "flexure": (DRIFT_CAPACITY_DISPERSION, "Mackie and Stojadinovic, PEER 2005/12"),
         "any": (DRIFT_CAPACITY_DISPERSION, "the larger of both"),
     }
+    demands = {**FAILURE_DEMANDS, "any": COLUMN_FAILURE_RATIO}
     failures = [
         LimitState(
             component=COLUMN_FAILURE,
             name=mode,
-            demand=demand,
+            demand=demands[mode],
             threshold=1.0,
-            dispersion=dispersions[mode][0],
+            dispersion=dispersion,
             unit="ratio",
             # ASSUME a collapse by unseating does not decide whether a column had failed
             collapse="peak",
-            citation="demand over capacity of 1 (Caltrans SDC 2.0); dispersion: "
-            + dispersions[mode][1],
+            citation=f"demand over capacity of 1 (Caltrans SDC 2.0); dispersion: {source}",
             degree="complete" if mode == "any" else "",
         )
-        for mode, demand in {**FAILURE_DEMANDS, "any": COLUMN_FAILURE_RATIO}.items()
-        if demand in columns
+        for mode, (dispersion, source) in modes.items()
+        if demands[mode] in columns
     ]
     return [*states, *failures]
 
@@ -230,15 +229,15 @@ class LimitStateEntry(BaseModel):
         Raises:
             InputError: A state has no dispersion, or the medians do not increase.
         """
-        own_unit = demand_unit(self.demand)
-        factor = _UNITS[self.unit][1] / _UNITS[own_unit][1]
-        out: list[LimitState] = []
+        unit = demand_unit(self.demand)
+        factor = _UNITS[self.unit][1] / _UNITS[unit][1]
         for (mild, before), (severe, state) in pairwise(self.states.items()):
             if state.median <= before.median:
                 raise InputError(
                     f"{where}: states.{severe}: median {state.median:g} must be above "
                     f"{before.median:g} of {mild}: write the states from mild to severe"
                 )
+        out: list[LimitState] = []
         for name, state in self.states.items():
             dispersion = self.dispersion if state.dispersion is None else state.dispersion
             if dispersion is None:
@@ -250,7 +249,7 @@ class LimitStateEntry(BaseModel):
                     demand=self.demand,
                     threshold=state.median * factor,
                     dispersion=dispersion,
-                    unit=own_unit,
+                    unit=unit,
                     collapse=self.collapse,
                     citation=self.citation,
                     degree=None if self.degrees is None else self.degrees.get(name, ""),

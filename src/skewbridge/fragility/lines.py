@@ -8,7 +8,7 @@ References:
 """
 
 from dataclasses import dataclass
-from typing import Final, Self
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,17 +28,11 @@ _SMALLEST_SCATTER: Final = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Lines ln D = ln a + b ln x + e through R weighted replicates, arrays of shape (R,).
-
-    Attributes:
-        ln_a: Intercept.
-        b: Slope; NaN where there is no line or it does not rise.
-        sigma: Scatter of e.
-    """
+    """Lines ln D = ln a + b ln x + e through R weighted replicates, arrays of shape (R,)."""
 
     ln_a: FloatArray
-    b: FloatArray
-    sigma: FloatArray
+    b: FloatArray  # NaN where there is no line or it does not rise
+    sigma: FloatArray  # scatter of e
 
     @classmethod
     def blank(cls, count: int) -> Self:
@@ -100,35 +94,20 @@ def tobit_start(x: FloatArray, y: FloatArray, seen: NDArray[np.bool_]) -> FloatA
     return np.array([[h * intercept, h * slope, h]])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TestedLine:
-    """Least-squares line with the tests of its assumptions.
-
-    Attributes:
-        ln_a: Intercept.
-        b: Slope.
-        sigma: Scatter of ln demand about the line, n - 2 in the denominator.
-        n: Runs.
-        mean_x: Mean of ln x.
-        sxx: Sum of squares of ln x about its mean.
-        r2: Coefficient of determination.
-        curvature: Coefficient of (ln x - mean)^2 when it is added.
-        curvature_p: p-value of its F test (exact, one degree of freedom).
-        scatter_p: p-value of the studentised Breusch-Pagan test of constant scatter.
-        normal_p: p-value of the Shapiro-Wilk test of the residuals.
-    """
+class TestedLine(NamedTuple):
+    """Least-squares line ln D = ln_a + b ln x + e with the tests of its assumptions."""
 
     ln_a: float
     b: float
-    sigma: float
+    sigma: float  # n - 2 in the denominator
     n: int
-    mean_x: float
-    sxx: float
+    mean_x: float  # of ln x
+    sxx: float  # sum of squares of ln x about its mean
     r2: float
-    curvature: float
-    curvature_p: float
-    scatter_p: float
-    normal_p: float
+    curvature: float  # coefficient of (ln x - mean)^2 when it is added
+    curvature_p: float  # of its F test (exact, one degree of freedom)
+    scatter_p: float  # of the studentised Breusch-Pagan test of constant scatter
+    normal_p: float  # of the Shapiro-Wilk test of the residuals
 
     @property
     def warnings(self) -> list[str]:
@@ -143,14 +122,14 @@ class TestedLine:
 
 def tested_line(x: FloatArray, y: FloatArray) -> TestedLine:
     """Fit the least-squares line to x = ln intensity (not constant) and y = ln demand, (n,)."""
-    n = x.size
+    n, nan = x.size, float("nan")
     u, v = x - np.mean(x), y - np.mean(y)
     sxx, syy = float(u @ u), float(v @ v)
     b = float(u @ v) / sxx
     residual = v - b * u
     sse = float(residual @ residual)
+    sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else nan
     curvature, curvature_p = _curvature(u, residual, sse)
-    sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else float("nan")
     return TestedLine(
         ln_a=float(np.mean(y)) - b * float(np.mean(x)),
         b=b,
@@ -158,11 +137,11 @@ def tested_line(x: FloatArray, y: FloatArray) -> TestedLine:
         n=n,
         mean_x=float(np.mean(x)),
         sxx=sxx,
-        r2=1.0 - sse / syy if syy > 0.0 else float("nan"),
+        r2=1.0 - sse / syy if syy > 0.0 else nan,
         curvature=curvature,
         curvature_p=curvature_p,
         scatter_p=_breusch_pagan(u, residual),
-        normal_p=_shapiro_wilk(residual) if sigma > _SMALLEST_SCATTER else float("nan"),
+        normal_p=_shapiro_wilk(residual) if sigma > _SMALLEST_SCATTER else nan,
     )
 
 

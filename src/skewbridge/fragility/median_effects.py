@@ -10,7 +10,7 @@ References:
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -28,7 +28,7 @@ from skewbridge.fragility.effects import effect_row, effect_table
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import Jackknifed, average
-from skewbridge.fragility.outcomes import RunEnds, peak_outcomes, states_by_demand
+from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY
 
@@ -74,57 +74,35 @@ def _group_rows(
     """Return the rows of the states of one demand of one bridge and abutment model."""
     description, part, states = item
     model = _Model(part, states, settings, [*axis_names(part), *(axes or ())])
+    shared = {"quantity": MEDIAN_CAPACITY, "margin": settings.median_margin}
     rows: list[dict[str, Any]] = []
     for axis in varying_axes(part) if axes is None else axes:
         for (start, end), pairs in model.cells(axis).items():
-            place = {**description, "axis": axis, "from_value": start, "to_value": end}
+            place = {**description, **shared, "axis": axis, "from_value": start, "to_value": end}
             for j, state in enumerate(states):
-                shared = {
-                    "demand": state.key,
-                    "quantity": MEDIAN_CAPACITY,
-                    "margin": settings.median_margin,
-                }
-                found = [(pair, effect) for pair in pairs if (effect := model.ratio(pair, j))]
+                place["demand"] = state.key
+                ratios = {pair: model.ratio(pair, j) for pair in pairs}
+                found = {pair: ratio for pair, ratio in ratios.items() if ratio is not None}
                 if not found:
                     continue
-                pooled = average([effect.ratio for _, effect in found])
-                counts = {n: [e.counts[n] for _, e in found] for n in found[0][1].counts}
-                sums = {n: sum(each) for n, each in counts.items() if n.startswith("n_")}
+                pooled = average([ratio for ratio, _ in found.values()])
+                counts = pd.DataFrame([each for _, each in found.values()])
                 rows.append(
-                    {**place, **shared, "scope": "pooled", **effect_row(pooled, settings), **sums}
+                    {**place, "scope": "pooled", **effect_row(pooled, settings)}
+                    | counts.filter(regex="^n_").sum().to_dict()
                     | {
                         "from_mean": float(np.exp(np.log(counts["from_mean"]).mean())),
-                        "im_low": min(counts["im_low"]),
-                        "im_high": max(counts["im_high"]),
+                        "im_low": counts["im_low"].min(),
+                        "im_high": counts["im_high"].max(),
                         "n_cells": len(found),
                         "n_motions": int(np.count_nonzero(pooled.exact)),
                     }
                 )
-                for pair, effect in found:
-                    values = {k: v for k, v in model.places[pair[0]].items() if k != axis}
-                    row = {**place, **shared, **values, "scope": "variant"}
-                    rows.append({**row, **effect_row(effect.ratio, settings), **effect.counts})
+                for (first, _), (ratio, each) in found.items():
+                    others = {k: v for k, v in model.places[first].items() if k != axis}
+                    row = {**place, **others, "scope": "variant", **each}
+                    rows.append(row | effect_row(ratio, settings))
     return rows
-
-
-class _Ratio(NamedTuple):
-    """ln ratio of the medians of two variants, and the counts of its runs."""
-
-    ratio: Jackknifed
-    counts: Mapping[str, float]
-
-
-class _Medians(NamedTuple):
-    """Medians of one variant under some motions, and how many of these runs have no known demand.
-
-    ``ln_theta`` has a row per state and a column for all runs, then without each motion of the
-    model, shape (J, 1 + M); NaN where no run, or every run, is known to exceed the state.
-    """
-
-    ln_theta: FloatArray
-    runs: int
-    censored: int
-    unused: int
 
 
 class _Model:
@@ -137,19 +115,17 @@ class _Model:
         settings: FitSettings,
         names: Sequence[str],
     ) -> None:
-        self._states, self._names = states, names
+        self._part, self._states, self._names = part, states, names
         self._motion = motion_codes(part)
         self._ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
-        self._peak = part[states[0].demand].to_numpy(dtype=np.float64)
-        self._ends = RunEnds.of(part)
         keys = part[list(names)].to_numpy(dtype=np.float64)
         places, variant = np.unique(keys, axis=0, return_inverse=True)
         self.places = [dict(zip(names, place, strict=True)) for place in places.tolist()]
         self._rows = [np.flatnonzero(variant.ravel() == v) for v in range(len(places))]
         self._has = np.zeros((len(places), int(self._motion.max()) + 1), dtype=np.bool_)
         self._has[variant.ravel(), self._motion] = True
-        self._counts = [self._ends.at(rows).counts for rows in self._rows]
-        self._known: dict[tuple[int, int], _Medians] = {}
+        self._ended = [end_counts(part.iloc[rows]) for rows in self._rows]
+        self._known: dict[tuple[int, int], tuple[FloatArray, dict[str, int]]] = {}
 
     def cells(self, axis: str) -> dict[tuple[float, float], list[tuple[int, int]]]:
         """Return the pairs of variants (from, to) that differ in one axis only, by their values."""
@@ -165,53 +141,61 @@ class _Model:
                 cells.setdefault(ends, []).append((first, other))
         return dict(sorted(cells.items()))
 
-    def ratio(self, pair: tuple[int, int], j: int) -> _Ratio | None:
-        """Return ln ratio of the medians of state j, to over from; None where a side has none."""
+    def ratio(self, pair: tuple[int, int], j: int) -> tuple[Jackknifed, dict[str, float]] | None:
+        """Return ln ratio of the medians of state j, to over from, and the columns of its runs.
+
+        None where a side has no median.
+        """
         shared = self._has[pair[0]] & self._has[pair[1]]
         if np.count_nonzero(shared) < _MIN_MOTIONS:
             return None
-        first, other = self._medians(*pair), self._medians(*pair[::-1])
-        values = other.ln_theta[j] - first.ln_theta[j]
+        (first, counts), (other, others) = self._medians(*pair), self._medians(*pair[::-1])
+        values = other[j] - first[j]
         if not np.isfinite(values[0]):
             return None
-        lost = ~np.isfinite(values)
-        values = np.where(lost, values[0], values)  # ASSUME no influence where no line remains
-        ends = np.exp([first.ln_theta[j, 0], other.ln_theta[j, 0]])
-        of_first, of_other = (self._counts[v] for v in pair)
-        counts = {
-            "from_mean": float(ends[0]),
-            "im_low": float(ends.min()),
-            "im_high": float(ends.max()),
+        # ASSUME no influence where no line remains
+        values = np.where(np.isfinite(values), values, values[0])
+        ends = np.exp([first[j, 0], other[j, 0]]).tolist()
+        start, end = (self._ended[v] for v in pair)
+        columns = {
+            "from_mean": ends[0],
+            "im_low": min(ends),
+            "im_high": max(ends),
             "n_motions": int(np.count_nonzero(shared)),
-            "n_pairs": first.runs,
-            "n_bounds": max(first.censored, other.censored),
-            "n_left_out": max(first.unused, other.unused),
+            **{name: max(count, others[name]) for name, count in counts.items()},
+            "n_pairs": counts["n_pairs"],
             "n_discordant": 0,
-            "n_beyond_model": max(of_first["n_beyond_model"], of_other["n_beyond_model"]),
-            "n_collapse_from": of_first["n_collapse"],
-            "n_collapse_to": of_other["n_collapse"],
+            "n_beyond_model": max(start["n_beyond_model"], end["n_beyond_model"]),
+            "n_collapse_from": start["n_collapse"],
+            "n_collapse_to": end["n_collapse"],
         }
-        return _Ratio(Jackknifed.of(values, shared, parameters=2), counts)
+        return Jackknifed.of(values, shared, parameters=2), columns
 
-    def _medians(self, variant: int, partner: int) -> _Medians:
-        """Return the medians of a variant under the motions that its partner has too."""
+    def _medians(self, variant: int, partner: int) -> tuple[FloatArray, dict[str, int]]:
+        """Return ln medians of a variant under the motions that its partner has too, and counts.
+
+        The medians have a row per state and a column for all runs, then without each motion of the
+        model, shape (J, 1 + M); NaN where no run, or every run, is known to exceed the state.
+        """
         has, motions = self._has[partner], self._has.shape[1]
         key = variant, -1 if np.all(has >= self._has[variant]) else partner
         if key not in self._known:
             rows = self._rows[variant]
             rows = rows[has[self._motion[rows]]]
-            codes, outcomes = (
-                self._motion[rows],
-                peak_outcomes(self._peak[rows], self._ends.at(rows), self._states),
-            )
+            codes = self._motion[rows]
+            outcomes = demand_outcomes(self._part.iloc[rows], self._states)
+            used = outcomes.used
             ln_theta = np.full((len(self._states), 1 + motions), np.nan)
-            if np.unique(codes[outcomes.used]).size >= _MIN_MOTIONS:
+            if np.unique(codes[used]).size >= _MIN_MOTIONS:
                 without = codes != np.arange(-1, motions)[:, None]
                 line = outcomes.lines(self._ln_im[rows], without.astype(np.float64))
                 for j, state in enumerate(self._states):
                     if outcomes.status(state) == FITTED:
                         ln_theta[j] = line.ln_theta(state.threshold)
-            censored = outcomes.used & (outcomes.lower != outcomes.upper)
-            unused = int(np.sum(~outcomes.used))
-            self._known[key] = _Medians(ln_theta, rows.size, int(np.sum(censored)), unused)
+            counts = {
+                "n_pairs": rows.size,
+                "n_bounds": int(np.sum(used & (outcomes.lower != outcomes.upper))),
+                "n_left_out": int(np.sum(~used)),
+            }
+            self._known[key] = ln_theta, counts
         return self._known[key]

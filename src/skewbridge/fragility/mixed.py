@@ -40,19 +40,12 @@ _THINNEST: Final = 1e-10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MixedData:
-    """Runs of a mixed model, arrays of shape (n,).
+    """Runs of a mixed model, arrays of shape (n,)."""
 
-    Attributes:
-        design: Columns of X, shape (n, p).
-        lower: Lower bound of y; -inf where y is left-censored.
-        upper: Upper bound of y; equal to `lower` where y is known, inf where it is right-censored.
-        motion: Number of the motion of each run, 0 .. G - 1.
-    """
-
-    design: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    motion: NDArray[np.intp]
+    design: FloatArray  # columns of X, shape (n, p)
+    lower: FloatArray  # lower bound of y; -inf where y is left-censored
+    upper: FloatArray  # equal to `lower` where y is known, inf where it is right-censored
+    motion: NDArray[np.intp]  # number of the motion of each run, 0 .. G - 1
 
     @property
     def bound(self) -> FloatArray:
@@ -62,21 +55,13 @@ class MixedData:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MixedFit:
-    """A fitted mixed model; parameters are delta, ln tau and ln sigma, m = p + 2.
+    """A fitted mixed model; parameters are delta, ln tau and ln sigma, m = p + 2."""
 
-    Attributes:
-        parameters: Shape (m,).
-        score: First derivatives of the log-likelihood by motion, shape (G, m).
-        information: Its negative second derivatives by motion, shape (G, m, m).
-        logliks: Log-likelihood by motion, shape (G,).
-        expected: y; its conditional expectation where it is censored, shape (n,).
-    """
-
-    parameters: FloatArray
-    score: FloatArray
-    information: FloatArray
-    logliks: FloatArray
-    expected: FloatArray
+    parameters: FloatArray  # shape (m,)
+    score: FloatArray  # first derivatives of the log-likelihood by motion, shape (G, m)
+    information: FloatArray  # its negative second derivatives by motion, shape (G, m, m)
+    logliks: FloatArray  # log-likelihood by motion, shape (G,)
+    expected: FloatArray  # y; its conditional expectation where it is censored, shape (n,)
 
     @property
     def delta(self) -> FloatArray:
@@ -104,8 +89,8 @@ def fit_mixed(data: MixedData) -> MixedFit:
 def without_each_motion(data: MixedData, fit: MixedFit) -> FloatArray:
     """Return the parameters of the fits without each motion, shape (G, m).
 
-    Each fit starts from one step: exact for delta at fixed tau and sigma where all values are
-    known, and for tau and sigma where few motions have any leverage.
+    The start is exact for delta at fixed tau and sigma where all values are known, and for tau and
+    sigma where few motions have any leverage.
     """
     likelihood, (_, floor) = _Likelihood(data), _first_parameters(data)
     total, count = np.sum(fit.information, axis=0), fit.score.shape[0]

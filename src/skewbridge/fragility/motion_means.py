@@ -58,9 +58,9 @@ def jackknife_covariance(values: FloatArray) -> FloatArray:
 
 
 def jackknife_factors(logs: FloatArray, level: float) -> list[float]:
-    """Return the factor between an estimate and either end of its interval for q estimates.
+    """Return the factors from q estimates to their interval ends; NaN with fewer than four values.
 
-    NaN with fewer than four values; ``logs`` (M, q) are logarithms without each motion.
+    ``logs`` (M, q) are logarithms without each motion.
     """
     if len(logs) < MIN_VALUES:
         return [nan] * logs.shape[1]
@@ -70,22 +70,16 @@ def jackknife_factors(logs: FloatArray, level: float) -> list[float]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Jackknifed:
-    """An estimate, or several, with the influence of each motion.
+    """An estimate of shape (...), with the influence of each of M motions.
 
-    Attributes:
-        estimate: Shape (...).
-        influence: (n - 1)/n times the change of the estimate when a motion is left out, shape
-            (M, ...), zero for a motion without a value.
-        present: Motions that have a value, exact or a bound, shape (M,).
-        exact: Motions with an exact value, shape (M,): they give the degrees of freedom.
-        parameters: Parameters estimated: 1 for means, 2 for lines.
+    The influence is (n - 1)/n times the change of the estimate when a motion is left out.
     """
 
     estimate: FloatArray
-    influence: FloatArray
-    present: NDArray[np.bool_]
-    exact: NDArray[np.bool_]
-    parameters: int = 1
+    influence: FloatArray  # shape (M, ...), zero for a motion without a value
+    present: NDArray[np.bool_]  # motions that have a value, exact or a bound, shape (M,)
+    exact: NDArray[np.bool_]  # motions with an exact value: they give the degrees of freedom
+    parameters: int = 1  # 1 for means, 2 for lines
 
     @classmethod
     def of(
@@ -158,47 +152,27 @@ def average(cells: Sequence[Jackknifed]) -> Jackknifed:
     )
 
 
-def mean_by_motion(
-    values: FloatArray, bound: NDArray[np.int_], motions: NDArray[np.intp], count: int
+def by_motion(
+    values: FloatArray,
+    bound: NDArray[np.int_],
+    motions: NDArray[np.intp],
+    count: int,
+    x: FloatArray | None = None,
 ) -> Jackknifed:
-    """Return the mean over motions, an estimate of shape ().
+    """Return the mean over motions (), or with ``x`` a line: its value at x = 0 and slope (2,).
 
     Args:
         values: Values or bounds, shape (n,).
         bound: 0 where the value is exact, 1 where it is a lower bound, -1 an upper bound.
         motions: Number of the motion of each value, 0 .. count - 1.
         count: Number of motions, including those without a value.
+        x: Variable of the line, shape (n,).
 
     Returns:
-        NaN where fewer than three motions have an exact value.
+        NaN where fewer than three motions (four for a line) have an exact value, or where leaving
+        out one of them makes the slope undefined.
     """
-    line = _by_motion(np.ones((values.size, 1)), values, bound, motions, count)
-    return replace(line, estimate=line.estimate[0], influence=line.influence[:, 0])
-
-
-def line_by_motion(
-    x: FloatArray,
-    values: FloatArray,
-    bound: NDArray[np.int_],
-    motions: NDArray[np.intp],
-    count: int,
-) -> Jackknifed:
-    """Return the value at x = 0 and the slope of a regression on x, an estimate of shape (2,).
-
-    ``x`` has shape (n,), the other arguments are those of `mean_by_motion`. NaN where fewer than
-    four motions have an exact value, or where leaving out one of them makes the slope undefined.
-    """
-    return _by_motion(np.column_stack([np.ones(x.size), x]), values, bound, motions, count)
-
-
-def _by_motion(
-    design: FloatArray,
-    values: FloatArray,
-    bound: NDArray[np.int_],
-    motions: NDArray[np.intp],
-    count: int,
-) -> Jackknifed:
-    """Return the coefficients of a regression with the influence of each motion, shape (p,)."""
+    design = np.column_stack([np.ones(values.size), *([] if x is None else [x])])
     parameters = design.shape[1]
     present, exact = np.zeros((2, count), dtype=np.bool_)
     present[motions] = True
@@ -208,7 +182,8 @@ def _by_motion(
         kept = motions != np.arange(-1, count)[:, None]
         weights = kept / np.bincount(motions)[motions]
         coefficients = bounded_regression(design, values, bound, weights)
-    return Jackknifed.of(coefficients, present, exact, parameters=parameters)
+    found = coefficients[:, 0] if x is None else coefficients
+    return Jackknifed.of(found, present, exact, parameters=parameters)
 
 
 def bounded_regression(

@@ -6,8 +6,8 @@ demand of zero (a wall that was not touched) lies below a small limit (left-cens
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Final, Self
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,7 @@ from skewbridge.demands.completeness import (
     COLUMN_FAILURE_RATIO,
     FAILURE_DEMANDS,
     failure_kinds,
+    is_beyond_model,
     is_complete,
 )
 from skewbridge.fragility.columns import FloatArray
@@ -35,18 +36,11 @@ _MIN_RUNS: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class DemandOutcomes:
-    """Outcomes of n runs for one demand, arrays of shape (n,).
+    """Outcomes of n runs for one demand, arrays of shape (n,)."""
 
-    Attributes:
-        lower: Lower end of the demand; 0 where left-censored, NaN where the run has no demand.
-        upper: Upper end; equal to ``lower`` where the demand is known, infinity where the run ended
-            early.
-        complete: Whether the demand is a peak over the whole motion.
-    """
-
-    lower: FloatArray
-    upper: FloatArray
-    complete: NDArray[np.bool_]
+    lower: FloatArray  # lower end; 0 where left-censored, NaN where the run has no demand
+    upper: FloatArray  # equal to ``lower`` where known, infinity where the run ended early
+    complete: NDArray[np.bool_]  # whether the demand is a peak over the whole motion
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -86,75 +80,39 @@ class DemandOutcomes:
     def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
         """Return the outcomes with the unknown ones excluded, or all, or none exceeding."""
         unknown, c = self.unknown(state), state.threshold
-        if treatment == "exclude":
-            return replace(self, lower=np.where(unknown, np.nan, self.lower))
-        lower = np.nan_to_num(self.lower, nan=0.0)
-        if treatment == "all_exceed":
-            return replace(
-                self,
-                lower=np.where(unknown, np.nextafter(c, np.inf), self.lower),
-                upper=np.where(unknown, np.inf, self.upper),
-            )
-        return replace(
-            self,
-            lower=np.where(unknown, np.minimum(lower, c), self.lower),
-            upper=np.where(unknown, c, self.upper),
-        )
+        lower, upper = {
+            "exclude": (np.nan, self.upper),
+            "all_exceed": (np.nextafter(c, np.inf), np.inf),
+            "none_exceed": (np.minimum(np.nan_to_num(self.lower), c), c),
+        }[treatment]
+        ends = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
+        return DemandOutcomes(*ends, self.complete)
 
 
-@dataclass(frozen=True, slots=True)
-class RunEnds:
-    """How runs ended, arrays of shape (n,).
-
-    Attributes:
-        complete: Whether demands are peaks over the whole motion.
-        collapsed: Whether the bridge collapsed.
-        failure: Failure mode of a column; empty if none failed.
-    """
-
-    complete: NDArray[np.bool_]
-    collapsed: NDArray[np.bool_]
-    failure: NDArray[np.str_]
-
-    @classmethod
-    def of(cls, table: pd.DataFrame) -> Self:
-        """Return the ends of the runs of a demands table."""
-        collapsed = (table["status"] == COLLAPSE).to_numpy(dtype=np.bool_)
-        return cls(is_complete(table), collapsed, failure_kinds(table))
-
-    def at(self, rows: NDArray[Any]) -> "RunEnds":
-        """Return the ends of some rows."""
-        return RunEnds(self.complete[rows], self.collapsed[rows], self.failure[rows])
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Number of collapsed runs and of those in which a column failed."""
-        return {
-            "n_collapse": int(np.sum(self.collapsed)),
-            "n_beyond_model": int(np.sum(self.failure != "")),
-        }
+def end_counts(table: pd.DataFrame) -> dict[str, int]:
+    """Return the number of collapsed runs and of those in which a column failed."""
+    return {
+        "n_collapse": int(np.sum(table["status"] == COLLAPSE)),
+        "n_beyond_model": int(np.sum(is_beyond_model(table))),
+    }
 
 
 def demand_outcomes(table: pd.DataFrame, states: Sequence[LimitState]) -> DemandOutcomes:
-    """Return the outcomes of the runs of one variant for the demand that some states share."""
-    peak = table[states[0].demand].to_numpy(dtype=np.float64)
-    return peak_outcomes(peak, RunEnds.of(table), states)
-
-
-def peak_outcomes(peak: FloatArray, ends: RunEnds, states: Sequence[LimitState]) -> DemandOutcomes:
-    """Return the outcomes of runs with some peaks (n,) of the demand that some states share."""
-    complete, demand = ends.complete, states[0].demand
+    """Return the outcomes of the runs of a table for the demand that some states share."""
+    demand, complete = states[0].demand, is_complete(table)
+    peak = table[demand].to_numpy(dtype=np.float64)
     decided = np.zeros(peak.size)
     exceeding = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
     if exceeding:
         # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`
-        decided[ends.collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
+        collapsed = (table["status"] == COLLAPSE).to_numpy(dtype=np.bool_)
+        decided[collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
     # ASSUME a column that failed has passed the states of its own mode at 1 and above
     failed = [s.threshold for s in states if s.threshold >= 1.0]
     names = FAILURE_DEMANDS.items()
     modes = [kind for kind, name in names if demand in (name, COLUMN_FAILURE_RATIO)]
     if failed and modes:
-        decided[np.isin(ends.failure, modes)] = np.nextafter(max(failed), np.inf)
+        decided[np.isin(failure_kinds(table), modes)] = np.nextafter(max(failed), np.inf)
     lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak), decided))
     upper = np.where(complete, peak, np.inf)
     if np.any(complete & (peak == 0.0)):
@@ -171,5 +129,4 @@ def states_by_demand(states: Sequence[LimitState]) -> dict[tuple[str, str], list
     groups: dict[tuple[str, str], list[LimitState]] = {}
     for state in sorted(states, key=lambda state: state.threshold):
         groups.setdefault((state.component, state.demand), []).append(state)
-    order = dict.fromkeys((state.component, state.demand) for state in states)
-    return {key: groups[key] for key in order}
+    return {key: groups[key] for key in ((state.component, state.demand) for state in states)}

@@ -1,17 +1,22 @@
-"""All tables of results/fragility from one demands table, with a description of every column."""
+"""All tables of results/fragility: made from a demands table, described, written, read."""
 
+import re
+import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from joblib import cpu_count
 
-from skewbridge.demands.columns import demands_for
+from skewbridge.demands.columns import demands_for, unit_of
 from skewbridge.demands.completeness import with_derived_columns
+from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
-from skewbridge.files.tables import write_frame
-from skewbridge.files.text import write_text
+from skewbridge.files.tables import frame_of, read_table, records_of, texts_of, write_frame
+from skewbridge.files.text import writable_folder, write_text
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_table import (
     BRIDGE_COLUMNS,
@@ -19,14 +24,20 @@ from skewbridge.fragility.demand_table import (
     NOTE_COLUMNS,
     need_columns,
     prepared,
+    read_demands,
 )
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
-from skewbridge.fragility.limit_states import LimitState, with_column_failure
+from skewbridge.fragility.limit_states import LimitState, load_limit_states, with_column_failure
 from skewbridge.fragility.measures import MEASURE_COLUMNS, measure_table
 from skewbridge.fragility.median_effects import median_effects
-from skewbridge.fragility.paper_table import latex_table, paper_columns, paper_table
-from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.paper_table import (
+    latex_table,
+    paper_columns,
+    paper_table,
+    printed_rows,
+)
+from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
 from skewbridge.fragility.verdicts import NEEDED_COLUMNS, needed_motions
 from skewbridge.variant.axes import AXES, axes_of
@@ -41,6 +52,10 @@ REFERENCE_STATES: Final = (
     "column_drift/slight",
     "unseating/slight",
 )
+#: Provenance that all tables of one study share.
+_STUDY_KEYS: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
+#: Columns of a table of fits that are values of its intensity measure.
+_MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 _KEYS: Final = {name: CURVE_COLUMNS[name] for name in ("variant", *BRIDGE_COLUMNS)}
 #: Descriptions of the columns by table.
 DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
@@ -125,3 +140,149 @@ def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
             write_text(folder / f"{name}.tex", latex_table(frame))
         else:
             write_described(frame, folder / f"{name}.parquet", DESCRIPTIONS.get(name, {}))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Results:
+    """Tables of a finished study.
+
+    Every frame has ``attrs["units"]``, units by column without ratios and texts, and
+    ``attrs["provenance"]``, texts by name. Medians have the unit of their intensity measure.
+
+    Attributes:
+        folder: Folder of the study.
+        demands: A row per analysis.
+        fragility: Tables of the fits by name: curves, effects, intensity_effects, joint ...
+    """
+
+    folder: Path
+    demands: pd.DataFrame
+    fragility: dict[str, pd.DataFrame]
+
+
+def load_results(folder: Path) -> Results:
+    """Read the demands of a study and all tables of its fits.
+
+    Warns (`UserWarning`) when tables have different configurations, motions, commits or versions.
+
+    Raises:
+        InputError: The folder has no demands, or a table is damaged or of another version.
+    """
+    demands = _frame(demands_file(folder))
+    fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
+    origin = {name: t.attrs["provenance"] for name, t in {"demands": demands, **fits}.items()}
+    mixed: list[str] = []
+    for key in _STUDY_KEYS:
+        tables: dict[str, list[str]] = {}
+        for name, texts in origin.items():
+            tables.setdefault(texts.get(key, "unknown"), []).append(name)
+        if len(tables) > 1:
+            shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
+            mixed.append(f"{key} {', '.join(shown)}")
+    if mixed:
+        warnings.warn(f"{folder}: tables of different origin: {'; '.join(mixed)}", stacklevel=3)
+    return Results(folder=folder, demands=demands, fragility=fits)
+
+
+def demands_file(folder: Path) -> Path:
+    """Return the demands of a study.
+
+    Raises:
+        InputError: The folder has none.
+    """
+    path = folder / "demands.parquet"
+    if not path.is_file():
+        text = f"{folder} has no demands.parquet: give the folder of a study that has run"
+        raise InputError(text)
+    return path
+
+
+def _frame(path: Path) -> pd.DataFrame:
+    table = read_table(path)
+    schema, frame = table.schema, frame_of(table)
+    written = {name: (schema.field(name).metadata or {}).get(b"unit", b"") for name in schema.names}
+    units = {name: unit.decode() or unit_of(name) for name, unit in written.items()}
+    measures = {unit_of(str(name)) for name in frame["im"].dropna()} if "im" in frame else set()
+    if len(measures) == 1:
+        of_measure = measures.pop()
+        units |= {name: of_measure for name in units if _MEDIAN.fullmatch(name)}
+    frame.attrs["units"] = {name: unit for name, unit in units.items() if unit}
+    frame.attrs["provenance"] = texts_of(schema)
+    return frame
+
+
+def _tables_of(
+    demands: Path, limit_states: Path, im: str | None, **margins: float
+) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
+    """Return the tables of a file of demands, the intensity measure and what is left out.
+
+    Limit states whose demand the table lacks are left out.
+    """
+    states = load_limit_states(limit_states)
+    table = read_demands(demands, im, [state.demand for state in states])
+    usable = [state for state in states if state.demand in table]
+    if not usable:
+        wanted = ", ".join(dict.fromkeys(state.demand for state in states))
+        raise InputError(f"{demands.name} has none of the demands of the limit states: {wanted}")
+    measures = list(map(str, table.filter(regex="^im_")))
+    if im is None and DEFAULTS.im not in measures and len(measures) != 1:
+        text = f"choose the intensity with --im: one of {', '.join(measures)}"
+        raise InputError(text, column="im")
+    chosen = im or (DEFAULTS.im if DEFAULTS.im in measures else measures[0])
+    if chosen not in table:
+        raise InputError(f"no column {chosen!r}; intensities: {', '.join(measures)}", column=chosen)
+    settings = replace(DEFAULTS, im=chosen, **margins)
+    left_out = [f"{state.key} ({state.demand})" for state in states if state not in usable]
+    return fragility_tables(table, usable, settings, jobs=cpu_count()), chosen, left_out
+
+
+def statistics_of(
+    demands: Path,
+    out: Path,
+    *,
+    limit_states: Path,
+    im: str | None = None,
+    margin: float | None = None,
+) -> dict[str, Any]:
+    """Write every table of results/fragility from a table of demands.
+
+    Returns:
+        ``tables`` (rows by table), ``status`` of the fits and ``verdict`` (family-wise) of the
+        effects (counts), ``left_out`` (limit states whose demand the table lacks),
+        ``rejected_rows`` (their number), ``notes`` (rejected rows, missing demands, equal motions),
+        ``im``, ``out``.
+
+    Raises:
+        InputError: A file, column or value is unusable; names row and column.
+    """
+    if margin is not None and not 0.0 < margin < 1.0:
+        raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
+    margins = {} if margin is None else {"margin": margin, "median_margin": margin}
+    tables, measure, left_out = _tables_of(demands, limit_states, im, **margins)
+    write_tables(tables, writable_folder(out))
+    notes = tables["input_notes"]
+    return {
+        "tables": {name: len(rows) for name, rows in tables.items()},
+        "status": tables["curves"]["status"].value_counts().to_dict(),
+        "verdict": tables["effects"]["verdict_family"].value_counts().to_dict(),
+        "left_out": left_out,
+        "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
+        "notes": notes["message"].tolist(),
+        "im": measure,
+        "out": str(out),
+    }
+
+
+def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
+    """Return the fragility table for publication; arguments as for `statistics_of`.
+
+    Returns:
+        ``rows`` (numbers, by `paper_columns`), ``shown`` (the rows as printed) and ``title``.
+
+    Raises:
+        InputError: A file, column or value is unusable; names row and column.
+    """
+    tables, measure, _ = _tables_of(demands, limit_states, im)
+    rows = tables[PAPER_TABLE]
+    title = f"medians in {measure}"
+    return {"rows": records_of(rows), "shown": printed_rows(rows), "title": title}

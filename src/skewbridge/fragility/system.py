@@ -10,8 +10,9 @@ References:
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from dataclasses import dataclass
+from functools import cache, lru_cache, partial
+from itertools import combinations
 from math import nan
 from typing import Any, Final
 
@@ -20,14 +21,13 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.fragility import existence
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
-from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.existence import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.lines import Lines
 from skewbridge.fragility.motion_means import exp_end, jackknife_factors, motion_weights
-from skewbridge.fragility.outcomes import DemandOutcomes, RunEnds, peak_outcomes
+from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 #: Runs of a variant, and complete ones of a component, without which there is no system curve.
@@ -108,21 +108,19 @@ def system_members(states: Sequence[LimitState]) -> dict[str, list[LimitState]]:
     beyond: dict[str, set[str]] = {name: set() for name in degrees}
     for _ in degrees:  # transitive closure
         for own in by_component.values():
-            names = [state.system_degree for state in own]
-            for first, mild in enumerate(names):
-                for severe in names[first + 1 :]:
-                    beyond[mild] |= {severe} | beyond[severe]
-    for name in degrees:
-        if name in beyond[name]:
-            raise InputError(f"components put the degree of damage {name!r} in different orders")
+            for mild, severe in combinations([state.system_degree for state in own], 2):
+                beyond[mild] |= {severe} | beyond[severe]
+    if turned := [name for name in degrees if name in beyond[name]]:
+        raise InputError(f"components put the degree of damage {turned[0]!r} in different orders")
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
         reach = {degree} | beyond[degree]
-        chosen = [
-            next((state for state in own if state.system_degree in reach), None)
-            for own in by_component.values()
-        ]
-        members[degree] = [state for state in chosen if state is not None]
+        mildest: dict[str, LimitState] = {}
+        for own in by_component.values():
+            for state in own:
+                if state.system_degree in reach:
+                    mildest.setdefault(state.component, state)
+        members[degree] = list(mildest.values())
     return members
 
 
@@ -139,56 +137,41 @@ def _variant_rows(
     part: pd.DataFrame, *, members: Mapping[str, Sequence[LimitState]], settings: FitSettings
 ) -> list[dict[str, Any]]:
     """Return the rows of one variant, one per degree of damage."""
-    weights, ends = motion_weights(motion_codes(part)), RunEnds.of(part)
+    weights = motion_weights(motion_codes(part))
     ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
-    cache: dict[tuple[str, float, str], _Member | str] = {}
 
+    @cache
     def member(state: LimitState) -> _Member | str:
-        key = state.demand, state.threshold, state.collapse
-        if key not in cache:
-            peak = part[state.demand].to_numpy(dtype=np.float64)
-            cache[key] = _member(state, peak_outcomes(peak, ends, [state]), ln_im, weights)
-        found = cache[key]
-        return found if isinstance(found, str) else replace(found, state=state)
+        """Return a component with its lines, or why it takes no part."""
+        outcomes = demand_outcomes(part, [state])
+        if np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
+            return "too few complete runs"
+        if (status := outcomes.status(state)) != FITTED:
+            return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: "exceeded in every run"}[status]
+        lines = outcomes.lines(ln_im, weights)
+        rises = np.isfinite(lines.b[0])
+        return _Member(state, outcomes, lines) if rises else "demand does not grow"
 
     rows: list[dict[str, Any]] = []
     for degree, states in members.items():
-        found = [member(state) for state in states]
-        taking = [each for each in found if isinstance(each, _Member)]
+        found = {state: member(state) for state in states}
+        taking = [each for each in found.values() if isinstance(each, _Member)]
+        names = [
+            state.component if degree == state.name else f"{state.component} ({state.name})"
+            for state in (each.state for each in taking)
+        ]
+        left_out = [f"{s.component}: {why}" for s, why in found.items() if isinstance(why, str)]
         row = dict.fromkeys(SYSTEM_COLUMNS, nan) | {
             "limit_state": degree,
-            "components": ";".join(
-                s.component if degree == s.name else f"{s.component} ({s.name})"
-                for s in (m.state for m in taking)
-            ),
-            "left_out": ";".join(
-                f"{state.component}: {reason}"
-                for state, reason in zip(states, found, strict=True)
-                if isinstance(reason, str)
-            ),
+            "components": ";".join(names),
+            "left_out": ";".join(left_out),
             "weakest": "",
             "level": settings.confidence,
             "n_runs": len(part),
-            **ends.counts,
+            **end_counts(part),
         }
         rows.append(variant_values(part) | row | _system(taking, ln_im, weights, settings))
     return rows
-
-
-def _member(
-    state: LimitState, outcomes: DemandOutcomes, ln_im: FloatArray, weights: FloatArray
-) -> _Member | str:
-    """Return a component with its lines, or why it takes no part."""
-    if np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
-        return "too few complete runs"
-    reasons = {
-        existence.NO_EXCEEDANCE: "not reached",
-        existence.ALL_EXCEED: "exceeded in every run",
-    }
-    if (status := outcomes.status(state)) != FITTED:
-        return reasons[status]
-    lines = outcomes.lines(ln_im, weights)
-    return _Member(state, outcomes, lines) if np.isfinite(lines.b[0]) else "demand does not grow"
 
 
 def _system(
@@ -204,14 +187,10 @@ def _system(
     if not members or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
-        bound = existence.median_bound(
-            ln_im[exceed],
-            np.ones(int(exceed.sum())),
-            beta=settings.assumed_beta,
-            level=settings.confidence,
-            exceed=True,
-        )
-        return row | {"status": existence.ALL_EXCEED, "theta_bound": bound}
+        level, beta = settings.confidence, settings.assumed_beta
+        each = np.ones(int(exceed.sum()))
+        bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
+        return row | {"status": ALL_EXCEED, "theta_bound": bound}
     ln_theta = np.column_stack([m.lines.ln_theta(m.state.threshold) for m in members])
     records = np.column_stack([m.lines.beta() for m in members])
     beta = np.column_stack([m.lines.beta(m.state.dispersion) for m in members])

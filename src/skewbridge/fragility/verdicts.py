@@ -87,17 +87,12 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
     ``table`` has ratio, ci_low, ci_high, margin, level, dof, n_discordant and n_pairs; difference,
     difference_low, difference_high and difference_margin where ``judged_by`` is the difference. A
-    ratio whose interval is wider than a factor of 10 is set to NaN. An existing ``status`` is
-    kept.
+    ratio whose interval is wider than a factor of 10 is set to NaN.
     """
     wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
     table = table.assign(**{name: table[name].mask(wide) for name in RATIOS})
-    by_difference = (table["judged_by"] == DIFFERENCE).to_numpy()
-    missing = np.where(by_difference, table["difference_low"].isna(), table["ci_low"].isna())
-    status = pd.Series(np.where(missing, NOT_ESTIMABLE, OK), index=table.index, dtype=object)
-    if "status" in table:
-        status = table["status"].astype(object).fillna(status)
     value, low, high, below, above = _on_scale(table)
+    status = np.where(np.isnan(low), NOT_ESTIMABLE, OK)
     possible = may_be_negligible(table)
     headline = table["demand"].isin((*demands_for("headline"), *HEADLINE_STATES))
     keys = (*BRIDGE_COLUMNS, "axis", "scope", "quantity")
@@ -151,12 +146,10 @@ def _on_scale(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return estimate, interval ends and margins around zero: ln ratio, or the difference."""
     plain = (table["judged_by"] == DIFFERENCE).to_numpy()
+    columns = [table[n].to_numpy(dtype=np.float64) for n in (*RATIOS, *DIFFERENCES)]
     with np.errstate(divide="ignore"):
-        logs = [np.log(table[name].to_numpy(dtype=np.float64)) for name in RATIOS]
-    differences = [table[name].to_numpy(dtype=np.float64) for name in DIFFERENCES]
-    margin = table["margin"].to_numpy(dtype=np.float64)
-    limit = table["difference_margin"].to_numpy(dtype=np.float64)
-    value, low, high = (np.where(plain, d, r) for d, r in zip(differences, logs, strict=True))
+        value, low, high = np.where(plain, columns[3:], np.log(columns[:3]))
+    margin, limit = (table[n].to_numpy(np.float64) for n in ("margin", "difference_margin"))
     below, above = (np.where(plain, sign * limit, np.log1p(sign * margin)) for sign in (-1, 1))
     return value, low, high, below, above
 
@@ -176,23 +169,22 @@ def _p_values(
     dof = np.maximum(table["dof"].to_numpy(dtype=np.float64), 1.0)
     t = special.stdtrit(dof, 0.5 + 0.5 * table["level"].to_numpy(dtype=np.float64))
 
-    def tail(distance: FloatArray, error: FloatArray) -> FloatArray:
+    def tail(distance: FloatArray, reach: FloatArray) -> FloatArray:
         """Return p-values of distances; 1/2 for no distance, even without an error."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return special.stdtr(dof, np.where(distance == 0.0, 0.0, distance / error))
+            return special.stdtr(dof, np.where(distance == 0.0, 0.0, t * distance / reach))
 
-    def is_below(limit: FloatArray) -> FloatArray:
-        return tail(value - limit, (high - value) / t)
-
-    def is_above(limit: FloatArray) -> FloatArray:
-        return tail(limit - value, (value - low) / t)
+    def sides(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the p-values of lying below the first limit, and above the second."""
+        return tail(value - first, high - value), tail(second - value, value - low)
 
     zero = np.zeros_like(value)
-    inside = np.maximum(is_below(above), is_above(below))
-    outside = np.minimum(is_below(below), is_above(above))
-    direction = np.minimum(1.0, 2.0 * np.minimum(is_below(zero), is_above(zero)))
     known = np.isfinite(low) & np.isfinite(high)
-    claims = {"outside": (outside, 0.5), "inside": (inside, 0.5), "direction": (direction, 1.0)}
+    claims = {
+        "outside": (np.minimum(*sides(below, above)), 0.5),
+        "inside": (np.maximum(*sides(above, below)), 0.5),
+        "direction": (np.minimum(1.0, 2.0 * np.minimum(*sides(zero, zero))), 1.0),
+    }
     return {
         claim: (pd.Series(np.where(known, p, np.nan), index=table.index), share)
         for claim, (p, share) in claims.items()

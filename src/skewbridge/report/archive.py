@@ -19,7 +19,7 @@ from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.digests import PACKAGE, licence_of
 from skewbridge.files.tables import read_frame, read_stamp
 from skewbridge.files.text import read_bytes, writable_file, written_aside
-from skewbridge.fragility.results import load_results
+from skewbridge.fragility.study_tables import load_results
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder

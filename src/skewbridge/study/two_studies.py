@@ -16,12 +16,13 @@ from skewbridge.fragility.demand_table import (
     axis_names,
     models_of,
     prepared,
+    read_demands,
 )
 from skewbridge.fragility.effects import Pairs, demand_effects, effect_table, run_pairs
 from skewbridge.fragility.limit_states import LimitState, load_limit_states, with_column_failure
 from skewbridge.fragility.median_effects import median_effects
-from skewbridge.fragility.results import demands_file, read_demands
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.study_tables import demands_file
 from skewbridge.study.folder import StudyFolder
 
 #: In place of an axis in the tables of a comparison: 0 is the first study, 1 the second.
