@@ -1,14 +1,19 @@
 """Paired effects on demands: means over motions, bounds, verdicts, intensities, needed motions."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import optimize, stats
 from statsmodels.stats.multitest import multipletests
+from typer.testing import CliRunner
 
 from fragility_tables import IM, paired_effects, several_models, synthetic_demands, verdict_of
+from skewbridge.cli import build_app
 from skewbridge.errors import InputError
 from skewbridge.files.checking import checked
+from skewbridge.files.tables import write_frame
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.motion_means import (
     Jackknifed,
@@ -536,3 +541,19 @@ def test_needed_motions_cover_headline_demands_and_pooled_medians():
     assert needed.loc[needed["quantity"] == "median_capacity", "demand"].tolist() == [
         "unseating/slight"
     ]
+
+
+def test_plan_says_how_many_motions_would_decide(tmp_path):
+    table = synthetic_demands(motions=12, run_scatter=0.1).assign(cpu_s=4.0)
+    needed = needed_motions(paired_effects(table), table)
+    results, config = tmp_path / "results", tmp_path / "config.yaml"
+    write_frame(needed, results / "fragility" / "needed_motions.parquet", {})
+    config.write_text(f"results: {results}\n")
+    plan = ["plan", "--config", str(config)]
+    run = CliRunner().invoke(build_app(), [*plan, "--json"])
+    assert run.exit_code == 0
+    rows = json.loads(run.stdout)["needed_motions"]
+    assert len(rows) == len(needed) > 0
+    assert set(rows[0]) == set(needed.columns)
+    shown = CliRunner().invoke(build_app(), plan)
+    assert "Motions that decide the pooled effects" in shown.stdout

@@ -1,4 +1,4 @@
-"""Made-up data of the kinds met in studies; the expected values come from statsmodels and scipy.
+"""Made-up stripes of the kinds met in studies; the expected values come from statsmodels and scipy.
 
 Errors of estimates are those of the observed information. Tolerances: 1e-6 on estimates, 1e-4 on
 standard errors (differentiated numerically), 1e-5 on the ends of intervals.
@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 from scipy import optimize, stats
-from statsmodels.tools.numdiff import approx_hess
 
-from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_stripes
+from skewbridge.fragility.fits import fit_stripes
 
 
 def _many_bins():
@@ -118,72 +117,3 @@ def test_stripes_agree_with_an_independent_likelihood(name):
     assert fit.ci_beta == pytest.approx(tuple(oracle.beta_ends()), rel=1e-5)
     if name == "sparse tail":
         assert {"median_extrapolated", "wide_ci"} <= set(fit.warnings)
-
-
-def _grid_capacities(seed):
-    """Capacities read from a grid of 0.1 g; what passes the last level is censored there."""
-    rng = np.random.default_rng(seed)
-    exact = 0.25 * np.exp(0.75 * rng.standard_normal(50))
-    level = np.ceil(exact / 0.1 - 1e-9) / 10.0
-    return np.minimum(level, 1.2), level > 1.2
-
-
-def _censored_oracle(loss):
-    """Return (mu, sigma) at the minimum of a loss and their covariance."""
-    found = optimize.minimize(
-        loss,
-        [-1.3, 0.7],
-        method="Nelder-Mead",
-        options={"xatol": 1e-11, "fatol": 1e-13, "maxiter": 4000},
-    )
-    return found.x, np.linalg.inv(approx_hess(found.x, loss))
-
-
-@pytest.mark.parametrize("seed", [3, 5])
-def test_capacities_on_a_grid_agree_with_an_independent_likelihood(seed):
-    capacity, censored = _grid_capacities(seed)
-    y = np.log(capacity)
-
-    def loss(parameters):
-        mu, sigma = parameters
-        return -np.sum(
-            np.where(censored, stats.norm.logsf(y, mu, sigma), stats.norm.logpdf(y, mu, sigma))
-        )
-
-    fit = fit_capacities(capacity, censored)
-    (mu, sigma), cov = _censored_oracle(loss)
-    assert (np.log(fit.theta), fit.beta) == pytest.approx((mu, sigma), rel=1e-6)
-    assert fit.loglik == pytest.approx(-loss((mu, sigma)), rel=1e-6)
-    assert fit.se_ln_theta == pytest.approx(np.sqrt(cov[0, 0]), rel=1e-4)
-    assert fit.se_beta == pytest.approx(np.sqrt(cov[1, 1]), rel=1e-4)
-
-
-@pytest.mark.parametrize("seed", [3, 5])
-def test_the_intervals_of_the_grid_give_a_lower_median_than_its_upper_ends(seed):
-    capacity, censored = _grid_capacities(seed)
-    lower = np.where(censored, capacity, np.round(capacity - 0.1, 10))
-    upper = np.where(censored, np.inf, capacity)
-    with np.errstate(divide="ignore"):
-        low, high = np.log(lower), np.log(upper)
-
-    def loss(parameters):
-        mu, sigma = parameters
-        inside = stats.norm.cdf(high, mu, sigma) - stats.norm.cdf(low, mu, sigma)
-        return -np.sum(np.log(inside))
-
-    fit = fit_brackets(lower, upper)
-    (mu, sigma), cov = _censored_oracle(loss)
-    assert (np.log(fit.theta), fit.beta) == pytest.approx((mu, sigma), rel=2e-6)
-    assert fit.se_ln_theta == pytest.approx(np.sqrt(cov[0, 0]), rel=2e-4)
-    assert fit.se_beta == pytest.approx(np.sqrt(cov[1, 1]), rel=2e-4)
-    assert fit.theta < 0.85 * fit_capacities(capacity, censored).theta
-
-
-def test_single_runs_give_the_fit_of_their_stripes():
-    im, n, k = STRIPES["low stripes only"]
-    single = np.concatenate([np.arange(runs) < hits for runs, hits in zip(n, k, strict=True)])
-    fit = fit_stripes(np.repeat(im, n), np.ones(single.size), single.astype(float))
-    grouped = fit_stripes(im, n, k)
-    assert (fit.theta, fit.beta) == pytest.approx((grouped.theta, grouped.beta), rel=1e-9)
-    # The number of orders in which a stripe's runs can exceed is not in the single runs.
-    assert fit.loglik == pytest.approx(grouped.as_json()["loglik_kernel"], rel=1e-9)
