@@ -394,15 +394,10 @@ class _DemandFits:
     ) -> _StateFits:
         """Fit the usable states together: parameters (a0 of each state, a1).
 
-        Args:
-            fits: Fits of single states, which give the start values.
-            usable: States that take part.
-            places: Numbers among them of the states of the lower and the upper ends, (n,) each.
-            ends: ln intensities of these ends, (n,) each.
-            runs: Run of each row, for its weight, (n,).
-            intervals: False leaves out the intervals.
-            profile: Whether rows are independent, for intervals of the profile instead of the
-                jackknife by motion.
+        The fits of single states give the start values. ``places`` are the states of the lower and
+        the upper ends among the usable ones, ``ends`` their ln intensities, ``runs`` the run of
+        each row, for its weight, all (n,). Intervals are those of the profile where rows are
+        independent (``profile``), else of the jackknife by motion.
         """
         common, eye = self._without_estimates(fits), -np.eye(len(usable))
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))

@@ -146,9 +146,8 @@ def read_foreign(
 
     Args:
         path: CSV or parquet with one row per run.
-        columns: Our column name to the column of the file, for example
-            ``{"motion_id": "record", "im_pga_rotd50_g": "PGA", "column_drift_ratio": "drift"}``.
-            At least ``motion_id``, one ``im_`` column and one demand.
+        columns: Our column to the column of the file, for example ``{"motion_id": "record"}``; at
+            least ``motion_id``, one ``im_`` column and one demand.
         factors: Factor to our unit by our column, for example ``{"deck_disp_m": 0.0254}``.
         constants: Values of columns that the file lacks; bridge, abutment, scale, incidence_deg
             and status have neutral ones.
@@ -159,8 +158,8 @@ def read_foreign(
         NaN: `prepared` rejects such rows one by one.
 
     Raises:
-        InputError: A column is missing, a number unreadable, a key missing, an intensity not
-            positive, a status unknown, or a run occurs twice; names row and column.
+        InputError: A column, value or key is missing or unusable, or a run occurs twice; names row
+            and column.
     """
     source = read_table(path)
     need_columns(source, columns.values(), path.name)

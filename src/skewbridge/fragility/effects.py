@@ -229,9 +229,8 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     """Pair the runs of variants that differ in ``axis`` only, the smallest value as reference.
 
     Returns:
-        One row per pair: bridge, abutment, the other axes, motion_id, scale, incidence_deg,
-        from_value, to_value; status, beyond_model and complete (truth values) and the columns with
-        ``_from`` and ``_to``.
+        One row per pair: bridge, abutment, other axes, motion_id, scale, incidence_deg, from_value,
+        to_value; status, beyond_model, complete (truth values) and columns by ``_from``, ``_to``.
 
     Raises:
         InputError: A run occurs twice.

@@ -133,8 +133,8 @@ def export_curves(
         ``models``, pelicun ``holes``.
 
     Raises:
-        InputError: The format is unknown or cannot hold the content, the table is unreadable or
-            empty, or an intensity measure has no name in the other tool.
+        InputError: The format, its content or the table is unusable, or an intensity measure has no
+            name in the other tool.
     """
     if form not in FORMATS:
         advice = ": spreadsheets open csv" if form == "xlsx" else ""
@@ -157,8 +157,8 @@ def export_curves(
         )
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
-    report = {"format": form, "files": [str(out)], "curves": int(has_estimate.sum())}
-    report |= {"left_out": len(unfitted), "notes": notes}
+    report: dict[str, Any] = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
+    report |= {"curves": int(has_estimate.sum()), "notes": notes}
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         if form == "nrml":
@@ -345,8 +345,8 @@ def measure_names(column: str) -> tuple[str, float, str, str]:
 def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
     """Write one function per variant and damage scale, its limit states by rising threshold.
 
-    Every function of an OpenQuake model has all of its limit states. So there is one file where all
-    functions have the same states; otherwise one for each damage scale and set of fitted states.
+    All functions of an OpenQuake model have the same limit states: there is a file for each damage
+    scale and set of fitted states where they differ.
 
     Returns:
         Of every file written: ``file``, ``limit_states``, ``functions`` (their number), and

@@ -79,8 +79,7 @@ def rank_measures(
     demand = table[column].to_numpy(dtype=np.float64)
     require(demand > 0.0, column, "must be > 0 in completed runs", demand)
     y, codes = np.log(demand), motion_codes(table)
-    count = int(codes.max()) + 1
-    rng = np.random.default_rng(settings.seed)
+    count, rng = int(codes.max()) + 1, np.random.default_rng(settings.seed)
     drawn = rng.multinomial(count, np.full(count, 1.0 / count), size=settings.bootstrap)
     weights = drawn[:, codes].astype(np.float64)
     properties = _properties(table, codes, motions)
@@ -174,19 +173,18 @@ def measure_table(
     suite = motions[["motion_id", "magnitude", "distance_km"]] if known else None
     tables: list[pd.DataFrame] = []
     for model, part in models_of(demands[is_complete(demands)]):
-        ranked: list[pd.DataFrame] = []
-        for column in demands_for("headline", demands.columns):
-            if (part[column] > 0.0).all():
-                table = rank_measures(part, column, motions=suite, settings=settings)
-                ranked.append(table.assign(**model, demand=column))
+        ranked = [
+            rank_measures(part, column, suite, settings).assign(**model, demand=column)
+            for column in demands_for("headline", demands.columns)
+            if (part[column] > 0.0).all()
+        ]
         if not ranked:
             continue
         table = pd.concat(ranked, ignore_index=True)
         usable = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
         best = None
         if len(usable):
-            ln = usable.assign(ln=np.log(usable["efficiency"]))
-            best = ln.groupby("im")["ln"].mean().idxmin()
+            best = np.log(usable["efficiency"]).groupby(usable["im"]).mean().idxmin()
         tables.append(table.assign(recommended=(table["im"] == best)))
     if not tables:
         return pd.DataFrame(columns=list(MEASURE_COLUMNS))

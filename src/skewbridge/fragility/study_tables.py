@@ -148,16 +148,11 @@ class Results:
 
     Every frame has ``attrs["units"]``, units by column without ratios and texts, and
     ``attrs["provenance"]``, texts by name. Medians have the unit of their intensity measure.
-
-    Attributes:
-        folder: Folder of the study.
-        demands: A row per analysis.
-        fragility: Tables of the fits by name: curves, effects, intensity_effects, joint ...
     """
 
     folder: Path
-    demands: pd.DataFrame
-    fragility: dict[str, pd.DataFrame]
+    demands: pd.DataFrame  # a row per analysis
+    fragility: dict[str, pd.DataFrame]  # by name: curves, effects, intensity_effects, joint ...
 
 
 def load_results(folder: Path) -> Results:

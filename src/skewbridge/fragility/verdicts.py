@@ -79,9 +79,9 @@ NEEDED_COLUMNS: Final[dict[str, str]] = {
 def judged(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table of effects with status, verdict, direction and family-wise verdict.
 
-    The verdict follows from the interval of the row. The family-wise verdicts of a family hold
-    jointly. A family contains the rows of one bridge, abutment model, axis, scope and quantity,
-    either of the headline demands and states or of the others. For each kind of claim (outside the
+    The verdict follows from the interval of the row. A family contains the rows of one bridge,
+    abutment model, axis, scope and quantity, either of the headline demands and states or of the
+    others: its family-wise verdicts hold jointly. For each kind of claim (outside the
     margin, inside it, direction) the p-values are adjusted after Holm: the probability that any
     claim is wrong is at most 1 - level, or half of that for one-sided claims.
 
