@@ -13,7 +13,7 @@ ROOT: Final = Path(__file__).parents[1]
 #: Measured times may differ between two runs of the same analysis.
 TIMES: Final = ["wall_s", "cpu_s"]
 #: Results that are made before the analyses.
-BEFORE: Final = ("results/motions/suite.parquet", "results/verification/contact_gate.parquet")
+BEFORE: Final = ("results/motions/suite.parquet", "results/verification/contact_checks.parquet")
 _LEFT_OUT: Final = shutil.ignore_patterns(
     ".git",
     ".venv",

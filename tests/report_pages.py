@@ -77,7 +77,7 @@ def write_page(
         **{name: found[name] for name in ("joint", "system", "effects", "intensity_effects")},
         **{name: found[name] for name in ("needed_motions", "input_notes")},
         "measures": empty,
-        "gate": empty,
+        "contact_checks": empty,
         "sensitivity": empty,
         "suite": pd.DataFrame({"source": [source] * 2}),
     }

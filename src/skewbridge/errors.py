@@ -4,6 +4,9 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any, Final
 
+#: Exit codes of commands and scripts.
+EXIT_FAILED: Final = 1
+EXIT_BAD_INPUT: Final = 2
 MOST_FAULTS: Final = 20  # faults listed in one message
 
 

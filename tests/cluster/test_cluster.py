@@ -169,7 +169,7 @@ def test_the_report_is_made_and_nothing_is_left_to_do(study: Path) -> None:
 
 def test_a_job_over_its_memory_is_tried_again_with_more(cluster: Path, tree: Path) -> None:
     """This host can enforce it: the memory of a job is sampled and the job is ended."""
-    gate = "memory/verification/contact_gate.parquet"
+    gate = "memory/verification/contact_checks.parquet"
     more = ["--config", "results=memory", "--set-resources"]
     more += ["verify_contact:mem_mb=60 if attempt == 1 else 1500", "--", gate]
     done = subprocess.run(

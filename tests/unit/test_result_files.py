@@ -21,7 +21,12 @@ from skewbridge.study import worker
 from skewbridge.study.analyses import StudySetup, analyse_variant
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.sensitivity import CHANGES, in_window, sampled_rows, write_sensitivity
+from skewbridge.study.sensitivity import (
+    REPEATS,
+    in_window,
+    sampled_rows,
+    write_sensitivity,
+)
 from skewbridge.study.task import Task, no_result, run_key
 from study_parts import row_of, study_of, wave
 
@@ -79,8 +84,8 @@ def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> No
     with open_journal(setup.folder.journal("a_variant")) as journal:
         journal.append(row_of(task, 2.0))
     with open_journal(setup.folder.journal("sensitivity")) as journal:
-        for change, value in zip(list(CHANGES)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
-            journal.append(row_of(CHANGES[change](task), value))
+        for change, value in zip(list(REPEATS)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
+            journal.append(row_of(REPEATS[change](task), value))
     output = setup.folder.sensitivity
     write_sensitivity(setup, [SLUG], count=1, window_s=6.0, workers=Workers(count=1), output=output)
     table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
@@ -94,7 +99,7 @@ def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> No
 def test_sensitivity_takes_another_variant_and_motion_for_every_row(setup: StudySetup) -> None:
     rows = sampled_rows(setup, [SLUG, SLUG, SLUG], 3, None)
     assert len(rows) == 3
-    reference = CHANGES["reference"](rows[0])
+    reference = REPEATS["reference"](rows[0])
     assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
     assert reference.settings.event_halvings == 0
     assert reference.options.backwall_points > rows[0].options.backwall_points
@@ -108,8 +113,8 @@ def test_both_sides_of_a_sensitivity_row_are_analysed_for_the_window(setup: Stud
     long = replace(whole, accel_1_mps2=strong * np.sin(9 * t_s), accel_2_mps2=0.0 * t_s)
     task = replace(task, motion=replace(task.motion, motion=long))
     row = in_window(task, 6.0)
-    assert {name: CHANGES[name](row).motion.motion.duration_s for name in CHANGES} == (
-        dict.fromkeys(CHANGES, pytest.approx(6.0, abs=2 * whole.dt_s))
+    assert {name: REPEATS[name](row).motion.motion.duration_s for name in REPEATS} == (
+        dict.fromkeys(REPEATS, pytest.approx(6.0, abs=2 * whole.dt_s))
     )
     # the window lies where the motion is strong, and the factor stays
     kept = np.square(row.motion.motion.accel_1_mps2).sum()

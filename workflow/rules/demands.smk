@@ -1,11 +1,11 @@
 # One job for each variant. Its journal has every finished analysis, so that a job that is run again,
-# for whatever reason, repeats none. The gate is an input to come first.
+# for whatever reason, repeats none. The checks of the contact law are an input to come first.
 rule analyse:
     """Analyse one bridge variant under all motions."""
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
-        gate=rules.verify_contact.output.table,
+        contact_checks=rules.verify_contact.output.table,
     output:
         demands=FOLDER.variant_demands("{variant}"),
     log:
@@ -51,7 +51,7 @@ rule sensitivity:
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
-        gate=rules.verify_contact.output.table,
+        contact_checks=rules.verify_contact.output.table,
     output:
         table=FOLDER.sensitivity,
     log:
@@ -75,7 +75,7 @@ rule modelling_choices:
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
-        gate=rules.verify_contact.output.table,
+        contact_checks=rules.verify_contact.output.table,
     output:
         table=FOLDER.modelling_choices,
     log:

@@ -43,7 +43,7 @@ rule report:
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
-        gate=rules.verify_contact.output.table,
+        contact_checks=rules.verify_contact.output.table,
         curves=rules.fit_fragility.output.curves,
         effects=rules.fit_fragility.output.effects,
         needed_motions=rules.fit_fragility.output.needed_motions,

@@ -1,7 +1,7 @@
 rule verify_contact:
     """Check the contact law; nothing is analysed with a broken one."""
     output:
-        table=FOLDER.gate,
+        table=FOLDER.contact_checks,
     log:
         FOLDER.log("verify_contact"),
     benchmark:

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 import typer
 
 from skewbridge.cli.output import (
-    EXIT_FAILED,
     Command,
     JsonOption,
     emit,
@@ -16,6 +15,7 @@ from skewbridge.cli.output import (
     messages,
     new_group,
 )
+from skewbridge.errors import EXIT_FAILED
 
 commands = new_group()
 

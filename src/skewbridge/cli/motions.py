@@ -7,15 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from skewbridge.cli.options import Opt, takes
-from skewbridge.cli.output import (
-    EXIT_BAD_INPUT,
-    Command,
-    JsonOption,
-    emit,
-    messages,
-    new_group,
-)
-from skewbridge.errors import InputError
+from skewbridge.cli.output import Command, JsonOption, emit, messages, new_group
+from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
 
 if TYPE_CHECKING:

@@ -12,12 +12,10 @@ from rich.table import Table
 from rich.text import Text
 from typer.core import TyperCommand
 
-from skewbridge.errors import InputError, SolutionError
+from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
-EXIT_FAILED: Final = 1
-EXIT_BAD_INPUT: Final = 2
 LONGEST_LIST: Final = 3  # values in one cell of a table
 FILE_WIDTH: Final = 400  # characters of a line in a file or a pipe, so that nothing is cut off
 ROUNDING: Final = 1e-12  # a number smaller than this share of its column is the noise of zero

@@ -20,7 +20,6 @@ from skewbridge.cli.options import (
     takes_variant,
 )
 from skewbridge.cli.output import (
-    EXIT_FAILED,
     Command,
     JsonOption,
     Units,
@@ -30,7 +29,7 @@ from skewbridge.cli.output import (
     messages,
     new_group,
 )
-from skewbridge.errors import InputError
+from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
 
 if TYPE_CHECKING:

@@ -19,7 +19,6 @@ from skewbridge.cli.options import (
     takes,
 )
 from skewbridge.cli.output import (
-    EXIT_FAILED,
     NO_VALUE,
     Command,
     JsonOption,
@@ -30,7 +29,7 @@ from skewbridge.cli.output import (
     new_group,
     number,
 )
-from skewbridge.errors import InputError
+from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.statuses import FAILED
 
 commands = new_group()
@@ -452,7 +451,7 @@ def _study_rows(summary: dict[str, Any]) -> list[dict[str, Any]]:
     ledger = summary["ledger"]
     rows = {name: value for name, value in summary.items() if name != "ledger"}
     rows |= {f"status {name}": count for name, count in ledger["status"].items()}
-    rows |= {f"recovery rung {rung}": count for rung, count in ledger["rung"].items()}
+    rows |= {f"recovery step {step}": count for step, count in ledger["recovery_step"].items()}
     return [{"study": name, "value": value} for name, value in rows.items()]
 
 

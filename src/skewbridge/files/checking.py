@@ -43,11 +43,11 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
         schema = adapter.json_schema() if is_unknown else {}
         keys = list(_keys(schema, schema.get("$defs", {})))
         lines = [_explain(finding, keys) for finding in findings]
-        shown = shown_path(where) if isinstance(where, Path) else where
-        text = f"{shown}: {lines[0]}"
+        source = shown_path(where) if isinstance(where, Path) else where
+        text = f"{source}: {lines[0]}"
         if len(lines) > 1:
             more = [f"... and {len(lines) - MOST_LINES} more"] if len(lines) > MOST_LINES else []
-            listed = [f"{shown} has {len(lines)} errors:", *lines[:MOST_LINES], *more]
+            listed = [f"{source} has {len(lines)} errors:", *lines[:MOST_LINES], *more]
             text = "\n  ".join(listed)
         details = {"file": str(where)} if isinstance(where, Path) else {}
         raise InputError(text, **details) from None
@@ -100,10 +100,10 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
 
 def _without_echoes(findings: Sequence[Any]) -> list[Any]:
     """Drop the finding that a list is too short if its items are already reported as wrong."""
-    places = [finding["loc"] for finding in findings]
+    locations = [finding["loc"] for finding in findings]
     return [
         finding
         for finding in findings
         if finding["type"] != "too_short"
-        or not any(len(p) > len(at := finding["loc"]) and p[: len(at)] == at for p in places)
+        or not any(len(p) > len(at := finding["loc"]) and p[: len(at)] == at for p in locations)
     ]

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from skewbridge.errors import InputError
+from skewbridge.files.tables import records_of
 from skewbridge.files.text import shown_path
 from skewbridge.motions.folder import (
     INDEX_NAME,
@@ -30,7 +31,7 @@ from skewbridge.motions.read import (
 )
 from skewbridge.motions.suite import read_entry
 
-type Verdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
+type FileVerdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +47,7 @@ class FileCheck:
     """
 
     file: str
-    verdict: Verdict
+    verdict: FileVerdict
     format: str | None = None
     dt_s: float | None = None
     npts: int | None = None
@@ -92,28 +93,24 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
     Raises:
         InputError: A motion that can't be read, an unpaired file.
     """
-
-    def completed(known: Given) -> Given:
-        if given is None:
-            return known
-        return replace(
-            known, dt_s_if_missing=given.dt_s_if_missing, unit_if_missing=given.unit_if_missing
-        )
-
+    given = given or Given()
+    missing = {"dt_s_if_missing": given.dt_s_if_missing, "unit_if_missing": given.unit_if_missing}
     index = folder / INDEX_NAME
-    known: dict[str, dict[str, object]] = {}
+    cells: dict[str, dict[str, object]] = {}
     if index.is_file():
-        known = {str(row["motion_id"]): dict(row) for _, row in read_index_table(index).iterrows()}
+        cells = {row["motion_id"]: row for row in records_of(read_index_table(index))}
     rows: list[dict[str, object]] = []
     for listed in list_motions(folder):
         entry = replace(
             listed,
             sha256="",
-            components=tuple((path, completed(known)) for path, known in listed.components),
+            components=tuple(
+                (path, replace(stated, **missing)) for path, stated in listed.components
+            ),
         )
         row = index_row(read_entry(entry), [path for path, _ in entry.components], folder)
-        cells = known.get(entry.motion_id, {}).items()
-        kept = {name: text for name, text in cells if text and name not in {"npts", "sha256"}}
+        old = cells.get(entry.motion_id, {}).items()
+        kept = {name: text for name, text in old if text and name not in {"npts", "sha256"}}
         units = {read_trace(*component).unit for component in entry.components}
         unit = units.pop() if len(units) == 1 else ""
         rows.append({**row, "unit": unit, "source": "", **kept})
@@ -138,7 +135,7 @@ def _files_of(folder: Path) -> list[Path]:
 def _check_files(
     paths: list[Path], given: Given | None, *, strict: bool, of_study: bool = False
 ) -> list[FileCheck]:
-    doubtful: Verdict = "error" if strict else "warn"
+    doubtful: FileVerdict = "error" if strict else "warn"
     checks: dict[Path, FileCheck] = {}
     traces: dict[Path, Trace] = {}
     for path in paths:
@@ -187,7 +184,7 @@ def _check_pair(first: Trace, second: Trace, checks: dict[Path, FileCheck]) -> N
                 checks[one.path] = _with(checks[one.path], text, verdict)
 
 
-def _with(check: FileCheck, message: str, verdict: Verdict | None = None) -> FileCheck:
+def _with(check: FileCheck, message: str, verdict: FileVerdict | None = None) -> FileCheck:
     return replace(check, verdict=verdict or check.verdict, messages=(*check.messages, message))
 
 
@@ -209,8 +206,8 @@ def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
                 verdict = "pair_error" if isinstance(error, PairError) else "error"
                 pair = [_with(check, str(error), verdict) for check in pair]
             else:
-                known = {text for check in pair for text in check.messages}
-                new = [m for m in motion.messages if m.partition(": ")[2] not in known]
+                old = {text for check in pair for text in check.messages}
+                new = [m for m in motion.messages if m.partition(": ")[2] not in old]
                 pair = [replace(check, messages=(*check.messages, *new)) for check in pair]
         checks.extend(pair)
     return checks

@@ -29,7 +29,7 @@ FACTOR_LIMITS: Final = (0.25, 4.0)
 IDA_TOLERANCE: Final = 0.01
 
 Level = Annotated[Number, Field(ge=1.0e-4, le=20.0)]
-Factor = Annotated[Number, Field(ge=1.0e-4, le=1.0e4)]
+ScaleFactor = Annotated[Number, Field(ge=1.0e-4, le=1.0e4)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
@@ -60,7 +60,7 @@ class MotionsConfig:
         max_length=100,
         description="levels of Sa_avg of design stripes, rising",
     )
-    factor_limits: tuple[Factor, Factor] = Field(
+    factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(
         default=(0.25, 4.0),
         description="smallest and largest factor of design stripes; outside, a motion is left out",
     )

@@ -18,7 +18,7 @@ from skewbridge.units import G_MPS2
 
 MAX_TITLE: Final = 100  # characters of an event or a station
 MAX_FILE_BYTES: Final = 64_000_000
-MIN_VALUES: Final = 10
+MIN_SAMPLES: Final = 10
 DT_LIMITS_S: Final = (1.0e-4, 0.2)
 # ASSUME no horizontal record exceeds 4 g (the largest published ones are near 3 g): more is a
 # unit error; below 0.002 g no bridge notices.
@@ -143,8 +143,8 @@ def refuse_impossible(trace: Trace) -> None:
     low_s, high_s = DT_LIMITS_S
     if not low_s <= trace.dt_s <= high_s:
         raise fault_in(path, f"dt = {trace.dt_s} s, allowed {low_s} to {high_s}")
-    if accel_mps2.size < MIN_VALUES:
-        raise fault_in(path, f"{accel_mps2.size} values, at least {MIN_VALUES} needed")
+    if accel_mps2.size < MIN_SAMPLES:
+        raise fault_in(path, f"{accel_mps2.size} values, at least {MIN_SAMPLES} needed")
     if not np.isfinite(accel_mps2).all():
         raise fault_in(path, "values must be finite")
     pga_g = peak_g(accel_mps2)

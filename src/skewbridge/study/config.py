@@ -215,7 +215,7 @@ def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[s
         if (bridge := parse_slug(slug).bridge_name) not in by_bridge:
             raise InputError(f"modelling_choices.variants: {bridge} is not a bridge of the grid")
     return list(dict.fromkeys(named)) or [
-        variant.slug for own in by_bridge.values() for variant in _typical(own)
+        variant.slug for of_bridge in by_bridge.values() for variant in _typical(of_bridge)
     ]
 
 

@@ -62,7 +62,7 @@ class StudyFolder:
         #: Folder of the verification against independent references.
         self.verification: Final = root / "verification"
         #: Checks of the contact law before anything is analysed.
-        self.gate: Final = self.verification / "contact_gate.parquet"
+        self.contact_checks: Final = self.verification / "contact_checks.parquet"
         #: Folder of the figures.
         self.figures: Final = root / "figures"
         #: Captions of the figures, written when all are drawn.
@@ -134,10 +134,10 @@ def write_starter(folder: Path) -> list[Path]:
     if there:
         raise InputError(f"{folder} has {', '.join(there)} already: nothing was written")
     for part in STARTER_PARTS:
-        place = folder / part
-        place.parent.mkdir(parents=True, exist_ok=True)
+        copy = folder / part
+        copy.parent.mkdir(parents=True, exist_ok=True)
         if (source / part).is_dir():
-            shutil.copytree(source / part, place, ignore=_LEFT_OUT)
+            shutil.copytree(source / part, copy, ignore=_LEFT_OUT)
         else:
-            shutil.copy2(source / part, place)
+            shutil.copy2(source / part, copy)
     return [folder / part for part in STARTER_PARTS]

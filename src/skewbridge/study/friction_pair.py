@@ -42,14 +42,14 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
     Returns:
         Two variants, or None where the study has one friction only.
     """
-    by_place: dict[Variant, list[Variant]] = {}
+    by_bridge_and_gap: dict[Variant, list[Variant]] = {}
     for slug in demands["variant"].unique():
         variant = parse_slug(str(slug))
-        by_place.setdefault(replace(variant, friction_pct=0), []).append(variant)
-    pairs = {place: sorted(group) for place, group in by_place.items() if len(group) > 1}
+        by_bridge_and_gap.setdefault(replace(variant, friction_pct=0), []).append(variant)
+    pairs = {key: sorted(group) for key, group in by_bridge_and_gap.items() if len(group) > 1}
     if not pairs:
         return None
-    chosen = pairs[max(pairs, key=lambda place: (abs(place.skew_deg), -place.gap_mm))]
+    chosen = pairs[max(pairs, key=lambda key: (abs(key.skew_deg), -key.gap_mm))]
     return chosen[0], chosen[-1]
 
 

@@ -76,14 +76,14 @@ def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:
 
 
 def _check_limit_states(path: Path) -> None:
-    known = {column.name for column in DEMAND_COLUMNS}
+    names = {column.name for column in DEMAND_COLUMNS}
     raise_all(
         InputError(
             f"{path}: limit state {state.component}/{state.name}: the demands table has no column "
             f"{state.demand!r}"
         )
         for state in load_limit_states(path)
-        if state.demand not in known
+        if state.demand not in names
     )
 
 

@@ -207,12 +207,12 @@ CHOICES: Final = (
 )
 
 
-def value_text(key: str, value: Value) -> str:
+def choice_text(key: str, value: Value) -> str:
     """Return a value of an option as tables and figures show it, with its unit."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, tuple):
-        return " ".join(value_text("", part) for part in value)
+        return " ".join(choice_text("", part) for part in value)
     if isinstance(value, str):
         return value.replace("_", " ")
     unit = split_unit(key)[1]
@@ -250,7 +250,7 @@ _NAMES: Final = [name for name in CHOICE_COLUMNS if name not in _RESULT]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pair:
+class TaskPair:
     """Two analyses that differ in one thing.
 
     Attributes:
@@ -279,17 +279,19 @@ class Pair:
         }
 
 
-def choice_pairs(tasks: Sequence["Task"], choices: Sequence[Choice] = CHOICES) -> Iterator[Pair]:
+def choice_pairs(
+    tasks: Sequence["Task"], choices: Sequence[Choice] = CHOICES
+) -> Iterator[TaskPair]:
     """Yield each analysis with each alternative of each choice that acts on it."""
     for task in tasks:
         for choice in choices:
-            configured = value_text(choice.key, choice.configured_in(task))
+            configured = choice_text(choice.key, choice.configured_in(task))
             for value in choice.alternatives(task):
-                yield Pair(
+                yield TaskPair(
                     kind="choice",
                     name=choice.key,
                     from_value=configured,
-                    to_value=value_text(choice.key, value),
+                    to_value=choice_text(choice.key, value),
                     before=task,
                     after=choice.set_in(task, value),
                 )
@@ -297,22 +299,22 @@ def choice_pairs(tasks: Sequence["Task"], choices: Sequence[Choice] = CHOICES) -
 
 def axis_pairs(
     setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
-) -> Iterator[Pair]:
+) -> Iterator[TaskPair]:
     """Yield the analyses of a variant at the ends of each axis of the grid that has two values."""
     from skewbridge.study.analyses import sampled
 
     variant = parse_slug(slug)
     for name, values in axes.items():
         low, high = (end(values, key=abs) for end in (min, max))
-        places = [variant.values() | {name: value} for value in (low, high)]
-        ends = [Variant.at(variant.bridge, variant.abutment, place) for place in places]
+        points = [variant.values() | {name: value} for value in (low, high)]
+        ends = [Variant.at(variant.bridge, variant.abutment, point) for point in points]
         slugs = [end.normalised().slug for end in ends]
         if slugs[0] == slugs[1]:
             continue  # one value, or an axis that the abutment model does not have
         before, after = (sampled(setup.tasks(slug), count) for slug in slugs)
-        texts = {"from_value": value_text(name, low), "to_value": value_text(name, high)}
+        texts = {"from_value": choice_text(name, low), "to_value": choice_text(name, high)}
         for one, other in zip(before, after, strict=True):
-            yield Pair(kind="axis", name=name, **texts, before=one, after=other)
+            yield TaskPair(kind="axis", name=name, **texts, before=one, after=other)
 
 
 def write_choices(
@@ -338,7 +340,7 @@ def write_choices(
     """
     from skewbridge.study.analyses import run_in_journal, sampled
 
-    pairs: list[Pair] = []
+    pairs: list[TaskPair] = []
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)
@@ -348,7 +350,7 @@ def write_choices(
     write_frame(choices_table(pairs, by_key), output, provenance())
 
 
-def choices_table(pairs: Sequence[Pair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
     """Return the ratios of the demands, one row per compared value and demand.
 
     Args:
@@ -364,7 +366,7 @@ def choices_table(pairs: Sequence[Pair], rows: Mapping[str, Mapping[str, Any]]) 
         for demand in demands_for("effect")
     )
     groups = table.groupby([*_NAMES, "demand"], sort=False)
-    found = groups.agg(
+    ratios = groups.agg(
         ratio=("log", "mean"),
         lowest=("log", "min"),
         highest=("log", "max"),
@@ -372,9 +374,9 @@ def choices_table(pairs: Sequence[Pair], rows: Mapping[str, Mapping[str, Any]]) 
         n_failed=("failed", "sum"),
         n_pairs=("failed", "size"),
     )
-    ratios = ["ratio", "lowest", "highest"]
-    found[ratios] = np.exp(found[ratios])
-    return found.reset_index()[list(CHOICE_COLUMNS)]
+    logs = ["ratio", "lowest", "highest"]
+    ratios[logs] = np.exp(ratios[logs])
+    return ratios.reset_index()[list(CHOICE_COLUMNS)]
 
 
 def _compared(before: Mapping[str, Any], after: Mapping[str, Any], demand: str) -> dict[str, Any]:

@@ -77,9 +77,9 @@ def write_predict_check(
     study = read_frame(tables["demands"])
     models = study[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     slugs = dict.fromkeys(
-        Variant.at(str(bridge), str(abutment), place).normalised().slug
+        Variant.at(str(bridge), str(abutment), point).normalised().slug
         for bridge, abutment in models
-        for place in inner_variants(axes)
+        for point in inner_variants(axes)
     )
     tasks = [
         task
@@ -106,9 +106,9 @@ def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]
     points: list[dict[str, float]] = []
     for share in _SHARES:
         point: dict[str, float] = {}
-        for place, (name, values) in enumerate(grid.items()):
+        for number, (name, values) in enumerate(grid.items()):
             low, high = min(values), max(values)
-            part = share if place % 2 == 0 else 1.0 - share
+            part = share if number % 2 == 0 else 1.0 - share
             value = round(low + part * (high - low), 6)
             point[name] = float(round(value)) if axis(name).is_whole else value
         if all(value in grid[name] for name, value in point.items()):
@@ -118,8 +118,8 @@ def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]
                     "the grid has one variant and nothing inside: add values to an axis"
                 )
             levels = sorted(set(grid[name]))
-            place = min(levels.index(point[name]), len(levels) - 2)
-            point[name] = levels[place] + (levels[place + 1] - levels[place]) / 3.0
+            at = min(levels.index(point[name]), len(levels) - 2)
+            point[name] = levels[at] + (levels[at + 1] - levels[at]) / 3.0
         points.append(point)
     return points
 
@@ -167,8 +167,8 @@ def check_predict(
                     "n_exceed": exceeding,
                     "n_motions": part["motion_id"].nunique(),
                 }
-                place = tuple(row[name] for name in key)
-                stages = [status.get(place), models[place]["status"] if place in models else None]
+                state_key = tuple(row[name] for name in key)
+                stages = [status.get(state_key), models.get(state_key, {}).get("status")]
                 row["status"] = next((s or NOT_APPLICABLE for s in stages if s != FITTED), FITTED)
                 if exceeding == 0:
                     row["status"] = NO_EXCEEDANCE
@@ -181,7 +181,7 @@ def check_predict(
                         settings=settings,
                         motions=motion_codes(part)[used],
                     )
-                    predicted = JointModel.of_row(models[place]).median(values)[0]
+                    predicted = JointModel.of_row(models[state_key]).median(values)[0]
                     row |= {
                         "status": cloud.status,
                         "theta_predicted": predicted,

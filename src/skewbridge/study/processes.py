@@ -96,12 +96,12 @@ def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
 
 def worker_processes() -> list[psutil.Process]:
     """Return the worker processes of this process, idle ones included."""
-    found: list[psutil.Process] = []
+    workers: list[psutil.Process] = []
     for child in psutil.Process().children():
         with suppress(psutil.Error):
             if any("popen_loky" in part for part in child.cmdline()):
-                found.append(child)
-    return found
+                workers.append(child)
+    return workers
 
 
 def hold_tree(folder: Path) -> None:

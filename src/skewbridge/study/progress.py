@@ -44,7 +44,7 @@ class StudyState:
         done: Analyses with a row, whatever its status.
         failed: Those without a usable result.
         cpu_s: Processor time of the finished analyses.
-        rungs: Analyses by the highest recovery rung they used.
+        recovery_steps: Analyses by the highest recovery step they used.
         statuses: Analyses by status.
         suspect: Analyses that a user should check.
         variants_left: Variants with analyses that are not done.
@@ -57,7 +57,7 @@ class StudyState:
     done: int
     failed: int
     cpu_s: float
-    rungs: dict[int, int] = field(default_factory=dict[int, int])
+    recovery_steps: dict[int, int] = field(default_factory=dict[int, int])
     statuses: dict[str, int] = field(default_factory=dict[str, int])
     suspect: int = 0
     variants_left: tuple[str, ...] = ()
@@ -79,19 +79,19 @@ def study_state(
         content: Content of the journals of the study.
         limits: Limits above which a row is suspect.
     """
-    found = content.rows
-    rows = [found[key] for keys in run_keys.values() for key in keys if key in found]
+    done = content.rows
+    rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
     return StudyState(
         variants=len(run_keys),
         analyses=sum(len(keys) for keys in run_keys.values()),
         done=len(rows),
         failed=sum(row["status"] in FAILED for row in rows),
         cpu_s=sum(row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]),
-        rungs=_counts(row["recovery_rung"] for row in rows),
+        recovery_steps=_counts(row["recovery_rung"] for row in rows),
         statuses=_counts(row["status"] for row in rows),
         suspect=sum(bool(reasons(row, limits)) for row in rows),
         variants_left=tuple(
-            slug for slug, keys in run_keys.items() if not all(key in found for key in keys)
+            slug for slug, keys in run_keys.items() if not all(key in done for key in keys)
         ),
         notes=(*content.sentences, *_crash_notes(rows)),
     )
@@ -131,14 +131,14 @@ class JobSize:
         Raises:
             InputError: The profile does not exist or is invalid.
         """
-        places = [Path(name), PROFILES / name]
-        found = [place / "config.yaml" for place in places if (place / "config.yaml").is_file()]
-        if not found:
+        folders = [Path(name), PROFILES / name]
+        file = next((f / "config.yaml" for f in folders if (f / "config.yaml").is_file()), None)
+        if file is None:
             raise InputError(
-                f"no profile {name!r}: neither {places[0]} nor {places[1]} is a profile"
+                f"no profile {name!r}: neither {folders[0]} nor {folders[1]} is a profile"
             )
         try:
-            with found[0].open(encoding="utf-8") as text:
+            with file.open(encoding="utf-8") as text:
                 profile: Any = yte.process_yaml(text, require_use_yte=True)
             if "executor" not in profile:
                 return None
@@ -147,7 +147,7 @@ class JobSize:
                 jobs=profile["jobs"],
             )
         except (YteError, KeyError, TypeError) as error:
-            raise InputError(f"{found[0]} is not a valid cluster profile: {error}") from None
+            raise InputError(f"{file} is not a valid cluster profile: {error}") from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,7 +190,7 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
         "core_hours": round(trials * state.analyses * cpu_s / 3600, 3),
         "eta_s": round(trials * state.left * cpu_s / CORES, 1),
         "disk_mb": round(trials * state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
-        "ledger": {"status": state.statuses, "rung": state.rungs},
+        "ledger": {"status": state.statuses, "recovery_step": state.recovery_steps},
     }
     if size is not None:
         summary |= _jobs(summary, size, state)
@@ -214,7 +214,7 @@ def failed_analyses(config: StudyConfig) -> list[dict[str, Any]]:
     folder = StudyFolder(Path(config.results))
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     rows = read_journals(folder)
-    wanted = [key for own in analysis_keys(config, slugs).values() for key in own]
+    wanted = [key for keys in analysis_keys(config, slugs).values() for key in keys]
     return [
         {
             "variant": row["variant"],
@@ -241,5 +241,6 @@ def _jobs(summary: Mapping[str, Any], size: JobSize, state: StudyState) -> dict[
 
 
 def _count_motions(config: StudyConfig) -> int:
-    found = len(list_motions(Path(config.motions.folder)))
-    return found if config.motions.count is None else min(config.motions.count, found)
+    available = len(list_motions(Path(config.motions.folder)))
+    wanted = config.motions.count
+    return available if wanted is None else min(wanted, available)

@@ -35,7 +35,7 @@ def _with_options(**values: float) -> Callable[[Task], Task]:
 
 
 #: Changed analyses of a row of the study; their names begin columns of the table.
-CHANGES: Final[Mapping[str, Callable[[Task], Task]]] = {
+REPEATS: Final[Mapping[str, Callable[[Task], Task]]] = {
     AS_IN_STUDY: lambda task: task,
     "reference": _reference,
     "kn_half": _with_options(normal_stiffness_factor=0.5),
@@ -57,12 +57,12 @@ def sampled_rows(
         window_s: Length that is left of each motion; a shorter analysis, and all with None, is
             that of the study itself.
     """
-    places = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
+    numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
     rows: list[Task] = []
-    for number, place in enumerate(places):
-        tasks = setup.tasks(slugs[int(place)])
+    for row, number in enumerate(numbers):
+        tasks = setup.tasks(slugs[int(number)])
         tasks.sort(key=lambda task: -task.motion.measures[PGV])
-        rows.append(in_window(tasks[number % len(tasks)], window_s))
+        rows.append(in_window(tasks[row % len(tasks)], window_s))
     return rows
 
 
@@ -96,13 +96,13 @@ def write_sensitivity(
         window_s: Length that is left of each motion; None for all.
         workers: The worker processes.
         output: Parquet file: one row per demand with the mean ratio of the study to the reference,
-            the largest change of a single row by each of `CHANGES`, and the seconds of motion that
+            the largest change of a single row by each of `REPEATS`, and the seconds of motion that
             both sides of these comparisons were analysed for (the longest of the rows).
     """
     tasks = sampled_rows(setup, slugs, count, window_s)
-    longest_first = sorted(CHANGES, key=lambda name: name != "reference")
+    longest_first = sorted(REPEATS, key=lambda name: name != "reference")
     runs = [
-        (number, name, CHANGES[name](task))
+        (number, name, REPEATS[name](task))
         for name in longest_first
         for number, task in enumerate(tasks)
     ]
@@ -130,7 +130,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
             "not_run": len(rows) - len(ran),
             "analysed_s": float(rows["duration_s"].max()),
         }
-        for change in list(CHANGES)[1:]:
+        for change in list(REPEATS)[1:]:
             # zero over zero: a demand that this row does not have
             ratio = (values[AS_IN_STUDY] / values[change]).dropna()
             if change == "reference":

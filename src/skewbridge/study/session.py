@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from skewbridge.errors import InputError, SolutionError
+from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.digests import layer_digest
 from skewbridge.files.tables import read_stamp, stamp
 from skewbridge.study.analyses import PROGRESS_LOG
@@ -21,8 +21,6 @@ from skewbridge.study.products import RECIPES, rule_digest, stamp_of
 
 logger = logging.getLogger("skewbridge")
 
-EXIT_FAILED: Final = 1
-EXIT_BAD_INPUT: Final = 2
 EXIT_INTERRUPTED: Final = 130
 #: Errors of the disk or its access rights, not of the program.
 _OF_THE_DISK: Final = frozenset(

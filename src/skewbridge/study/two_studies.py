@@ -118,10 +118,10 @@ def compare_demands(
     table = run_pairs(both, STUDY, columns)
     if table.empty:
         raise InputError(_nothing_shared(first, second, axis_names(both)))
-    place = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
+    change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
     for model, part in models_of(table):
-        pairs = Pairs.of(model | place, part)
+        pairs = Pairs.of(model | change, part)
         effects += demand_effects(pairs, names=names, settings=settings, reference_im={})[0]
     demands = effect_table(both, effects).sort_values("scope", kind="stable", ignore_index=True)
     key = [*BRIDGE_COLUMNS, *axis_names(both), *LOADING_COLUMNS]

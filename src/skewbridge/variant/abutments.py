@@ -46,8 +46,8 @@ class AbutmentTraits:
 
 def lacking_axes(abutment: str) -> frozenset[str]:
     """Return the axes of other abutment models that one lacks; none for a foreign model."""
-    known = frozenset[str]().union(*(traits.axes for traits in ABUTMENTS.values()))
-    return known - ABUTMENTS[abutment].axes if abutment in ABUTMENTS else frozenset()
+    axes = frozenset[str]().union(*(traits.axes for traits in ABUTMENTS.values()))
+    return axes - ABUTMENTS[abutment].axes if abutment in ABUTMENTS else frozenset()
 
 
 #: From the simplest to the most complete.

@@ -169,8 +169,8 @@ def option_in_name(part: str) -> tuple[str, float]:
     match = re.fullmatch(r"([a-z-]*[a-z])(-?\d.*)", part)
     if match is None:
         raise InputError(f"not a part of a variant name: {part!r}")
-    found = axis(match[1].replace("-", "_"))
-    return found.name, found.from_name(match[2])
+    option = axis(match[1].replace("-", "_"))
+    return option.name, option.from_name(match[2])
 
 
 def axis(name: str) -> Axis:

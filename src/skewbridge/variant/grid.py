@@ -99,17 +99,17 @@ class GridConfig(BaseModel):
 
     @model_validator(mode="after")
     def _values_on_their_axes(self) -> Self:
-        extra, known = self.model_extra or {}, {each.name: each for each in (*AXES, *OPTION_AXES)}
+        extra, axes = self.model_extra or {}, {axis.name: axis for axis in (*AXES, *OPTION_AXES)}
         _raise_any(
             _finding("extra_forbidden", "no axis", (name,), extra[name])
-            for name in extra.keys() - known.keys()
+            for name in extra.keys() - axes.keys()
         )
         extra.update(_OPTION_VALUES.validate_python(extra))
         _raise_any(
             _finding("axis", complaint, (name, number), value)
             for name, values in self.values().items()
             for number, value in enumerate(values)
-            if (complaint := known[name].complaint(value))
+            if (complaint := axes[name].complaint(value))
         )
         lists = [self.bridge, self.abutment, *self.values().values()]
         count = prod(map(len, lists))
@@ -138,10 +138,10 @@ def expand_grid(grid: GridConfig) -> list[Variant]:
     same bridge is never analysed twice.
     """
     axes = grid.values()
-    places = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
+    points = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     return sorted(
         {
-            Variant.at(bridge, abutment, place).normalised()
-            for bridge, abutment, place in product(grid.bridge, grid.abutment, places)
+            Variant.at(bridge, abutment, point).normalised()
+            for bridge, abutment, point in product(grid.bridge, grid.abutment, points)
         }
     )

@@ -24,7 +24,7 @@ from skewbridge.motions.record import Vector
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.synthesis.ddk18 import Scenario, high_pass
 
-PERIODS_S: Final = (
+BSSA_PERIODS_S: Final = (
     0.05, 0.075, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.5,
 )  # fmt: skip
 ROUNDS: Final = 8
@@ -110,20 +110,22 @@ def baker_jayaram_correlation(periods_s: ArrayLike) -> Vector:
 
 
 def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
-    """Return the target RotD50 PSA in g at `PERIODS_S` of one motion.
+    """Return the target RotD50 PSA in g at `BSSA_PERIODS_S` of one motion.
 
     The standard normal variables behind the targets are points of a scrambled Sobol sequence along
     the principal axes of the correlation: motion i uses point i, so that the targets of any number
     of motions have nearly the model's median and dispersion, and additional motions do not change
     earlier ones. The seed scrambles the sequence.
     """
-    median_g, sigma = bssa14(scenario, PERIODS_S)
-    values, axes = np.linalg.eigh(baker_jayaram_correlation(PERIODS_S))
+    median_g, sigma = bssa14(scenario, BSSA_PERIODS_S)
+    values, axes = np.linalg.eigh(baker_jayaram_correlation(BSSA_PERIODS_S))
     largest_first = np.argsort(values)[::-1]
     # The sign of an eigenvector depends on the library; it is fixed here.
     signs = np.sign(axes.sum(axis=0))
     root = (axes * signs * np.sqrt(values))[:, largest_first]
-    sobol = qmc.Sobol(len(PERIODS_S), scramble=True, rng=np.random.default_rng([seed, 0x50B01]))
+    sobol = qmc.Sobol(
+        len(BSSA_PERIODS_S), scramble=True, rng=np.random.default_rng([seed, 0x50B01])
+    )
     uniform = sobol.fast_forward(index).random(1)[0] if index else sobol.random(1)[0]
     normals = ndtri(np.clip(uniform, 1.0e-6, 1.0 - 1.0e-6))
     return median_g * np.exp(sigma * (root @ normals))
@@ -132,7 +134,9 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
 def calibrate_pair(
     accel_1_g: Vector, accel_2_g: Vector, dt_s: float, target_g: Vector, corner_hz: float
 ) -> tuple[Vector, Vector]:
-    """Return both components, zero-padded at both ends, calibrated to RotD50 PSA at `PERIODS_S`.
+    """Return both components, zero-padded at both ends, calibrated to RotD50 PSA.
+
+    The periods of the target are `BSSA_PERIODS_S`.
 
     At the end they are high-passed at the corner.
     """
@@ -141,10 +145,10 @@ def calibrate_pair(
     spectra = np.fft.rfft(pair)
     frequency_hz = np.fft.rfftfreq(npts, dt_s)
     log_frequency = np.log(np.maximum(frequency_hz, frequency_hz[1]))
-    knots = -np.log(np.array(PERIODS_S))[::-1]
-    log_factor = np.zeros(len(PERIODS_S))
+    knots = -np.log(np.array(BSSA_PERIODS_S))[::-1]
+    log_factor = np.zeros(len(BSSA_PERIODS_S))
     for _ in range(ROUNDS):
-        psa_g = pair_psa(pair[0], pair[1], dt_s, PERIODS_S).rotd50_mps2
+        psa_g = pair_psa(pair[0], pair[1], dt_s, BSSA_PERIODS_S).rotd50_mps2
         log_factor += GAIN * np.log(target_g / psa_g)
         log_factor = np.clip(log_factor, -MAX_LOG_FACTOR, MAX_LOG_FACTOR)
         shape = np.exp(np.interp(log_frequency, knots, log_factor[::-1]))

@@ -90,8 +90,8 @@ def write_report(
 
     Args:
         tables: Paths by name: demands, curves, medians, system, measures, joint, effects,
-            intensity_effects, needed_motions, input_notes, gate, sensitivity, suite, checks,
-            captions; check_predict if it was made.
+            intensity_effects, needed_motions, input_notes, contact_checks, sensitivity, suite,
+            checks, captions; check_predict if it was made.
         figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
@@ -150,7 +150,7 @@ def write_report(
         measures=measure_rows(frames["measures"]),
         measure_lines=measure_sentences(frames["measures"], im),
         provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-        **{name: frames[name].to_dict("records") for name in ("gate", "sensitivity")},
+        **{name: frames[name].to_dict("records") for name in ("contact_checks", "sensitivity")},
     )
     write_text(output, page)
 
