@@ -18,7 +18,7 @@ from statistics import median
 from typing import Any, Final
 
 from common import RESULTS, Case, cpu_s, interleaved, options, osb1, ratio, spread, suite_motion
-from plain import PLAIN_OPTIONS, analyse_plain
+from plain import COMMIT, analyse_plain
 
 from skewbridge.analysis.accuracy import Accuracy, at_accuracy
 from skewbridge.analysis.ground import Excitation
@@ -101,8 +101,8 @@ def measured(
     runs: dict[str, Any] = {}
 
     def plain() -> float:
-        runs["plain"], seconds = cpu_s(lambda: analyse_plain(timed, SETTINGS, ModelOptions()))
-        return seconds
+        runs["plain"] = run = analyse_plain(timed)
+        return run.cpu_s
 
     def ours() -> float:
         runs["ours"], seconds = cpu_s(lambda: _ours(timed, settings, options))
@@ -121,7 +121,7 @@ def measured(
         "failed_steps_of_plain": slow.failed_steps,
     }
     if compared.window_s != timed.window_s:
-        slow = analyse_plain(compared, SETTINGS, ModelOptions())
+        slow = analyse_plain(compared)
         fast = _ours(compared, settings, options)
     exact = _reference(compared, references)
     return row | {
@@ -204,12 +204,12 @@ def main() -> None:
     timed, compared = chosen.cases(chosen.window_s), chosen.cases(chosen.error_window_s)
     for number, pair in enumerate(zip(timed, compared, strict=True), start=1):
         names = [case.name for case in pair]
-        key = _key(*numerics, *names, chosen.repeats, canonical(PLAIN_OPTIONS))
+        key = _key(*numerics, *names, chosen.repeats, COMMIT)
         make = partial(measured, *pair, given.accuracy, chosen.repeats, references)
         rows.append(store.row(key, make))
         speed = rows[-1]["speedup"]["median"]
         sys.stderr.write(f"{number} of {len(timed)}: {rows[-1]['case']}  {speed:.2f}\n")
-    sets = asdict(chosen) | {"plain_options": PLAIN_OPTIONS}
+    sets = asdict(chosen) | {"plain": f"commit {COMMIT}"}
     text = json.dumps({"set": sets, "accuracy": given.accuracy, **summary(rows)}, indent=1)
     sys.stdout.write(text + "\n")
 

@@ -44,7 +44,7 @@ def assert_has_peaks(result):
 
 @pytest.fixture(scope="module")
 def collapse():
-    return run(scale=4.0)
+    return run(scale=4.0, dt_s=0.005)
 
 
 def test_a_collapse_names_its_criterion_and_stops(collapse):
@@ -131,16 +131,16 @@ def test_a_diverged_solution_is_a_numerical_failure_without_its_last_step(monkey
 
 
 def test_a_failed_ladder_is_a_numerical_failure(monkeypatch):
-    keywords = {**Stepper.__init__.__kwdefaults__, "ladder": LADDER[:2]}
+    keywords = {**Stepper.__init__.__kwdefaults__, "ladder": LADDER[:1]}
     monkeypatch.setattr(Stepper.__init__, "__kwdefaults__", keywords)
-    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16, reuse_tangent=False)
     assert result.status == "numerical_failure"
     assert result.messages[0] == "no attempt at a step converged"
-    assert result.failed_attempts == 2
+    assert result.failed_attempts == 1
 
 
 def test_a_too_strict_tolerance_is_loosened_and_reported(capfd):
-    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16, reuse_tangent=False)
     assert capfd.readouterr() == ("", ""), "OpenSees prints nothing"
     assert result.status == "ok"
     assert result.recovery_rung == 2
@@ -153,14 +153,14 @@ def test_a_too_strict_tolerance_uses_later_rungs_and_sub_steps(monkeypatch):
     strict = tuple(replace(attempt, tolerance_j=0.0) for attempt in LADDER)
     keywords = {**Stepper.__init__.__kwdefaults__, "ladder": strict}
     monkeypatch.setattr(Stepper.__init__, "__kwdefaults__", keywords)
-    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    result = run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16, reuse_tangent=False)
     assert result.recovery_rung > 2
     assert result.substeps > 0
 
 
 def test_failures_of_one_analysis_do_not_change_the_next():
     clean = run(duration_s=1.0)
-    run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16)
+    run(duration_s=0.2, max_iterations=2, tolerance_j=1e-16, reuse_tangent=False)
     assert run(duration_s=1.0).demands == clean.demands
 
 

@@ -105,7 +105,7 @@ class Driven:
         return True
 
 
-def usual_test(_: float = 0.0) -> None:
+def usual_test(_: object = None) -> None:
     ops.test("NormDispIncr", TIGHT, ITERATIONS)
 
 
@@ -139,7 +139,9 @@ def driven(
         integrator=integrator,
         dt_s=DT_S,
         halvings=lambda fits: max(fits, parts(number).bit_length() - 1),
-        loosen=usual_test,
+        is_far=lambda: False,
+        set_far=lambda _: None,
+        set_test=usual_test,
         max_iterations=ITERATIONS,
         before=lambda _: None,
         after=found.accept,

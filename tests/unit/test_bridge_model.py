@@ -9,6 +9,8 @@ import pytest
 
 from bridge_variants import variant
 from skewbridge.analysis.modal import modal_properties
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.step_loop import configure_solver
 from skewbridge.bridge.abutment.backfill import variation_factors
 from skewbridge.bridge.abutment.elements import (
     NORMAL_OVER_TANGENT,
@@ -19,26 +21,38 @@ from skewbridge.bridge.abutment.elements import (
 )
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.deck import deck_end, mass_centre_m, spine_points_m, tributary_shares
-from skewbridge.bridge.gravity import column_axial_forces_n, support_reactions_n
+from skewbridge.bridge.gravity import (
+    column_axial_forces_n,
+    open_linear_pattern,
+    support_reactions_n,
+)
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 
 
-def test_the_arrays_do_not_rotate_about_their_axis_while_the_deck_does() -> None:
+@pytest.mark.parametrize("arrays", ["rigid", "corotational"])
+def test_the_points_of_a_joint_move_rigidly_with_the_deck_end(arrays: str) -> None:
     with domain():
-        model = build(variant(30), ModelOptions())
-        for abutment, deck_node in zip(
-            model.abutments, (model.deck_nodes[0], model.deck_nodes[-1]), strict=True
-        ):
-            tx, ty = abutment.tangent
-            about = [
-                abs(ops.nodeDisp(node, 4) * tx + ops.nodeDisp(node, 5) * ty)
-                for node in (abutment.centre_node, deck_node)
-            ]
-            assert about[1] > 1e-4
-            assert about[0] < 1e-6 * about[1]
+        model = build(variant(30), ModelOptions(arrays=arrays))
+        open_linear_pattern(model.tags)
+        ops.load(model.deck_nodes[-1], 1.0e6, 2.0e6, 0.0, 0.0, 0.0, 1.0e7)
+        configure_solver(AnalysisSettings())
+        ops.algorithm("Newton")
+        ops.integrator("LoadControl", 1.0)
+        ops.analysis("Static", "-noWarnings")
+        assert ops.analyze(1) == 0
+        right = model.abutments[1]
+        node, (x, y, z) = right.centre.node, ops.nodeCoord(right.centre.node)
+        disp = np.array(ops.nodeDisp(node))
+        for point in (*(c.node for c in right.corners), *(b.deck_node for b in right.bearings)):
+            arm_m = np.array(ops.nodeCoord(point)) - (x, y, z)
+            moved = disp[:3] + np.cross(disp[3:], arm_m)
+            second_order_m = np.linalg.norm(arm_m) * np.linalg.norm(disp[3:]) ** 2
+            assert ops.nodeDisp(point)[:3] == pytest.approx(moved, abs=second_order_m + 1e-7)
+        assert right.centre.arm_m == pytest.approx((0.0, 0.0, -z))
+        assert abs(disp[5]) > 1e-5
 
 
 @pytest.mark.parametrize(("pads", "count"), [("each", 5), ("two", 2)])
@@ -47,7 +61,7 @@ def test_pads_are_under_the_deck_nodes(pads, count: int) -> None:
         model = build(variant(30), ModelOptions(pads=pads))
         for abutment in model.abutments:
             assert len(abutment.bearings) == count
-            assert len(abutment.pad_offsets_m) == 5
+            assert len(abutment.pads) == 5
             for bearing in abutment.bearings:
                 # bearing elements have the height of a pad
                 x, y, z = ops.nodeCoord(bearing.deck_node)

@@ -7,7 +7,7 @@ import openseespy.opensees as ops
 import pytest
 from numpy.typing import NDArray
 
-from skewbridge.bridge.abutment.supports import build_arrays, build_pads, pad_supports
+from skewbridge.bridge.abutment.supports import build_arms, build_pads, pad_supports
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.deck import deck_end
@@ -31,14 +31,15 @@ def pad_reactions(
         end = deck_end("right", 90.0, 30.0, 14.0, 0.9)
         deck = tags.node()
         ops.node(deck, *end.point("bearing", 0.0), 1.0)
-        ops.fix(deck, 0, 0, 0, 0, 1, 0)
         stations = pad_supports(pads, end, options)
-        arrays = build_arrays(end, deck, {"bearing": stations}, options, tags)
-        bearings = build_pads(end, arrays, pads, options, tags)
+        arms = build_arms(end, deck, {"bearing": stations}, options, tags)
+        bearings = build_pads(end, arms, pads, options, tags)
         ops.timeSeries("Linear", 1)
         ops.pattern("Plain", 1, 1)
         for dof in range(1, 7):
-            ops.sp(arrays.centre_node, dof, motion.get(dof, 0.0))
+            # the deck node is 1 m above the middle of the bearing line, which moves
+            lean = {1: motion.get(5, 0.0), 2: -motion.get(4, 0.0)}.get(dof, 0.0)
+            ops.sp(deck, dof, motion.get(dof, 0.0) + lean)
         ops.constraints("Transformation")
         ops.numberer("RCM")
         ops.system("UmfPack")
@@ -48,7 +49,7 @@ def pad_reactions(
         ops.analysis("Static")
         assert ops.analyze(20) == 0
         ops.reactions()
-        total, middle = np.zeros(6), np.array(ops.nodeCoord(arrays.centre_node))
+        total, middle = np.zeros(6), np.array((*ops.nodeCoord(deck)[:2], 0.0))
         for bearing in bearings:
             reaction = np.array(ops.nodeReaction(bearing.seat_node))
             arm = np.array(ops.nodeCoord(bearing.seat_node)) - middle
@@ -66,7 +67,8 @@ def test_two_pads_are_as_stiff_as_all_of_them(motion: dict[int, float]) -> None:
     assert np.abs(each).max() > 100.0
     # the two have no height, which a bearing element multiplies with its shear, and no bending
     lever_nm = PADS.height_m * np.abs(each).max()
-    assert two[:3] == pytest.approx(each[:3], rel=1e-9, abs=1e-5 * np.abs(each).max())
+    # under a vertical force the arms to the pads bend by 0.02 % of the settlement
+    assert two[:3] == pytest.approx(each[:3], rel=3e-4, abs=1e-5 * np.abs(each).max())
     assert two[3:] == pytest.approx(each[3:], rel=1e-4, abs=lever_nm)
 
 
@@ -77,6 +79,7 @@ def test_pads_yield_together_at_their_strength_in_every_direction(pads, factor: 
     ux, uy = 3 * YIELD_M, -4 * YIELD_M
     forces_n = pad_reactions(ModelOptions(pads=pads), {1: ux, 2: uy}, scaled)
     fx, fy = forces_n[:2] / PADS.count / 1e3
+    # the arms above the pads bend by a ten-millionth of the displacement
     hardening_kn = PADS.hardening_ratio * PADS.shear_stiffness_kn_per_m * hypot(ux, uy)
-    assert hypot(fx, fy) - hardening_kn == pytest.approx(factor * PADS.yield_force_kn, rel=1e-9)
+    assert hypot(fx, fy) - hardening_kn == pytest.approx(factor * PADS.yield_force_kn, rel=1e-7)
     assert fx / fy == pytest.approx(ux / uy)

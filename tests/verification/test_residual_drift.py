@@ -15,6 +15,7 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.handles import Point
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -80,11 +81,18 @@ def test_drifts_are_those_of_the_top_against_the_base():
         apply_rayleigh(model)
         columns = model.columns
         # an index per column, so that each has a drift of its own
-        moved = {column.top_node: (0.03, 0.08 + 0.01 * i) for i, column in enumerate(columns)}
+        moved = {column.top: (0.03, 0.08 + 0.01 * i) for i, column in enumerate(columns)}
         moved |= {column.base_node: (-0.01, 0.05) for column in columns}
 
+        def plan_m(place):
+            node, arm_m = (
+                (place.node, place.arm_m) if isinstance(place, Point) else (place, (0.0,) * 3)
+            )
+            disp = np.array(ops.nodeDisp(node))
+            return (disp[:3] + np.cross(disp[3:], arm_m))[:2]
+
         def before(node):
-            x, y = ops.nodeDisp(node)[:2]
+            x, y = plan_m(node)
             return x - moved[node][0], y - moved[node][1]
 
         start = {node: before(node) for node in moved}

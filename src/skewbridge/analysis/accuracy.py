@@ -20,6 +20,7 @@ NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
             "contact_dt_s": None,
             "event_dt_s": None,
             "tolerance_j": 1.0e-8,
+            "reuse_tangent": False,
         },
         "model": {
             "backwall_points": 9,

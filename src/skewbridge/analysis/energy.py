@@ -13,7 +13,6 @@ kinetic energy: the energy that the integrator dissipates. No work is computed a
 others, so the residual checks the equilibrium of the model.
 """
 
-from array import array
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -50,13 +49,13 @@ class _EndState:
 
 
 class EnergyBalance:
-    """Reads forces that the monitor does not read, and sums all works at the end.
+    """Records the forces that the monitor does not, and sums all works at the end.
 
     Args:
         model: Model under gravity.
-        monitor: Reads displacements and forces; one row before each call of `collect`.
+        monitor: Records displacements and forces; not yet started.
         ground_accel_mps2: Function of times, shape (n,), giving accelerations, shape (n, 2).
-        rayleigh: Mass and (committed) stiffness factors of the damped region.
+        rayleigh: Mass and stiffness factors of the damped region.
         integrator: Arguments of the integrator command.
     """
 
@@ -91,38 +90,28 @@ class EnergyBalance:
             for element in (*self._columns, *self._stiffness, *self._read_joints)
         }
         self._elastic = {name: groups[name] for name in ("deck", "links")}
-        self._values = array("d")
+        recorder = monitor.recorder
+        recorder.elements("damping", self._columns, "rayleighForces")
+        recorder.elements("joints", self._read_joints, "force")
+        recorder.nodes("mass accelerations", self._accelerated, DISP, "accel")
         self._start = self._end_state()
-        self.collect()
-
-    def collect(self) -> None:
-        """Read the forces that belong to the monitor's last row."""
-        values, dynamic, static = self._values, ops.eleDynamicalForce, ops.eleForce
-        for element in self._columns:
-            values.extend(dynamic(element))
-        for element in self._read_joints:
-            values.extend(static(element)[DISP:])
-        for node in self._accelerated:
-            values.extend(ops.nodeAccel(node))
 
     def terms_kj(self) -> dict[str, float]:
         """Return the balance so far, in kJ, with ``residual`` and ``largest_input``."""
-        trace, end = self._monitor.trace(), self._end_state()
-        values = np.array(self._values).reshape(len(trace.rows), -1)
-        sizes = (END_FORCES * len(self._columns), DISP * len(self._read_joints))
-        dynamic, joints, accelerations = np.split(values, np.cumsum(sizes), axis=1)
+        end, extra = self._end_state(), self._monitor.extra
+        trace, accelerations = self._monitor.trace(), extra("mass accelerations")
         input_j = np.cumsum(self._inputs(trace))
         works = {
             "input": input_j[-1] if len(input_j) else 0.0,
             "gravity": end.gravity_j - self._start.gravity_j,
             "kinetic": end.kinetic_j - self._start.kinetic_j,
-            "damping": self._damping(trace, dynamic),
+            "damping": self._damping(trace, extra("damping")),
             "columns": sum(
                 _work(trace.column_forces(element), self._moved(element, trace))
                 for element in self._columns
             ),
             **{name: self._elastic_work(name, end) for name in self._elastic},
-            **self._joint_works(trace, joints),
+            **self._joint_works(trace, extra("joints")),
         }
         works["backfill"] += self._wall_work(trace)
         works["numerical"] = 0.0
@@ -139,7 +128,7 @@ class EnergyBalance:
         force = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
         return -_steps(ground, np.asarray(force))
 
-    def _damping(self, trace: ResponseTrace, dynamic: Matrix) -> float:
+    def _damping(self, trace: ResponseTrace, forces: Matrix) -> float:
         """Return the work of Rayleigh damping: on masses, in the columns and in the deck.
 
         The mean velocity of a step is its displacement over its time, which is exact under the
@@ -155,27 +144,12 @@ class EnergyBalance:
             squared = np.einsum("ij,ij->i", moved @ stiffness, moved)
             work += self._stiffness_factor * float(squared @ per_s)
         for at, element in enumerate(self._columns):
-            damped = dynamic[:, END_FORCES * at : END_FORCES * (at + 1)]
-            work += self._column_damping(element, damped - trace.column_forces(element), trace)
+            force = forces[:, END_FORCES * at : END_FORCES * (at + 1)]
+            work += _work(force, self._moved(element, trace))
         return work
 
-    def _column_damping(self, element: int, force: Matrix, trace: ResponseTrace) -> float:
-        """Return the work of the damping of a column, from its damping forces after the steps.
-
-        The damping in a step follows the stiffness committed before it, C_n v_n+1; the force read
-        after it is C_n+1 v_n+1. As C is symmetric, v_n C_n+1 v_n+1 - v_n+1 C_n v_n is exactly the
-        effect of the change of C. It is zero where the column stays elastic.
-        """
-        moved = self._moved(element, trace)
-        if len(moved) < 2:
-            return 0.0
-        velocity = np.gradient(moved, trace.time_s, axis=0)
-        change = np.einsum("ij,ij->i", velocity[:-1], force[1:])
-        change -= np.einsum("ij,ij->i", velocity[1:], force[:-1])
-        return _work(force, moved) - float(change @ np.diff(trace.time_s))
-
     def _joint_works(self, trace: ResponseTrace, forces: Matrix) -> dict[str, float]:
-        """Return the works on pads and on the springs that are read.
+        """Return the works on pads and on the springs that are recorded.
 
         The force on the first node is opposite to that on the second, or the node is fixed.
         """
@@ -183,9 +157,9 @@ class EnergyBalance:
         for name, elements in self._joints.items():
             for element in elements:
                 moved = self._moved(element, trace)
-                force = forces[:, at : at + DISP]
+                force = forces[:, at + DISP : at + 2 * DISP]
                 works[name] += _work(force, moved[:, DISP:] - moved[:, :DISP])
-                at += DISP
+                at += 2 * DISP
         return works
 
     def _wall_work(self, trace: ResponseTrace) -> float:

@@ -94,7 +94,7 @@ def pads_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 def _abutment_columns(
     model: BridgeModel, abutment: AbutmentHandle, trace: ResponseTrace
 ) -> dict[str, Series]:
-    disp = trace.disp(abutment.centre_node)
+    disp = trace.disp(abutment.centre)
     force = abutment_force_n(model, abutment, trace) / KN
     pads = pads_force_n(abutment, trace) / KN
     name = f"abutment_{abutment.side}"

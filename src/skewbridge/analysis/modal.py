@@ -1,7 +1,7 @@
 """Modes of a model with open gaps, the conditioning period T1, and Rayleigh damping."""
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from math import inf, pi, sqrt
@@ -12,7 +12,7 @@ import openseespy.opensees as ops
 from skewbridge.analysis.step_loop import solver_log
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.gravity import GravityError, column_axial_forces_n, support_reactions_n
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.handles import BridgeModel, ColumnHandle
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import SolutionError
 from skewbridge.units import KN
@@ -182,15 +182,32 @@ def rayleigh_factors(bridge: BridgeData, ratio: float) -> tuple[float, float]:
 
 
 def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
-    """Apply Rayleigh damping on the committed stiffness to deck and columns only.
+    """Apply Rayleigh damping to deck and columns only, in proportion to mass and stiffness.
 
-    Penalty springs and gaps stay undamped. The mass part acts on the nodes of the elements of the
-    region, so wall and key nodes have none.
+    Penalty springs and gaps stay undamped, and so do walls and keys. The stiffness part follows the
+    committed stiffness; see `damp_columns`.
 
     Returns:
         The factors, for the energy balance.
     """
     a0, a1 = rayleigh_factors(model.bridge, damping_ratio(model.bridge, model.options))
-    factors = (a0, 0.0, 0.0, a1)
-    ops.region(model.tags.region(), "-ele", *model.damping_elements, "-rayleigh", *factors)
+    damped = dict.fromkeys(
+        int(node) for element in model.damping_elements for node in ops.eleNodes(element)
+    )
+    ops.region(model.tags.region(), "-nodeOnly", *damped, "-rayleigh", a0, 0.0, 0.0, 0.0)
+    ops.region(
+        model.tags.region(), "-eleOnly", *model.damping_elements, "-rayleigh", 0.0, 0.0, 0.0, a1
+    )
     return a0, a1
+
+
+def damp_columns(columns: Sequence[ColumnHandle], a1_s: float, *, by_tangent: bool) -> None:
+    """Let the damping of columns follow their tangent or their committed stiffness.
+
+    The committed stiffness is that before the step, while the velocity is that at its end: an error
+    of first order in the step. The tangent at the end has none, but makes Newton's method cycle
+    where contacts and yielding columns change together.
+    """
+    factors = (a1_s, 0.0, 0.0) if by_tangent else (0.0, 0.0, a1_s)
+    for column in columns:
+        ops.setElementRayleighDampingFactors(column.element, 0.0, *factors)

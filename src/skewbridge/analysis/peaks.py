@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.trace import ResponseTrace, Series, moved_with
+from skewbridge.analysis.trace import ResponseTrace, Series
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BridgeModel,
@@ -119,7 +119,7 @@ def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.flo
     A section is normal to the inclined chord, so the axial force has a component along it: the
     shear is V + P theta, equal to the sum of the end moments over the height.
     """
-    top, base = trace.position(column.top_node), trace.position(column.base_node)
+    top, base = trace.position(column.top), trace.position(column.base_node)
     chord = (top - base)[:, :2] / column.clear_height_m
     axial = trace.column_forces(column.element)[:, 2:3]
     # the base resists the inclination: where P-Delta adds, force and chord differ in sign
@@ -128,7 +128,7 @@ def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.flo
 
 def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return top minus base displacement, resultant, over the clear height, shape (n,)."""
-    relative = trace.disp(column.top_node)[:, :2] - trace.disp(column.base_node)[:, :2]
+    relative = trace.disp(column.top)[:, :2] - trace.disp(column.base_node)[:, :2]
     return np.hypot(*relative.T) / column.clear_height_m
 
 
@@ -177,11 +177,7 @@ def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> d
 def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     abutments = model.abutments
     pushes = [wall_push_m(abutment, trace) for abutment in abutments]
-    pads = [
-        moved_with(trace.disp(abutment.centre_node), arm_m)
-        for abutment in abutments
-        for arm_m in abutment.pad_offsets_m
-    ]
+    pads = [trace.disp(pad) for abutment in abutments for pad in abutment.pads]
     return {
         "abutment_passive_m": highest(pushes),
         "abutment_active_m": highest(-push for push in pushes),

@@ -19,11 +19,13 @@ class Attempt:
         substeps: Equal parts of the step; the number of each rung is a multiple of that of the rung
             before, so that a rung can continue where the last one stopped.
         tolerance_j: Tolerance of the convergence test if it is looser than the usual one, else 0.
+        max_iterations: Iterations before it counts as failed; None for the usual number.
     """
 
     algorithm: OpenSeesCommand
     substeps: int = 1
     tolerance_j: float = 0.0
+    max_iterations: int | None = None
 
     @property
     def description(self) -> str:
@@ -52,7 +54,12 @@ LADDER: Final = (
     Attempt(algorithm=("NewtonLineSearch",), substeps=20, tolerance_j=LOOSE_J),
     Attempt(algorithm=("Broyden", 20), substeps=100, tolerance_j=LOOSE_J),
 )
-HELD_STEPS: Final = 20
+# In steps far from contact the columns change slowly: the tangent of an earlier step serves, and
+# is renewed after a step that took two iterations. The looser test changes no demand.
+REUSE: Final = Attempt(
+    algorithm=("ModifiedNewton", "-factoronce"), tolerance_j=0.1, max_iterations=6
+)
+HELD_STEPS: Final = 5
 # A regular step is cut into at most 2^16 parts: the settings ask for 2^11 at most.
 MAX_HALVINGS: Final = 16
 _FINEST: Final = 2**MAX_HALVINGS
@@ -86,8 +93,11 @@ class Stepper:
         halvings: Called before each (sub-)step with the least number of halvings that ends no later
             than the regular step and keeps sub-steps at multiples of their size; returns the number
             of halvings, not less than that.
-        loosen: Called with the tolerance of an attempt where one starts or ends.
-        max_iterations: Cost of an attempt that failed.
+        is_far: Called before each regular step that is not cut into parts; returns whether it is
+            far from contact, so that it may use the tangent of an earlier step.
+        set_far: Called with whether the coming steps are far from contact, where this changes.
+        set_test: Called with each attempt where it starts, to set its convergence test.
+        max_iterations: Cost of an attempt that failed, unless it has a limit of its own.
         before: Called with the size of the coming (sub-)step where it differs from the last one,
             and before each retry.
         after: Called with the size of each converged (sub-)step; returns whether to continue.
@@ -98,7 +108,9 @@ class Stepper:
     integrator: OpenSeesCommand
     dt_s: float
     halvings: Callable[[int], int]
-    loosen: Callable[[float], None]
+    is_far: Callable[[], bool]
+    set_far: Callable[[bool], None]
+    set_test: Callable[[Attempt], None]
     max_iterations: int
     before: Callable[[float], None]
     after: Callable[[float], bool]
@@ -108,6 +120,8 @@ class Stepper:
     _held: int = field(default=0, init=False)
     _rung: int = field(default=0, init=False)  # in use
     _size_s: float = field(default=0.0, init=False)  # of the last (sub-)step
+    _reuses: bool = field(default=False, init=False)  # REUSE is in use
+    _is_fresh: bool = field(default=False, init=False)  # and its tangent need not be renewed
 
     def __post_init__(self) -> None:
         ops.algorithm(*self.ladder[0].algorithm)
@@ -119,16 +133,24 @@ class Stepper:
         while done < _FINEST:
             fits = MAX_HALVINGS - ((done & -done).bit_length() - 1 if done else MAX_HALVINGS)
             halvings = self.halvings(fits)
-            if not self._advance(self.dt_s / 2**halvings):
+            is_far = halvings == 0 and self._held == 0 and self.is_far()
+            if not self._advance(self.dt_s / 2**halvings, is_far=is_far):
                 return False
             done += _FINEST >> halvings
         return True
 
-    def _advance(self, size_s: float) -> bool:
+    def _advance(self, size_s: float, *, is_far: bool) -> bool:
         """Make one (sub-)step, by the ladder if it does not converge."""
         if size_s != self._size_s:
             self._size_s = size_s
+            self._is_fresh = False
             self.before(size_s)
+        if is_far and self._reuse(size_s):
+            return self.after(size_s)
+        if self._reuses:
+            self._reuses = False
+            self.set_far(False)
+            self._use(0)
         if ops.analyze(1, size_s) == 0:
             self._count_step(size_s)
             if self._held > 0:
@@ -136,7 +158,7 @@ class Stepper:
                 if self._held == 0:
                     self._use(0)
             return self.after(size_s)
-        self._count_failure()
+        self._count_failure(self.ladder[self._rung])
         rung, continues = self._climb(size_s)
         if rung is not None and self.ladder[rung].substeps == 1:
             # The difficulty of this step often affects the next ones.
@@ -147,6 +169,24 @@ class Stepper:
         self._reset()
         self.before(size_s)
         return continues and rung is not None
+
+    def _reuse(self, size_s: float) -> bool:
+        """Try a step with the tangent of an earlier one."""
+        if not (self._reuses and self._is_fresh):
+            if not self._reuses:
+                self.set_far(True)
+                self.set_test(REUSE)
+            ops.algorithm(*REUSE.algorithm)
+            self._reuses = True
+        if ops.analyze(1, size_s) != 0:
+            self._count_failure(REUSE)
+            self._is_fresh = False
+            self._reset()
+            self.before(size_s)
+            return False
+        self._is_fresh = ops.testIter() < 2
+        self._count_step(size_s)
+        return True
 
     def _climb(self, size_s: float) -> tuple[int | None, bool]:
         """Make the step by the ladder; return the rung that solved it and whether to continue."""
@@ -174,7 +214,7 @@ class Stepper:
 
     def _use(self, rung: int) -> None:
         self._rung, attempt = rung, self.ladder[rung]
-        self.loosen(attempt.tolerance_j)
+        self.set_test(attempt)
         ops.algorithm(*attempt.algorithm)
 
     def _take(self, count: int, size_s: float) -> tuple[int, bool]:
@@ -182,7 +222,7 @@ class Stepper:
         self.before(size_s)
         for taken in range(count):
             if ops.analyze(1, size_s) != 0:
-                self._count_failure()
+                self._count_failure(self.ladder[self._rung])
                 return taken, True
             self._count_step(size_s)
             if not self.after(size_s):
@@ -194,9 +234,9 @@ class Stepper:
         self.effort.substeps += size_s < self.dt_s
         self.effort.steps_by_rung[self._rung] += 1
 
-    def _count_failure(self) -> None:
+    def _count_failure(self, attempt: Attempt) -> None:
         self.effort.failed_attempts += 1
-        self.effort.iterations += self.max_iterations
+        self.effort.iterations += attempt.max_iterations or self.max_iterations
 
 
 def steps_as_text(steps_by_rung: Iterable[int]) -> str:

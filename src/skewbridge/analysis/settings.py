@@ -38,7 +38,7 @@ class AnalysisSettings:
         "friction bounds, corotational arrays and distributed plasticity",
     )
     dt_s: Number = Field(
-        default=0.005,
+        default=0.010,
         ge=1.0e-5,
         le=0.02,
         description=f"regular time step; fixed at {PAPER_DT_S:g} in scheme paper",
@@ -51,7 +51,7 @@ class AnalysisSettings:
         "null for the regular step, as in scheme paper",
     )
     event_dt_s: Number | None = Field(
-        default=0.0003125,
+        default=0.000625,
         ge=1.0e-5,
         le=0.02,
         description="largest step while a contact is about to open or close, like contact_dt_s",
@@ -98,8 +98,14 @@ class AnalysisSettings:
         le=1.0e3,
         description="convergence test on the energy of an increment",
     )
+    reuse_tangent: bool = Field(
+        default=True,
+        strict=True,
+        description="whether steps without a closed contact use the tangent of an earlier step, a "
+        "test of 0.1 J and column damping by the tangent at the end of the step",
+    )
     max_iterations: Whole = Field(
-        default=30, ge=2, le=1000, description="iterations of one attempt at one step"
+        default=15, ge=2, le=1000, description="iterations of one attempt at one step"
     )
     mean_iterations: Number = Field(
         default=40.0,
@@ -122,7 +128,8 @@ class AnalysisSettings:
             return given
         values = dict(given.kwargs or {}) if isinstance(given, ArgsKwargs) else dict(given)
         if values.get("scheme") == "paper":
-            values = {"dt_s": PAPER_DT_S, "contact_dt_s": None, "event_dt_s": None} | values
+            steps = {"dt_s": PAPER_DT_S, "contact_dt_s": None, "event_dt_s": None}
+            values = {**steps, "reuse_tangent": False, **values}
         return ArgsKwargs((), values) if isinstance(given, ArgsKwargs) else values
 
     @model_validator(mode="after")

@@ -10,7 +10,7 @@ from typing import Final
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.recovery import Effort, Stepper
+from skewbridge.analysis.recovery import LADDER, Attempt, Effort, Stepper
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.contact import ContactError, ContactSet
 from skewbridge.statuses import Status
@@ -47,13 +47,19 @@ class StepLoop:
     Args:
         contacts: Contacts of the model, updated after each converged (sub-)step; None without.
         settings: Step, integrator and iteration budget.
+        set_far: Called with whether the coming steps are far from contact, where this changes.
     """
 
-    def __init__(self, contacts: ContactSet | None, settings: AnalysisSettings) -> None:
+    def __init__(
+        self,
+        contacts: ContactSet | None,
+        settings: AnalysisSettings,
+        set_far: Callable[[bool], None] = lambda _: None,
+    ) -> None:
         self.effort = Effort()
-        self._contacts, self._settings = contacts, settings
+        self._contacts, self._settings, self._set_far = contacts, settings, set_far
         self._ending: Ending | None = None
-        self._size_s, self._loose_j = settings.dt_s, 0.0
+        self._size_s, self._attempt = settings.dt_s, LADDER[0]
         self._in_contact, self._finest = settings.contact_halvings, settings.event_halvings
         if contacts is not None:
             contacts.start_from_rest()
@@ -75,7 +81,9 @@ class StepLoop:
             integrator=settings.integrator_command,
             dt_s=settings.dt_s,
             halvings=self._halvings,
-            loosen=self._loosen,
+            is_far=self._is_far,
+            set_far=self._set_far,
+            set_test=self._set_test,
             max_iterations=settings.max_iterations,
             before=self._before,
             after=partial(self._after, read),
@@ -113,6 +121,11 @@ class StepLoop:
                 halvings += 1
         return halvings
 
+    def _is_far(self) -> bool:
+        """Whether no contact is closed; `_halvings` cuts the steps in which one may close."""
+        contacts = self._contacts
+        return self._settings.reuse_tangent and contacts is not None and not contacts.is_any_closed
+
     def _adapt(self, contacts: ContactSet) -> None:
         """Halve the steps in contact, or double them again, by the friction error.
 
@@ -126,13 +139,13 @@ class StepLoop:
         elif friction_error < _GROW * allowed:
             self._in_contact = max(self._in_contact - 1, self._settings.contact_halvings)
 
-    def _loosen(self, tolerance_j: float) -> None:
-        self._loose_j = tolerance_j
-        set_test(self._settings, self._size_s, tolerance_j)
+    def _set_test(self, attempt: Attempt) -> None:
+        self._attempt = attempt
+        set_test(self._settings, self._size_s, attempt)
 
     def _before(self, dt_s: float) -> None:
         self._size_s = dt_s
-        set_test(self._settings, dt_s, self._loose_j)
+        set_test(self._settings, dt_s, self._attempt)
         if self._contacts is not None:
             self._contacts.prepare(dt_s)
 
@@ -165,14 +178,14 @@ def configure_solver(settings: AnalysisSettings) -> None:
     Friction by parameter updates keeps the tangent symmetric.
     """
     ops.wipeAnalysis()
-    ops.constraints("Transformation")
+    ops.constraints("Plain")
     ops.numberer("RCM")
     ops.system("ProfileSPD")
     set_test(settings, settings.dt_s)
 
 
-def set_test(settings: AnalysisSettings, step_s: float, loose_j: float = 0.0) -> None:
-    """Set the convergence test for steps of a length, with a looser tolerance if given."""
+def set_test(settings: AnalysisSettings, step_s: float, attempt: Attempt = LADDER[0]) -> None:
+    """Set the convergence test of an attempt at steps of a length."""
     # the unknown may be a velocity: OpenSees tests its product with the unbalance
-    tolerance = max(loose_j, settings.tolerance_j) / settings.increment_s(step_s)
-    ops.test("EnergyIncr", tolerance, settings.max_iterations)
+    tolerance = max(attempt.tolerance_j, settings.tolerance_j) / settings.increment_s(step_s)
+    ops.test("EnergyIncr", tolerance, attempt.max_iterations or settings.max_iterations)

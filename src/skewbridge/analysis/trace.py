@@ -1,20 +1,22 @@
-"""Readings of a model during an analysis: rows of numbers, and the layout of their columns.
+"""Records of a model during an analysis: rows of numbers, and the layout of their columns.
 
-During the analysis, `Monitor` only appends rows to one growing array. Demands are computed from
-the rows afterwards, one column at a time.
+During the analysis, recorders of OpenSees write binary files. Demands are computed from the rows
+afterwards, one column at a time.
 """
 
-from array import array
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 from itertools import accumulate
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final, Literal
 
 import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.bridge.handles import BridgeModel, PlanVector, SpringHandle
+from skewbridge.bridge.handles import BridgeModel, Point, SpringHandle
+from skewbridge.errors import SolutionError
 
 type Series = NDArray[np.float64]
 
@@ -25,32 +27,17 @@ STEP_ROUNDING: Final = 1.0e-6  # rounding of a time that is a sum of steps, over
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Follower:
-    """A node that moves rigidly with another one at its level.
-
-    Attributes:
-        leader: Tag of the other node.
-        arm_m: Plan position of the node less that of its leader.
-    """
-
-    leader: int
-    arm_m: PlanVector
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """Columns of a row of readings: time first, then nodes, columns, springs, contacts.
+    """Columns of a row of records: time first, then nodes, columns, springs, contacts.
 
     Attributes:
-        nodes: Nodes read, each with 6 displacements; fixed nodes are left out.
+        nodes: Nodes with 6 displacements each; fixed nodes are left out.
         columns: Element tags of the columns, each with 12 end forces.
         sections: (element, integration point) of the hinges, each with 4 deformations.
-        springs: Elements whose basic forces are read, with the number of components; zero while
-            the contact in front of them is open.
+        springs: Elements whose basic forces are recorded, with the number of components.
         bearings: Elements of the pads, each with 2 global shear forces at the deck's end.
         units: Number of contact units, each with opening, normal and two friction forces.
-        centre_node: Node whose relative acceleration (x, y) is read.
-        followers: Nodes that are not read because they follow one that is.
+        centre_node: Node whose relative acceleration (x, y) is recorded.
     """
 
     nodes: tuple[int, ...]
@@ -60,7 +47,6 @@ class Layout:
     bearings: tuple[int, ...]
     units: int
     centre_node: int
-    followers: Mapping[int, Follower] = field(default_factory=dict[int, Follower])
 
     @property
     def width(self) -> int:
@@ -103,45 +89,42 @@ class Layout:
         """Return the first column of the shear forces of a pad.
 
         Raises:
-            ValueError: The pads were not read.
+            ValueError: The pads were not recorded.
         """
         return self._start("bearings") + 2 * self.bearings.index(element)
 
     def contacts(self, part: Literal["openings", "normals", "tangentials"]) -> slice:
-        """Return the columns of a part of the readings of the contact units."""
+        """Return the columns of a part of the records of the contact units."""
         ends = {"openings": "normals", "normals": "tangentials", "tangentials": "end"}
         return slice(self._start(part), self._start(ends[part]))
 
-    def disp(self, rows: Series, node: int) -> Series:
-        """Return the displacements of a node in rows, shape (n, 6); a fixed node has none."""
-        if follower := self.followers.get(node):
-            return moved_with(self.disp(rows, follower.leader), follower.arm_m)
-        if node not in self.nodes:
+    def disp(self, rows: Series, place: int | Point) -> Series:
+        """Return the displacements of a node or point in rows, (n, 6); a fixed node has none."""
+        if isinstance(place, Point):
+            return moved_with(self.disp(rows, place.node), place.arm_m)
+        if place not in self.nodes:
             return np.zeros((len(rows), DISP))
-        start = self.node(node)
+        start = self.node(place)
         return rows[:, start : start + DISP]
 
 
-def moved_with(leader: Series, arm_m: PlanVector) -> Series:
-    """Return the displacements of a point that follows a node at its level, both (n, 6).
+def moved_with(node: Series, arm_m: tuple[float, float, float]) -> Series:
+    """Return the displacements of a point that moves rigidly with a node, both (n, 6).
 
     Rotations are small, as in a rigid link.
     """
-    x, y = arm_m
-    moved = leader.copy()
-    moved[:, 0] -= y * leader[:, 5]
-    moved[:, 1] += x * leader[:, 5]
-    moved[:, 2] += y * leader[:, 3] - x * leader[:, 4]
+    moved = node.copy()
+    moved[:, :3] += np.cross(node[:, 3:], arm_m)
     return moved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseTrace:
-    """Everything read in an analysis; row 0 is the state under gravity.
+    """Everything recorded in an analysis; row 0 is the state under gravity.
 
     Attributes:
         layout: Meaning of the columns.
-        rows: Readings, shape (steps + 1, layout.width).
+        rows: Records, shape (steps + 1, layout.width).
     """
 
     layout: Layout
@@ -161,19 +144,19 @@ class ResponseTrace:
         """Acceleration of the deck's mass centre relative to the ground, shape (n, 2)."""
         return self.rows[:, 1:3]
 
-    def disp(self, node: int) -> Series:
-        """Displacements and rotations of a node since gravity, shape (n, 6)."""
-        values = self.position(node)
+    def disp(self, place: int | Point) -> Series:
+        """Displacements and rotations of a node or point since gravity, shape (n, 6)."""
+        values = self.position(place)
         return values - values[0]
 
-    def under_gravity_m(self, node: int) -> tuple[float, float]:
-        """Plan displacement of a node under gravity, from which all others count."""
-        x, y = self.layout.disp(self.rows[:1], node)[0, :2].tolist()
+    def under_gravity_m(self, place: int | Point) -> tuple[float, float]:
+        """Plan displacement of a node or point under gravity, from which all others count."""
+        x, y = self.layout.disp(self.rows[:1], place)[0, :2].tolist()
         return x, y
 
-    def position(self, node: int) -> Series:
-        """Displacements and rotations of a node since before gravity, shape (n, 6)."""
-        return self.layout.disp(self.rows, node)
+    def position(self, place: int | Point) -> Series:
+        """Displacements and rotations of a node or point since before gravity, shape (n, 6)."""
+        return self.layout.disp(self.rows, place)
 
     def column_forces(self, element: int) -> Series:
         """Global end forces of a column, shape (n, 12)."""
@@ -223,63 +206,150 @@ def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
     return kept
 
 
+class Recorder:
+    """Records the domain in binary files, one row per committed step.
+
+    The files are in a temporary folder that goes with this object. Reading the same values from
+    Python in every step would cost four times as much.
+    """
+
+    def __init__(self) -> None:
+        self._folder = TemporaryDirectory(prefix="skewbridge-", ignore_cleanup_errors=True)
+        self._widths: dict[str, int] = {}
+        self._is_open, self._rows = True, 0
+
+    def nodes(self, name: str, nodes: Iterable[int], dofs: int, response: str) -> None:
+        """Record a response of the first degrees of freedom of some nodes."""
+        tags = tuple(nodes)
+        self._widths[name] = dofs * len(tags)
+        if tags:
+            components = range(1, dofs + 1)
+            file = ("-binary", str(self._path(name)), "-time")
+            ops.recorder("Node", *file, "-node", *tags, "-dof", *components, response)
+
+    def elements(self, name: str, elements: Iterable[int], *response: str) -> None:
+        """Record a response of some elements, one after the other."""
+        tags = tuple(elements)
+        self._widths[name] = sum(len(ops.eleResponse(tag, *response)) for tag in tags)
+        if tags:
+            file = ("-binary", str(self._path(name)), "-time")
+            ops.recorder("Element", *file, "-ele", *tags, *response)
+
+    def record(self) -> None:
+        """Record the committed state, which no step of this analysis has made."""
+        ops.record()
+
+    def close(self) -> None:
+        """Stop recording."""
+        if self._is_open:
+            ops.remove("recorders")
+            self._is_open = False
+
+    def read(self, name: str) -> tuple[Series, Series]:
+        """Return the times, shape (n,), and the values, shape (n, components), of a record.
+
+        Raises:
+            SolutionError: The file is incomplete.
+        """
+        self.close()
+        width = self._widths[name]
+        if not width:
+            return np.zeros(0), np.zeros((0, 0))
+        # a row is the time, the values and a line feed
+        row = np.dtype([("values", np.float64, (width + 1,)), ("end", np.uint8)])
+        path = self._path(name)
+        rows = path.stat().st_size // row.itemsize
+        self._rows = self._rows or rows
+        if rows != self._rows or rows * row.itemsize != path.stat().st_size:
+            raise SolutionError(f"the record of {name} is incomplete: is the disk full?")
+        table = np.fromfile(path, dtype=row)["values"]
+        return table[:, 0], table[:, 1:]
+
+    def _path(self, name: str) -> Path:
+        return Path(self._folder.name) / name
+
+
 class Monitor:
-    """Reads a model into rows; the forces of the pads, which only histories need, on request."""
+    """Records a model; the forces of the pads, which only histories need, on request.
+
+    Whoever needs more adds it to `recorder` before `start`.
+    """
 
     def __init__(self, model: BridgeModel, *, bearings: bool = False) -> None:
-        self.layout = _layout(model, bearings=bearings)
-        self._contacts = model.contacts
-        self._values = array("d")
-        self._sections = tuple((e, str(point)) for e, point in self.layout.sections)
-        units = _units_of_springs(model)
-        self._springs = tuple(
-            (element, units.get(element), (0.0,) * count) for element, count in self.layout.springs
-        )
+        self.layout = layout = _layout(model, bearings=bearings)
+        self.recorder = recorder = Recorder()
+        self._units = () if model.contacts is None else model.contacts.units
+        self._trace: ResponseTrace | None = None
+        self._is_last_kept = True
+        recorder.nodes("accelerations", (layout.centre_node,), 2, "accel")
+        recorder.nodes("displacements", layout.nodes, DISP, "disp")
+        recorder.elements("columns", layout.columns, "force")
+        for point in sorted({point for _, point in layout.sections}):
+            hinged = (element for element, at in layout.sections if at == point)
+            recorder.elements(f"sections {point}", hinged, "section", str(point), "deformation")
+        recorder.elements("springs", (element for element, _ in layout.springs), "basicForce")
+        recorder.elements("bearings", layout.bearings, "force")
+        units = tuple(unit.element for unit in self._units)
+        recorder.elements("contact deformations", units, "deformation")
+        recorder.elements("contact forces", units, "basicForce")
 
-    def read(self, time_s: float) -> list[float]:
-        """Read the committed state, keep it and return it as a row of the layout."""
-        layout = self.layout
-        row = [time_s, *ops.nodeAccel(layout.centre_node)[:2]]
-        # Local names: this runs some forty times a step.
-        disp, response, force = ops.nodeDisp, ops.eleResponse, ops.basicForce
-        for node in layout.nodes:
-            row += disp(node)
-        for element in layout.columns:
-            row += response(element, "force")
-        for element, point in self._sections:
-            row += response(element, "section", point, "deformation")[:SECTION]
-        contacts = self._contacts
-        closed = () if contacts is None else contacts.closed
-        for element, unit, nothing in self._springs:
-            # A spring behind an open contact does not act on the deck: save the call.
-            row += force(element) if unit is None or closed[unit] else nothing
-        for element in layout.bearings:
-            row += ops.eleForce(element)[DISP : DISP + 2]
-        if contacts is not None:
-            row += contacts.openings_m
-            row += contacts.normals_n
-            for pair in contacts.tangentials_n:
-                row += pair
-        self._values.extend(row)
-        return row
+    def start(self) -> None:
+        """Record the state under gravity as the first row."""
+        self.recorder.record()
 
     def drop_last(self) -> None:
-        """Forget the last row read."""
-        del self._values[-self.layout.width :]
+        """Leave the last row out of the trace."""
+        self._is_last_kept = False
+
+    def extra(self, name: str) -> Series:
+        """Return a record that was added, with the rows of the trace."""
+        return self.recorder.read(name)[1][: len(self.trace().rows)]
 
     def trace(self) -> ResponseTrace:
-        """Return all rows read so far."""
-        rows = np.frombuffer(self._values, dtype=np.float64).reshape(-1, self.layout.width)
-        return ResponseTrace(layout=self.layout, rows=rows)
+        """Stop recording and return all rows."""
+        if self._trace is None:
+            self._trace = ResponseTrace(layout=self.layout, rows=self._rows())
+        return self._trace
+
+    def _rows(self) -> Series:
+        layout, read = self.layout, self.recorder.read
+        time_s, accelerations = read("accelerations")
+        rows = np.zeros((len(time_s), layout.width))
+        rows[:, 0], rows[:, 1:3] = time_s, accelerations
+        parts = [read(name)[1] for name in ("displacements", "columns")]
+        points = sorted({point for _, point in layout.sections})
+        deformations = {point: read(f"sections {point}")[1] for point in points}
+        done = dict.fromkeys(points, 0)
+        for _, point in layout.sections:
+            at = done[point]
+            parts.append(deformations[point][:, at : at + SECTION])
+            width = deformations[point].shape[1] // sum(p == point for _, p in layout.sections)
+            done[point] += width
+        parts.append(read("springs")[1])
+        if layout.bearings:
+            forces = read("bearings")[1].reshape(len(time_s), len(layout.bearings), -1)
+            parts.append(forces[:, :, DISP : DISP + 2].reshape(len(time_s), -1))
+        if units := len(self._units):
+            moved = read("contact deformations")[1].reshape(len(time_s), units, -1)
+            forces = read("contact forces")[1].reshape(len(time_s), units, -1)
+            parts.append(moved[:, :, 0] + [unit.gap_m for unit in self._units])
+            parts.append(-forces[:, :, 0])
+            tangential = np.zeros((len(time_s), units, 2))
+            tangential[:, :, : forces.shape[2] - 1] = forces[:, :, 1:3]
+            parts.append(tangential.reshape(len(time_s), -1))
+        at = 3
+        for part in parts:
+            if part.size:
+                rows[:, at : at + part.shape[1]] = part
+                at += part.shape[1]
+        return rows if self._is_last_kept else rows[:-1]
 
 
 def _layout(model: BridgeModel, *, bearings: bool) -> Layout:
-    followers = _followers(model)
-    nodes = dict.fromkeys(node for node in _nodes(model) if node not in followers)
+    nodes = dict.fromkeys(_nodes(model))
     springs = dict.fromkeys(spring.element for end in model.abutments for spring in end.springs)
     return Layout(
         nodes=tuple(node for node in nodes if len(ops.getFixedDOFs(node)) < DISP),
-        followers=followers,
         columns=tuple(column.element for column in model.columns),
         sections=tuple(
             (column.element, point) for column in model.columns for point in column.hinge_sections
@@ -291,45 +361,13 @@ def _layout(model: BridgeModel, *, bearings: bool) -> Layout:
     )
 
 
-def _units_of_springs(model: BridgeModel) -> dict[int, int]:
-    """Return the contact unit in series with each spring element that has one."""
-    return {
-        spring.element: unit
-        for abutment in model.abutments
-        for springs, units in (
-            (abutment.wall_springs, abutment.wall_units),
-            (abutment.key_springs, abutment.key_units),
-        )
-        for spring, unit in zip(springs, units, strict=False)
-    }
-
-
-def _followers(model: BridgeModel) -> dict[int, Follower]:
-    """Return the deck-side nodes of the abutments that are rigidly linked to their centre."""
-    if model.options.arrays != "rigid":
-        return {}
-    followers: dict[int, Follower] = {}
-    for abutment in model.abutments:
-        x, y, _ = ops.nodeCoord(abutment.centre_node)
-        nodes = [corner.node for corner in abutment.corners]
-        nodes += [bearing.deck_node for bearing in abutment.bearings]
-        if model.contacts is not None:
-            units = (*abutment.wall_units, *abutment.key_units)
-            nodes += [model.contacts.units[unit].node_j for unit in units]
-        for node in nodes:
-            at_x, at_y, _ = ops.nodeCoord(node)
-            followers[node] = Follower(leader=abutment.centre_node, arm_m=(at_x - x, at_y - y))
-        followers.pop(abutment.centre_node, None)
-    return followers
-
-
 def _nodes(model: BridgeModel) -> Iterable[int]:
     yield model.deck_centre_node
     yield from model.deck_masses_kg
     for column in model.columns:
-        yield from (column.base_node, column.top_node)
+        yield from (column.base_node, column.top.node)
     for abutment in model.abutments:
-        yield abutment.centre_node
+        yield abutment.centre.node
         yield from (corner.node for corner in abutment.corners)
         yield from (bearing.deck_node for bearing in abutment.bearings)
         yield from (*abutment.wall_nodes, *abutment.key_nodes)

@@ -1,6 +1,6 @@
 """Nonlinear response history of one variant under one motion, its limits and its residual drift."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from math import hypot, nan, pi
@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
-from skewbridge.analysis.modal import apply_rayleigh
+from skewbridge.analysis.modal import apply_rayleigh, damp_columns
 from skewbridge.analysis.peaks import ModelEnd, demands, model_end
 from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
-from skewbridge.analysis.trace import Layout, Monitor, ResponseTrace, Series, at_regular_steps
+from skewbridge.analysis.trace import Monitor, ResponseTrace, Series, at_regular_steps
 from skewbridge.bridge.geometry import ContactLayout, contact_layout
-from skewbridge.bridge.handles import BridgeModel, PlanVector
+from skewbridge.bridge.handles import BridgeModel, ColumnHandle, PlanVector, Point
 from skewbridge.bridge.model import build, domain
 from skewbridge.contact import ContactError, ContactSet
 from skewbridge.errors import InputError
@@ -29,6 +29,8 @@ from skewbridge.statuses import OK, Status
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
+#: Plan displacement of a node or point, in m.
+type PlanPositions = Callable[[int | Point], PlanVector]
 # ASSUME no bridge moves this fast. A diverging solution may keep converging, with forces of any
 # size, so these limits end it. They are far above any real response and do not define collapse.
 MAX_STEP_DRIFT: Final = 0.05
@@ -143,21 +145,24 @@ class _History:
     ) -> None:
         self._model, self._ground, self._settings = model, ground, settings
         self._histories = histories
-        self._loop = StepLoop(model.contacts, settings)
+        damp = partial(damp_columns, model.columns, rayleigh[1])
+        # without contacts, the whole history is far from them
+        damp(by_tangent=settings.reuse_tangent and model.contacts is None)
+        self._loop = StepLoop(model.contacts, settings, lambda is_far: damp(by_tangent=is_far))
         self._monitor = Monitor(model, bearings=histories)
-        start = self._monitor.read(0.0)
-        self._watch = Watch(model, self._monitor.layout, start, settings)
+        self._watch = Watch(model, settings)
         self._energy = None
         if settings.energy:
             self._energy = EnergyBalance(
                 model, self._monitor, ground.at, rayleigh, settings.integrator_command
             )
+        self._monitor.start()
 
     def run(self, progress: Progress | None) -> AnalysisResult:
         """Make all steps and return the result."""
         ending = self._loop.run(self._ground.steps, self._read, progress)
-        trace = self._monitor.trace()
         energy = {} if self._energy is None else self._energy.terms_kj()
+        trace = self._monitor.trace()
         ground = self._ground.at(trace.time_s)
         effort = self._loop.effort
         ratios = energy_ratios(energy)
@@ -200,17 +205,14 @@ class _History:
         return histories_of(self._model, replace(trace, rows=trace.rows[rows]), ground[rows])
 
     def _read(self) -> Ending | None:
-        """Read the state after a step and compare it with the limits."""
-        row = self._monitor.read(ops.getTime())
-        reason = self._watch.diverged(row)
+        """Compare the state after a step with the limits."""
+        reason = self._watch.diverged()
         if reason:
             self._monitor.drop_last()
             self._energy = None  # the model is no longer in the state of the last row
             message = f"the solution diverged: {reason}"
             return Ending(status="numerical_failure", message=message)
-        if self._energy is not None:
-            self._energy.collect()
-        criterion = self._watch.collapsed(row)
+        criterion = self._watch.collapsed()
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
 
     @property
@@ -229,33 +231,24 @@ class _History:
 
 
 class Watch:
-    """Compares each step with the limits; `start` is the row under gravity.
+    """Compares each step with the limits; made in the state under gravity.
 
     Raises:
         InputError: The joint gap leaves the deck no support on its seat.
     """
 
-    def __init__(
-        self, model: BridgeModel, layout: Layout, start: Sequence[float], settings: AnalysisSettings
-    ) -> None:
+    def __init__(self, model: BridgeModel, settings: AnalysisSettings) -> None:
         self._settings = settings
         self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
-        self._normals = layout.contacts("normals")
-        self._deck = _Point(layout, start, model.deck_centre_node)
-        self._columns = tuple(
-            (
-                _Point(layout, start, column.top_node),
-                _Point(layout, start, column.base_node),
-                column.clear_height_m,
-            )
-            for column in model.columns
-        )
+        self._contacts = model.contacts
+        self._deck = _Moved(model.deck_centre_node)
+        self._columns = tuple(_Lean(column) for column in model.columns)
         self._corners = tuple(
-            (_Point(layout, start, corner.node), abutment.normal, abutment.support_length_m)
+            (_Moved(corner.node), abutment.normal, abutment.support_length_m)
             for abutment in model.abutments
             for corner in abutment.corners
         )
-        self._last_drift = self._last_disp_m = 0.0
+        self._drift_ratio = self._disp_m = 0.0
         for abutment in model.abutments:
             if abutment.support_length_m <= 0.0:
                 raise InputError(
@@ -263,71 +256,86 @@ class Watch:
                     f"got {abutment.gap_m * 1e3:g}"
                 )
 
-    def diverged(self, row: Sequence[float]) -> str:
+    def diverged(self) -> str:
         """Return why the state cannot be a solution, or an empty text.
 
-        Call it before `collapsed`: a diverged solution does not prove collapse.
+        Call it once after each step, before `collapsed`: a diverged solution does not prove
+        collapse.
         """
-        drift, disp_m = self._drift(row), self._disp_m(row)
-        step_drift, step_disp_m = drift - self._last_drift, disp_m - self._last_disp_m
-        self._last_drift, self._last_disp_m = drift, disp_m
+        drift, disp_m = self._largest_drift(), hypot(*self._deck.disp_m())
+        step_drift, step_disp_m = drift - self._drift_ratio, disp_m - self._disp_m
+        self._drift_ratio, self._disp_m = drift, disp_m
         # Negated comparisons, so that NaN is caught.
         if not abs(step_drift) <= MAX_STEP_DRIFT:
             return f"drift changed by {step_drift:.3g} in one step"
         if not abs(step_disp_m) <= MAX_STEP_DISP_M:
             return f"the deck moved by {step_disp_m:.3g} m in one step"
-        largest = max(row[self._normals], default=0.0)
+        largest = 0.0 if self._contacts is None else self._contacts.largest_normal_n
         if not largest <= self._max_normal_n:
             return f"a contact carries {largest:.3g} N"
         return ""
 
-    def collapsed(self, row: Sequence[float]) -> str:
+    def collapsed(self) -> str:
         """Return the name of the demand whose limit is exceeded, or an empty text."""
-        if self._drift(row) >= self._settings.collapse_drift_ratio:
+        if self._drift_ratio >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
-        for point, normal, support_m in self._corners:
-            x, y = point.disp(row)
+        for corner, normal, support_m in self._corners:
+            x, y = corner.disp_m()
             if -(x * normal[0] + y * normal[1]) > support_m:
                 return "unseating_m"
-        if self._disp_m(row) > self._settings.collapse_deck_disp_m:
+        if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""
 
-    def _disp_m(self, row: Sequence[float]) -> float:
-        return hypot(*self._deck.disp(row))
-
-    def _drift(self, row: Sequence[float]) -> float:
+    def _largest_drift(self) -> float:
         largest = 0.0
-        for top, base, height_m in self._columns:
-            (top_x, top_y), (base_x, base_y) = top.disp(row), base.disp(row)
-            drift = hypot(top_x - base_x, top_y - base_y) / height_m
+        for column in self._columns:
+            drift = column.drift_ratio()
             if not drift <= largest:
                 largest = drift
         return largest
 
 
-class _Point:
-    """Position of a node in a row, with its displacement under gravity."""
+class _Moved:
+    """Plan displacement of a node or point in the open domain.
 
-    __slots__ = ("_arm_x", "_arm_y", "_at", "_x", "_y")
+    Args:
+        place: The node or point.
+        zero_m: Plan displacement from which to count; None for the present one.
+    """
 
-    def __init__(self, layout: Layout, start: Sequence[float], node: int) -> None:
-        follower = layout.followers.get(node)
-        read, (self._arm_x, self._arm_y) = (
-            (follower.leader, follower.arm_m) if follower else (node, (0.0, 0.0))
+    __slots__ = ("_node", "_x", "_y", "_z", "_zero_x", "_zero_y")
+
+    def __init__(self, place: int | Point, zero_m: PlanVector | None = None) -> None:
+        point = place if isinstance(place, Point) else Point(place)
+        self._node, (self._x, self._y, self._z) = point.node, point.arm_m
+        self._zero_x = self._zero_y = 0.0
+        self._zero_x, self._zero_y = self.disp_m() if zero_m is None else zero_m
+
+    def disp_m(self) -> PlanVector:
+        """Return the displacement along x and y."""
+        x, y, _, turn_x, turn_y, turn_z = ops.nodeDisp(self._node)
+        x += turn_y * self._z - turn_z * self._y
+        y += turn_z * self._x - turn_x * self._z
+        return x - self._zero_x, y - self._zero_y
+
+
+class _Lean:
+    """Drift of a column in the open domain, counted like the displacements of its ends."""
+
+    __slots__ = ("_base", "_height_m", "_top")
+
+    def __init__(self, column: ColumnHandle, zero_m: PlanPositions | None = None) -> None:
+        self._top, self._base = (
+            _Moved(place, zero_m(place) if zero_m else None)
+            for place in (column.top, column.base_node)
         )
-        self._at = layout.node(read) if read in layout.nodes else -1
-        self._x = self._y = 0.0
-        self._x, self._y = self.disp(start)
+        self._height_m = column.clear_height_m
 
-    def disp(self, row: Sequence[float]) -> PlanVector:
-        """Return the plan displacement since gravity."""
-        at = self._at
-        if at < 0:
-            return 0.0, 0.0
-        turned = row[at + 5]
-        x, y = row[at] - self._arm_y * turned, row[at + 1] + self._arm_x * turned
-        return x - self._x, y - self._y
+    def drift_ratio(self) -> float:
+        """Return the displacement of the top against the base over the clear height."""
+        (top_x, top_y), (base_x, base_y) = self._top.disp_m(), self._base.disp_m()
+        return hypot(top_x - base_x, top_y - base_y) / self._height_m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -349,7 +357,7 @@ class Rest:
 def drifts_at_rest(
     model: BridgeModel,
     settings: AnalysisSettings,
-    under_gravity_m: Callable[[int], tuple[float, float]],
+    under_gravity_m: PlanPositions,
 ) -> Rest:
     """Let the model in the open domain come to rest from its last state; return its drifts.
 
@@ -361,7 +369,7 @@ def drifts_at_rest(
     Args:
         model: Model after the last step of a history, whose motion has ended.
         settings: Settings of the history.
-        under_gravity_m: Plan displacement of a node under gravity, from which drifts count.
+        under_gravity_m: Plan displacement of a node or point under gravity; drifts count from it.
     """
     period_s = model.bridge.damping.long_period_s
     # ASSUME the path to rest adds no plastic drift: critical damping leaves no cycles
@@ -373,12 +381,11 @@ def drifts_at_rest(
     _forget_accelerations()
     ops.integrator(*_INTEGRATOR)
     ops.analysis("Transient", "-noWarnings")
-    start = {
-        node: under_gravity_m(node)
-        for column in model.columns
-        for node in (column.top_node, column.base_node)
-    }
-    read = partial(_drifts, model, start)
+    columns = [_Lean(column, under_gravity_m) for column in model.columns]
+
+    def read() -> tuple[float, ...]:
+        return tuple(column.drift_ratio() for column in columns)
+
     trail = [read()]
     nothing = (nan,) * len(model.columns)
     for step in range(1, MAX_PERIODS * _STEPS_PER_PERIOD + 1):
@@ -422,17 +429,6 @@ def _advance(contacts: ContactSet | None, dt_s: float) -> bool:
         dt_s -= done * part_s
         ops.domainChange()  # discard the state that a failed attempt left in the equations
     return False
-
-
-def _drifts(model: BridgeModel, start: dict[int, tuple[float, float]]) -> tuple[float, ...]:
-    found: list[float] = []
-    for column in model.columns:
-        top, base = (
-            [a - b for a, b in zip(ops.nodeDisp(node)[:2], start[node], strict=True)]
-            for node in (column.top_node, column.base_node)
-        )
-        found.append(hypot(top[0] - base[0], top[1] - base[1]) / column.clear_height_m)
-    return tuple(found)
 
 
 def _is_still(trail: list[tuple[float, ...]]) -> bool:

@@ -8,6 +8,7 @@ import openseespy.opensees as ops
 from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.column import (
+    COLUMN_ITERATIONS,
     build_elastic_column,
     build_integration,
     column_handle,
@@ -15,7 +16,7 @@ from skewbridge.bridge.column import (
 )
 from skewbridge.bridge.deck import Deck, add_moment, add_weight, bent_positions_m
 from skewbridge.bridge.gravity import column_weight_n, deck_reaction_n
-from skewbridge.bridge.handles import ColumnHandle, TagAllocator
+from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
 from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2, GPA, KN
 from skewbridge.variant.options import ModelOptions
@@ -37,7 +38,9 @@ def build_bents(
 ) -> Bents:
     """Create caps, columns and bases, and put their weight on the spine and cap nodes."""
     upright, level = tags.transformation(), tags.transformation()
-    ops.geomTransf("PDelta", upright, 1.0, 0.0, 0.0)
+    # a column ends at the soffit, rigidly below its joint at the deck's centroid
+    below = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
+    ops.geomTransf("PDelta", upright, 1.0, 0.0, 0.0, "-jntOffset", 0.0, 0.0, 0.0, *below)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
@@ -49,23 +52,23 @@ def build_bents(
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints)
         for joint, y in joints:
-            # the top is rigidly linked to the joint at the deck's centroid
-            base, top = nodes = tags.node(), tags.node()
+            base = tags.node()
             ops.node(base, x, y, -bent.clear_height_m)
-            ops.node(top, x, y, 0.0)
-            ops.rigidLink("beam", joint, top)
+            nodes = base, joint
             foundations.extend(_support(bridge, base, options, tags))
             if options.elastic_columns:
                 element = build_elastic_column(bridge.column, nodes, upright, tags)
             else:
                 element = tags.element()
-                ops.element("forceBeamColumn", element, *nodes, upright, integration)
+                numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
+                ops.element("forceBeamColumn", element, *nodes, *numerics)
             columns.append(
                 column_handle(
                     bridge,
                     number,
                     element=element,
-                    nodes=nodes,
+                    base_node=base,
+                    top=Point(joint, below),
                     hinge_sections=hinges,
                     options=options,
                 )

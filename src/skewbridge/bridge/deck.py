@@ -19,6 +19,8 @@ from skewbridge.bridge.handles import PlanVector, TagAllocator
 from skewbridge.units import G_MPS2, GPA, KN
 
 type Side = Literal["left", "right"]
+#: Line of the pads, or outer face of the end diaphragm, where walls and keys touch it.
+type Line = Literal["bearing", "outer"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,10 +71,10 @@ class DeckEnd:
         """Side of the acute deck corner along the tangent; zero skew counts as positive."""
         return 1.0 if self.skew_rad < 0.0 else -1.0
 
-    def point(self, line: Literal["inner", "bearing", "outer"], along_m: float) -> PlanVector:
-        """Return a point of a transverse array, ``along_m`` from the centreline along the wall."""
-        # ASSUME the arrays are at the faces and in the middle of the end diaphragm
-        faces = {"inner": -0.5, "bearing": 0.0, "outer": 0.5}[line]
+    def point(self, line: Line, along_m: float) -> PlanVector:
+        """Return a point of the joint, ``along_m`` from the centreline along the wall."""
+        # ASSUME the pads are under the middle of the end diaphragm
+        faces = {"bearing": 0.0, "outer": 0.5}[line]
         offset = faces * self.thickness_m * self.sign / cos(self.skew_rad)
         return (
             self.bearing_x_m + offset + along_m * self.tangent[0],

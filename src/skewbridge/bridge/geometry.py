@@ -18,8 +18,8 @@ class Member:
     """A line between two points.
 
     Attributes:
-        group: ``columns, deck, bearings, backfill, contact, links`` or ``rigid links``.
-        tag: Element tag; 0 for rigid links.
+        group: ``columns, deck, bearings, backfill, contact`` or ``links``.
+        tag: Element tag.
         ends: Positions at rest in m.
     """
 
@@ -80,7 +80,7 @@ def model_geometry(variant: Variant, options: ModelOptions | None = None) -> Mod
         model = build(variant, options or ModelOptions())
         return ModelGeometry(
             title=model.variant.slug,
-            members=(*_elements(model), *_rigid_links()),
+            members=tuple(_elements(model)),
             contacts=contact_places(model),
             fixed=tuple(map(_place, ops.getFixedNodes())),
             # each end lists its corners along its tangent: together they go once around
@@ -120,14 +120,6 @@ def _elements(model: BridgeModel) -> Generator[Member]:
         for tag in tags:
             i, j = ops.eleNodes(tag)
             yield Member(group=group, tag=tag, ends=(_place(i), _place(j)))
-
-
-def _rigid_links() -> Generator[Member]:
-    """Yield links from each retained node to its constrained nodes."""
-    for retained in ops.getRetainedNodes() or []:
-        constrained = ops.getConstrainedNodes(retained) or []
-        for node in [constrained] if isinstance(constrained, int) else constrained:
-            yield Member(group="rigid links", tag=0, ends=(_place(retained), _place(node)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

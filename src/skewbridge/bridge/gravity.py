@@ -99,7 +99,7 @@ def hold_dead_load(
     open_linear_pattern(tags)
     for node, load_n in loads_n.items():
         ops.load(node, 0.0, 0.0, -load_n, *moments_nm.get(node, (0.0, 0.0)), 0.0)
-    ops.constraints("Transformation")
+    ops.constraints("Plain")
     ops.numberer("RCM")
     ops.system("ProfileSPD")
     ops.test("NormDispIncr", _TOLERANCE_M, 50)

@@ -38,6 +38,19 @@ class TagAllocator:
 type PlanVector = tuple[float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A point that moves rigidly with a node.
+
+    Attributes:
+        node: Tag of the node.
+        arm_m: Position of the point less that of the node, along x, y and z.
+    """
+
+    node: int
+    arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpringHandle:
     """One spring of a zeroLength element.
@@ -62,7 +75,8 @@ class ColumnHandle:
     Attributes:
         element: Tag; its end i is the base, ``eleResponse(element, "force")`` are 12 global
             components starting with the base.
-        clear_height_m: From the base node to the top node at the soffit.
+        top: Top of the column at the soffit.
+        clear_height_m: From the base node to the top.
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
             torsion); empty for elastic columns.
@@ -80,7 +94,7 @@ class ColumnHandle:
 
     element: int
     base_node: int
-    top_node: int
+    top: Point
     clear_height_m: float
     hinge_sections: tuple[int, ...]
     yield_curvature_per_m: float
@@ -109,12 +123,10 @@ class BearingHandle:
     """Pads, or a vertical support, from the fixed seat node below to the deck node above.
 
     Attributes:
-        element: Tag of the element; for pads, of the element that carries shear.
-        upright: Tag of the elastic element that carries pads vertically; None for plain supports.
+        element: Tag of the element.
     """
 
     element: int
-    upright: int | None = None
     seat_node: int
     deck_node: int
 
@@ -130,10 +142,10 @@ class AbutmentHandle:
         gap_m: Opening of the joint at rest, normal to the wall.
         transverse_gap_m: Gap at the keys.
         seat_width_m: From the backwall to the edge of the seat, normal to it.
-        centre_node: Node at deck level on the centreline, moves with the deck end.
+        centre: Middle of the bearing line at the top of the pads.
         corners: The two corners of the deck end.
         bearings: Pads (or supports), or elements that represent several pads.
-        pad_offsets_m: Plan positions of the pads (or supports), from ``centre_node``.
+        pads: Tops of the pads (or supports).
         wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
             ``tangent``; empty without contact.
         key_units: Indices of the keys' contacts.
@@ -145,7 +157,7 @@ class AbutmentHandle:
             node; transverse springs of `simplified`.
         wing_springs: Wing-wall springs.
         other_springs: Weak restoring springs and dashpots as elements (no demand reads them).
-        links: Stiff elements of the transverse arrays.
+        links: Stiff arms from the end node of the deck to the points of the joint.
     """
 
     side: str
@@ -154,10 +166,10 @@ class AbutmentHandle:
     gap_m: float
     transverse_gap_m: float
     seat_width_m: float
-    centre_node: int
+    centre: Point
     corners: tuple[CornerHandle, ...]
     bearings: tuple[BearingHandle, ...]
-    pad_offsets_m: tuple[PlanVector, ...]
+    pads: tuple[Point, ...]
     wall_units: tuple[int, ...]
     key_units: tuple[int, ...]
     wall_nodes: tuple[int, ...]

@@ -7,12 +7,9 @@ from dataclasses import dataclass
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutment import BUILDERS
-from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.abutment.parts import SideContext, side_handle
 from skewbridge.bridge.abutment.supports import (
-    LINK_NM_PER_RAD,
-    Line,
-    build_arrays,
+    build_arms,
     build_pads,
     build_vertical_supports,
     pad_stations,
@@ -20,7 +17,7 @@ from skewbridge.bridge.abutment.supports import (
 )
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.deck import DeckEnd, Side, build_spine, deck_end
+from skewbridge.bridge.deck import DeckEnd, Line, Side, build_spine, deck_end
 from skewbridge.bridge.gravity import abutment_reactions_n, hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, TagAllocator
 from skewbridge.contact import ContactSet
@@ -128,22 +125,22 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
 
 
 def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
-    """Build the transverse arrays under an end node of the spine, and their supports."""
+    """Build the points of the joint at an end node of the spine, and their supports."""
     bridge, deck = plan.bridge, plan.bridge.deck
     end = deck_end(
         side, bridge.length_m, plan.variant.skew_deg, deck.width_m, deck.diaphragm_thickness_m
     )
-    arrays = build_arrays(end, deck_node, _stations(end, plan), plan.options, plan.tags)
+    arms = build_arms(end, deck_node, _stations(end, plan), plan.options, plan.tags)
     pads = bridge.abutment.pads.with_strength(plan.options.pad_strength_factor)
     has_pads = plan.variant.traits.has_pads
     if has_pads:
-        bearings = build_pads(end, arrays, pads, plan.options, plan.tags)
+        bearings = build_pads(end, arms, pads, plan.options, plan.tags)
     else:
-        bearings = build_vertical_supports(end, arrays, pads, plan.tags)
+        bearings = build_vertical_supports(end, arms, pads, plan.tags)
     half = end.wall_length_m / 2
     return SideContext(
         end=end,
-        arrays=arrays,
+        arms=arms,
         bearings=bearings,
         pad_stations_m=tuple(pad_stations(pads, end)) if has_pads else (-half, half),
         data=bridge.abutment,
@@ -161,14 +158,14 @@ def build_joint(context: SideContext, plan: Blueprint) -> AbutmentHandle:
 
 
 def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
-    """Return the positions along the wall at which each array needs nodes."""
+    """Return the positions along the wall at which each line needs nodes."""
     half, traits = end.wall_length_m / 2, plan.variant.traits
     corners = [-half, half]
     walls = end.wall_stations(plan.options.backwall_points) if traits.has_wall_points else corners
     pads = corners
     if traits.has_pads:
         pads = pad_supports(plan.bridge.abutment.pads, end, plan.options)
-    return {"inner": corners, "bearing": pads, "outer": walls}
+    return {"bearing": pads, "outer": walls}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -209,7 +206,7 @@ def build_abutment(
     mass_kg = load_n / G_MPS2
     connector = tags.node()
     ops.node(connector, bridge.length_m / 2, 0.0, bridge.deck.centroid_above_soffit_m)
-    _hold_rotation(connector, tags)
+    ops.fix(connector, 0, 0, 0, 1, 1, 1)
     ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
     supports = build_supports("right", connector, plan)
     if guide is not None:
@@ -221,15 +218,3 @@ def build_abutment(
         contacts=plan.contacts,
         tags=tags,
     )
-
-
-def _hold_rotation(connector: int, tags: TagAllocator) -> None:
-    """Hold the rotations of the connector by stiff springs.
-
-    Fixing them fails: under the Transformation handler of OpenSees 3.8, a retained node of a rigid
-    link that has single-point constraints receives every increment more than once.
-    """
-    ground, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
-    stiff = elastic_material(LINK_NM_PER_RAD, tags)
-    springs = ("-mat", stiff, stiff, stiff, "-dir", 4, 5, 6)
-    ops.element("zeroLength", element, ground, connector, *springs)

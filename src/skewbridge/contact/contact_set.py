@@ -243,6 +243,11 @@ class ContactSet:
         return [unit.normal_n for unit in self._units]
 
     @property
+    def largest_normal_n(self) -> float:
+        """Largest normal force of all pairs."""
+        return max((unit.normal_n for unit in self._units), default=0.0)
+
+    @property
     def tangentials_n(self) -> list[tuple[float, float]]:
         """Friction force of each pair along t1 and t2, with the sign of slip."""
         return [(unit.force_1, unit.force_2) for unit in self._units]

@@ -30,7 +30,6 @@ COLOURS: Final = {
     "backfill": "#E69F00",
     "contact": "#CC79A7",
     "links": "#999999",
-    "rigid links": "#BBBBBB",
 }
 DEFAULT_GAP_SCALE: Final = 20.0
 _BREAK: Final = (None, None, None)  # between two lines of one trace
@@ -106,7 +105,7 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, across: int, up: int) -> 
                 color=COLOURS[group],
                 linewidth=2.2 if group in ("deck", "columns") else 1.0,
                 label=group if number == 0 else None,
-                zorder=1 if group == "rigid links" else 2,
+                zorder=1 if group == "links" else 2,
             )
         points = [m.ends[0] for m in members if m.ends[0] == m.ends[1]]
         if points and group not in ("links", "contact"):

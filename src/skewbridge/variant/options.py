@@ -34,8 +34,8 @@ class ModelOptions:
 
     arrays: Literal["rigid", "corotational"] = Field(
         default="rigid",
-        description="transverse arrays of the abutment: rigid links, or stiff corotational "
-        "elements as in the paper (2.3 times the cost)",
+        description="stiff arms from the deck end to pads, walls and keys: for small rotations "
+        "(rigid), or corotational as in the paper",
     )
     column_integration: Literal["hinge_radau", "lobatto5"] = Field(
         default="hinge_radau",

@@ -44,12 +44,13 @@ def _build_wall(context: SideContext, contacts: ContactSet, parts: SideParts) ->
         mass_kg = context.moving_mass_kg(context.wall_mass_kg * share)
         # The penalty of a point is proportional to its soil, so that the soil spreads the force.
         kn = normal_penalty(passive.stiffness_n_per_m, mass_kg, options)
+        deck_node = context.arms.at("outer", along)
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
         _hold_wall_point(context, (ground, wall), share, passive, parts)
         unit = contacts.add(
             wall,
-            context.arrays.at("outer", along),
+            deck_node,
             (*end.inward, 0.0),
             context.gap_m,
             context.friction * options.has_friction_at("walls"),
@@ -97,13 +98,14 @@ def _build_key(context: SideContext, contacts: ContactSet, parts: SideParts, sig
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)
     mass_kg = context.moving_mass_kg(context.key_mass_kg)
+    deck_node = context.arms.at("outer", along)
     node = plane_node(end.point("outer", along), mass_kg, tags)
     ground = grounded_node(end.point("outer", along), tags)
     parts.key_springs.append(context.key_spring((ground, node), inward))
     kn = normal_penalty(key_stiffness_n_per_m(context.key), mass_kg, options)
     unit = contacts.add(
         node,
-        context.arrays.at("outer", along),
+        deck_node,
         (*inward, 0.0),
         options.transverse_gap_m,
         context.friction * options.has_friction_at("keys"),

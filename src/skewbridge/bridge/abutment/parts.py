@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+import openseespy.opensees as ops
+
 from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
 from skewbridge.bridge.abutment.elements import (
     damping_n_s_per_m,
@@ -11,13 +13,14 @@ from skewbridge.bridge.abutment.elements import (
     key_stiffness_n_per_m,
     spring_element,
 )
-from skewbridge.bridge.abutment.supports import Arrays
+from skewbridge.bridge.abutment.supports import Arms
 from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
 from skewbridge.bridge.deck import DeckEnd, PlanVector, tributary_shares
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BearingHandle,
     CornerHandle,
+    Point,
     SpringHandle,
     TagAllocator,
 )
@@ -33,7 +36,7 @@ class SideContext:
     """Data for building the joint of one side, with its deck end at rest."""
 
     end: DeckEnd
-    arrays: Arrays
+    arms: Arms
     bearings: tuple[BearingHandle, ...]
     pad_stations_m: tuple[float, ...]  # along the wall
     data: AbutmentData
@@ -127,7 +130,7 @@ def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
     end, half = context.end, context.end.wall_length_m / 2
     corners = tuple(
         CornerHandle(
-            node=context.arrays.at("outer", sign * half),
+            node=context.arms.at("outer", sign * half),
             kind="acute" if sign == end.acute_sign else "obtuse",
             plan_m=end.point("outer", sign * half),
         )
@@ -141,15 +144,17 @@ def side_handle(context: SideContext, parts: SideParts) -> AbutmentHandle:
         gap_m=context.gap_m,
         transverse_gap_m=context.options.transverse_gap_m,
         seat_width_m=context.data.seat_width_m,
-        centre_node=context.arrays.centre_node,
+        centre=_point_of_end(context, 0.0),
         corners=corners,
         bearings=context.bearings,
-        pad_offsets_m=tuple(
-            (along * end.tangent[0], along * end.tangent[1]) for along in context.pad_stations_m
-        ),
-        links=(
-            *context.arrays.links,
-            *(pad.upright for pad in context.bearings if pad.upright is not None),
-        ),
+        pads=tuple(_point_of_end(context, along) for along in context.pad_stations_m),
+        links=tuple(context.arms.elements),
         **built,
     )
+
+
+def _point_of_end(context: SideContext, along_m: float) -> Point:
+    """Return the point of the deck end on the bearing line at a position along the wall."""
+    node, tangent = context.arms.deck_node, context.end.tangent
+    z_m = float(ops.nodeCoord(node, 3))
+    return Point(node, (along_m * tangent[0], along_m * tangent[1], -z_m))

@@ -12,8 +12,6 @@ References:
 
 from math import sqrt
 
-import openseespy.opensees as ops
-
 from skewbridge.bridge.abutment.backfill import (
     sdc_backfill,
     skew_reduction,
@@ -53,7 +51,7 @@ def build_simplified(context: SideContext) -> SideParts:
         ends, end.skew_rad, context.options.backfill_variation, end.acute_sign
     )
     for along, factor in zip(ends, factors, strict=True):
-        deck_node = context.arrays.at("outer", along)
+        deck_node = context.arms.at("outer", along)
         ground = grounded_node(end.point("outer", along), tags)
         nodes = (ground, deck_node)
         soil = passive_material(longitudinal.scaled(factor), context.gap_m, tags)
@@ -95,7 +93,7 @@ def _build_backfill(context: SideContext, parts: SideParts) -> None:
     end, tags = context.end, context.tags
     for along, _, passive in context.wall_parts():
         ground = grounded_node(end.point("outer", along), tags)
-        nodes = (ground, context.arrays.at("outer", along))
+        nodes = (ground, context.arms.at("outer", along))
         material = passive_material(passive, context.gap_m, tags)
         parts.wall_springs.append(spring_element(nodes, end.inward, [material], [], tags)[0])
 
@@ -131,12 +129,10 @@ def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -
     end, tags, mass_kg = context.end, context.tags, context.moving_mass_kg(context.key_mass_kg)
     along = sign * end.wall_length_m / 2
     inward = context.key_inward_normal(sign)
+    deck_node = context.arms.at("outer", along)
     node = plane_node(end.point("outer", along), mass_kg, tags)
-    # the body moves as one: its node at the key follows the middle
-    arm = plane_node(end.point("outer", along), 0.0, tags)
-    ops.equalDOF(body, arm, 1, 2)
-    holder = context.key_spring((arm, node), inward)
-    deck_node = context.arrays.at("outer", along)
+    # the body moves without turning: its middle stands for its part at the key
+    holder = context.key_spring((body, node), inward)
     penalty = normal_penalty(key_stiffness_n_per_m(context.key), mass_kg, context.options)
     material = gap_material(penalty, context.options.transverse_gap_m, tags)
     gap, _ = spring_element((node, deck_node), inward, [material], [], tags)
