@@ -63,29 +63,6 @@ def test_dead_load_and_conditioning_period_of_every_bridge(name: str) -> None:
     assert bridge.t1_s == pytest.approx(period_s, rel=0.002)
 
 
-@pytest.mark.parametrize(
-    ("name", "abutment", "axial_kn"),
-    [
-        ("osb1", "contact_friction", (5_997, 5_997)),
-        ("osb2s", "roller", (7_513, 7_513, 7_362, 7_362)),
-        ("bridge_b", "roller", (8_769, 8_769)),
-    ],
-)
-def test_base_axial_forces_of_all_columns(
-    name: str, abutment: str, axial_kn: tuple[float, ...]
-) -> None:
-    result = modal_properties(variant(abutment, bridge=name), HINGE)
-    assert result.column_axial_kn == pytest.approx(axial_kn, rel=0.01)
-    if name == "osb1":
-        assert result.abutment_reaction_kn == pytest.approx([3_530, 3_530], rel=0.01)
-
-
-def test_reactions_and_axial_forces_add_up_to_the_weight() -> None:
-    result = modal_properties(variant("contact_friction", skew_deg=45), HINGE)
-    total = sum(result.column_axial_kn) + sum(result.abutment_reaction_kn)
-    assert total == pytest.approx(result.weight_kn, rel=1e-6)  # statics
-
-
 @pytest.mark.parametrize(("cap_load", "thrust_kn"), [("spread", 67.0), ("middle", 524.0)])
 def test_thrust_of_a_two_column_bent_at_rest_depends_on_the_cap_load(
     cap_load: Literal["spread", "middle"], thrust_kn: float

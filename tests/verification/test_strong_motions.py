@@ -91,21 +91,6 @@ def noted(monkeypatch):
     return slugs
 
 
-def test_resume_of_the_hard_set_repeats_only_the_line_cut_short(monkeypatch, tmp_path):
-    chosen, settings = replace(ONE, skews_deg=(0, 30)), AnalysisSettings(duration_s=1.0)
-    whole = Study("hard-set", tmp_path)
-    run_hard_set(whole, chosen, settings)
-    cut_short(tmp_path / "hard-set.jsonl")
-    monkeypatch.setattr(strong_motions, "REPORT_EACH", 1)
-    slugs, lines = noted(monkeypatch), []
-    again = Study("hard-set", tmp_path, lines.append)
-    run_hard_set(again, chosen, settings)
-    assert len(slugs) == 1
-    assert slugs[0] in lines[0]
-    assert lines[0].startswith("2 of 2 analyses, 0 min left")
-    assert again.tables["rows"].equals(whole.tables["rows"])
-
-
 def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp_path):
     first = Study("accuracy", tmp_path)
     run_accuracy(first, TINY, ("fast", "default"))
@@ -118,10 +103,12 @@ def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp
     assert "largest difference of 8 pooled ratios" in summary.quantity
     assert failed.value == 0.0
     cut_short(tmp_path / "accuracy.jsonl")
-    slugs = noted(monkeypatch)
-    second = Study("accuracy", tmp_path)
+    monkeypatch.setattr(strong_motions, "REPORT_EACH", 1)
+    slugs, lines = noted(monkeypatch), []
+    second = Study("accuracy", tmp_path, lines.append)
     run_accuracy(second, TINY, ("fast", "default"))
     assert len(slugs) == 1
+    assert lines[0].startswith(f"8 of 8 analyses, 0 min left; last: {slugs[0]}")
     assert second.tables["ratios"].equals(table)
     assert second.comparisons == first.comparisons
 
