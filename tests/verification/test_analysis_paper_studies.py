@@ -23,7 +23,8 @@ T_S = np.linspace(0.0, 4.0, 401)
 
 def test_half_cycles_lie_between_zero_crossings():
     plain = np.sin(2 * np.pi * T_S)
-    cycles = half_cycles(T_S, plain, 0.9 * plain, plain, np.zeros(T_S.size, dtype=bool))
+    both = np.column_stack([plain, plain])
+    cycles = half_cycles(T_S, both, 0.9 * both, 0, [np.zeros(T_S.size, dtype=bool)])
     assert len(cycles) == 8
     assert [cycle.change for cycle in cycles] == pytest.approx([-0.1] * 8)
     assert all(cycle.together == pytest.approx(1.0) for cycle in cycles)
@@ -33,7 +34,8 @@ def test_half_cycles_lie_between_zero_crossings():
 def test_small_half_cycles_are_left_out_and_contact_is_noticed():
     plain = np.sin(2 * np.pi * T_S) * np.where(T_S < 2.0, 1.0, 0.1)
     contact = (T_S > 0.2) & (T_S < 0.3)
-    cycles = half_cycles(T_S, plain, plain, plain, contact)
+    both = np.column_stack([plain, plain])
+    cycles = half_cycles(T_S, both, both, 1, [contact, contact & False])
     assert len(cycles) == 4
     assert [cycle.has_contact for cycle in cycles] == [True, False, False, False]
 

@@ -54,7 +54,7 @@ CENTRE: Final = 1
 _GROUND: Final = 2
 CORNER_NODES: Final = (11, 12, 13, 14)
 WALL_NODES: Final = (21, 22, 23, 24)
-_INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
+INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
     "newmark": ("Newmark", 0.5, 0.25),
     "houbolt": ("Houbolt",),
     "hht": ("HHT", 0.8),
@@ -392,7 +392,7 @@ def prepare_analysis(integrator: str, system: str = "ProfileSPD") -> None:
     """Define the transient analysis."""
     # The tolerance is far below every displacement of interest and far above rounding: the problem
     # is linear by pieces.
-    Solver(numberer="RCM", system=system, integrator=_INTEGRATORS[integrator]).prepare()
+    Solver(numberer="RCM", system=system, integrator=INTEGRATORS[integrator]).prepare()
 
 
 class PenaltyDeck:

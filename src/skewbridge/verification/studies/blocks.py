@@ -46,6 +46,7 @@ from skewbridge.verification.references.closed_forms import (
     sine_pulse_first_slip,
     straight_loop_work_j,
 )
+from skewbridge.verification.references.deck_solvers import INTEGRATORS
 from skewbridge.verification.references.driven_unit import (
     drive_unit,
     follow_law,
@@ -308,10 +309,6 @@ def _history_figure(decay: BlockHistory, belt: BlockHistory, points: list[float]
 
 
 _FREE_STEPS: Final = 6
-_INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
-    "houbolt": ("Houbolt",),
-    "newmark": ("Newmark", 0.5, 0.25),
-}
 # By step x contact frequency: Houbolt mean, least, largest; Newmark mean, least, largest.
 # source: docs/theory/verification.md, own integration without OpenSees, 40 phases.
 TABLE: Final = {
@@ -332,7 +329,7 @@ def run_integrators(study: Study) -> None:
     rows: list[dict[str, Any]] = []
     source = "same integrators without OpenSees (docs/theory/verification.md)"
     for step, reference in TABLE.items():
-        for k, integrator in enumerate(_INTEGRATORS):
+        for k, integrator in enumerate(("houbolt", "newmark")):
             found = integrator_restitution(integrator, step)
             values = {"mean": found.mean(), "least": found.min(), "largest": found.max()}
             rows.append({"integrator": integrator, "step_times_frequency": step} | values)
@@ -354,7 +351,7 @@ def integrator_restitution(integrator: str, step: float) -> Array:
     result = np.empty(phases)
     for k in range(phases):
         phase = replace(block, gap_m=step * (_FREE_STEPS + (k + 0.5) / phases))
-        history = run_block(phase, step, count * step, integrator=_INTEGRATORS[integrator])
+        history = run_block(phase, step, count * step, integrator=INTEGRATORS[integrator])
         y = history.position_m[:, 1]
         result[k] = (y[-1] - y[-2]) / step
     return result

@@ -164,17 +164,8 @@ def _judge_abutment(study: Study, case: str, pair: AbutmentPair) -> None:
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
     study.states("several contacts", case, closures)
     study.states("transverse peak", case, *both(lambda h: np.abs(h.disp_m[:, 1]).max()))
-    count = min(len(with_friction.t_s), len(without.t_s))
-    in_contact = np.logical_or.reduce(
-        [(h.normals_n[:count, _units(h, "backwall")] > 0.0).any(axis=1) for h in pair]
-    )
-    cycles = half_cycles(
-        without.t_s[:count],
-        without.disp_m[:count, 1],
-        with_friction.disp_m[:count, 1],
-        without.disp_m[:count, 0],
-        in_contact,
-    )
+    walls = [(h.normals_n[:, _units(h, "backwall")] > 0.0).any(axis=1) for h in pair]
+    cycles = half_cycles(without.t_s, without.disp_m, with_friction.disp_m, 1, walls)
     _judge_cycles(study, "transverse cycles", case, cycles)
 
 
@@ -358,19 +349,13 @@ def _judge(study: Study, case: str, pair: Pair, *, same_record: bool) -> None:
 def _cycles(pair: Pair, axis: str) -> list[HalfCycle]:
     """Return the half cycles of the deck along an axis."""
     friction, plain = (histories_of(result) for result in pair)
-    count = min(len(friction["t_s"]), len(plain["t_s"]))
-    walls = [f"abutment_{side}_wall_kn" for side in _SIDES]
-    in_contact = np.logical_or.reduce(
-        [table[wall][:count] > 0.0 for table in (friction, plain) for wall in walls]
+    moved, moved_plain = (
+        np.column_stack([table["deck_ux_m"], table["deck_uy_m"]]) for table in (friction, plain)
     )
-    own, other = f"deck_u{axis}_m", "deck_ux_m" if axis == "y" else "deck_uy_m"
-    return half_cycles(
-        plain["t_s"][:count],
-        plain[own][:count],
-        friction[own][:count],
-        plain[other][:count],
-        in_contact,
-    )
+    walls = [
+        table[f"abutment_{side}_wall_kn"] > 0.0 for table in (friction, plain) for side in _SIDES
+    ]
+    return half_cycles(plain["t_s"], moved_plain, moved, "xy".index(axis), walls)
 
 
 def _history_change(pair: Pair, column: str) -> float:

@@ -87,10 +87,7 @@ def _check_paths(study: Study) -> None:
     study.relative("work per straight loop (J)", work, exact, 5e-3, "B7")
     jump = path.copy()
     jump[:, 3] = np.where(np.sin(2 * pi * path[:, 0] / 2.5) > 0.0, 0.1, -0.1)
-    got, expected = (
-        drive_unit(PAPER_LAW, jump).forces_n,
-        follow_law(PAPER_LAW, jump, substeps=20),
-    )
+    got, expected = drive_unit(PAPER_LAW, jump).forces_n, follow_law(PAPER_LAW, jump, substeps=20)
     error = rms_n((got - expected)[:, :2]) / 4500.0
     study.at_most("RMS error with openings, over the limit", error, 1e-2, "radial return")
     study.at_most("tension (N)", max(0.0, float(-got[:, 2].min())), 0.0, "no tension")

@@ -254,25 +254,28 @@ class HalfCycle:
 
 
 def half_cycles(
-    t_s: Array,
-    without_m: Array,
-    with_m: Array,
-    other_axis_m: Array,
-    in_contact: NDArray[np.bool_],
+    t_s: Array, without_m: Array, with_m: Array, axis: int, in_contact: Sequence[NDArray[np.bool_]]
 ) -> list[HalfCycle]:
     """Return the half cycles between zero crossings of a displacement without friction.
 
-    All arrays have the shape (n,). The displacement along the other axis is without friction, and
-    `in_contact` is true where a backwall carries force.
+    Args:
+        t_s: Times without friction, shape (n,).
+        without_m: Displacements along x and y without friction, shape (n, 2).
+        with_m: The same with friction, shape (m, 2); only times of both runs count.
+        axis: 0 along x, 1 along y.
+        in_contact: Arrays that are true where a backwall carries force, of n or m times.
     """
-    crossings = np.flatnonzero(np.diff(np.signbit(without_m))) + 1
-    bounds = np.concatenate([[0], crossings, [len(t_s)]])
-    largest = float(np.abs(without_m).max())
-    scale = largest * float(np.abs(other_axis_m).max())
+    count = min(len(without_m), len(with_m))
+    own, other = without_m[:count, axis], without_m[:count, 1 - axis]
+    closed = np.logical_or.reduce([flags[:count] for flags in in_contact])
+    crossings = np.flatnonzero(np.diff(np.signbit(own))) + 1
+    bounds = np.concatenate([[0], crossings, [count]])
+    largest = float(np.abs(own).max())
+    scale = largest * float(np.abs(other).max())
     cycles: list[HalfCycle] = []
     for start, end in pairwise(bounds.tolist()):
         part = slice(start, end)
-        peak_m = float(np.abs(without_m[part]).max())
+        peak_m = float(np.abs(own[part]).max())
         if end - start < 2 or peak_m < SMALLEST_CYCLE * largest:
             continue
         cycles.append(
@@ -280,9 +283,9 @@ def half_cycles(
                 start_s=float(t_s[start]),
                 end_s=float(t_s[end - 1]),
                 peak_without_m=peak_m,
-                peak_with_m=float(np.abs(with_m[part]).max()),
-                together=float(np.abs(without_m[part] * other_axis_m[part]).max()) / scale,
-                has_contact=bool(in_contact[part].any()),
+                peak_with_m=float(np.abs(with_m[part, axis]).max()),
+                together=float(np.abs(own[part] * other[part]).max()) / scale,
+                has_contact=bool(closed[part].any()),
             )
         )
     return cycles
