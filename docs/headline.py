@@ -28,7 +28,7 @@ from skewbridge.report.answer import (
     axis_sentences,
     change_name,
     effect_name,
-    failure_sentence,
+    failure_sentences,
     headline_rows,
     motions_sentence,
     ratio_interval,
@@ -67,7 +67,7 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
     level = 100.0 * medians["level"].dropna().iloc[0]
     names = short_names(table)
     lines += [
-        f"- {failure_sentence(runs)}",
+        f"- {' '.join(failure_sentences(runs))}",
         f"- {motions_sentence(motions, table)}",
         "",
         f"Brackets: {level:g} % intervals, averages over all other axes.",

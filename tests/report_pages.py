@@ -51,7 +51,10 @@ _CHECKS = {
     "suspect": [],
     "rungs": [],
 }
-_CAPTION = {"name": "one", "section": CURVES, "title": "A curve", "text": "Of a test."}
+_CAPTION = {
+    "name": "one", "section": CURVES, "item": "drift", "title": "A curve",
+    "text": "Of a test.", "finding": "It rises.",
+}  # fmt: skip
 
 
 def write_page(

@@ -122,24 +122,26 @@ def test_one_figure_is_drawn_alone_with_the_look_of_the_configuration(study):
 
 
 def test_width_and_font_options_override_the_configuration(study):
-    done = plot("osb1_cf_verdict_friction", "--width-mm", "80", "--font", "serif")
+    done = plot("osb1_cf_cloud_column_drift_ratio", "--width-mm", "80", "--font", "serif")
     assert done.exit_code == 0, done.stderr
-    svg = (study / "osb1_cf_verdict_friction.svg").read_text("utf-8")
+    svg = (study / "osb1_cf_cloud_column_drift_ratio.svg").read_text("utf-8")
     assert size_pt(svg)[0] == pytest.approx(80 * PT_PER_MM, rel=1e-4)
     assert "serif" in re.search(r"<text[^>]*>", svg)[0]
 
 
 def test_without_a_name_all_are_listed(study):
     rows = json.loads(plot("--json").stdout)["figures"]
-    assert {"osb1_cf_cloud_column_drift_ratio", "suite_spectra"} < {row["name"] for row in rows}
+    names = {row["name"] for row in rows}
+    assert {"osb1_cf_cloud_column_drift_ratio", "osb1_cf_curves_column_drift"} < names
+    assert "suite_spectra" not in names  # there is no motion to draw
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["osb1_cf_verdict_skew"], "similar names: osb1_cf_verdict_skew_deg"),
-        (["suite_spectra", "--font", "STIXGenerl"], "(installed: STIXGeneral"),
-        (["suite_spectra", "--width-mm", "4"], "width_mm: must be greater than or equal to 40"),
+        (["osb1_cf_cloud_column"], "similar names: osb1_cf_cloud_column_drift_ratio"),
+        (["osb1_cf_cloud_*", "--font", "STIXGenerl"], "(installed: STIXGeneral"),
+        (["osb1_cf_cloud_*", "--width-mm", "4"], "width_mm: must be greater than or equal to 40"),
     ],
 )
 def test_unknown_names_and_options_are_refused(study, arguments, message):

@@ -13,7 +13,7 @@ from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.report import axis_layout
 from skewbridge.report.axis_layout import MARKS
-from skewbridge.report.effect_figures import effects_by_intensity, verdict_map
+from skewbridge.report.effect_figures import effects_by_intensity
 from skewbridge.report.fragility_figures import (
     curve_values,
     demand_clouds,
@@ -76,11 +76,11 @@ def lines_drawn(figure, variant_count):
 
 
 def test_drawn_curves_are_the_preferred_rows_with_the_total_dispersion(demands, tables):
-    curves = tables[0]
-    figure = fragility_curves(curves, demands, "column_drift")
+    curves, _, medians = tables
+    figure = fragility_curves(curves, demands, medians, "column_drift")
     preferred = curves[curves["preferred"]]
     drawn = lines_drawn(figure, 160)
-    assert len(drawn) == len(preferred) == sum(len(axes.collections) for axes in figure.axes)
+    assert len(drawn) == len(preferred) == 8 * 2
     found = sorted(float(np.interp(0.5, line.get_ydata(), line.get_xdata())) for line in drawn)
     np.testing.assert_allclose(found, sorted(preferred["theta"]), rtol=0.01)
     item = preferred.iloc[0]
@@ -94,8 +94,8 @@ def test_drawn_curves_are_the_preferred_rows_with_the_total_dispersion(demands, 
 
 
 def test_state_that_no_run_reached_is_listed_and_has_no_panel(demands, tables):
-    curves = tables[0]
-    figure = fragility_curves(curves, demands, "column_drift")
+    curves, _, medians = tables
+    figure = fragility_curves(curves, demands, medians, "column_drift")
     labels = " ".join(axes.get_ylabel() for axes in figure.axes)
     assert "moderate" in labels
     assert "complete" not in labels
@@ -105,11 +105,11 @@ def test_state_that_no_run_reached_is_listed_and_has_no_panel(demands, tables):
 
 
 def test_curves_that_depend_on_the_method_are_marked(demands, tables):
-    curves = tables[0].copy()
+    curves, medians = tables[0].copy(), tables[2]
     cloud = curves["preferred"] & (curves["limit_state"] == "slight") & (curves["skew_deg"] == 30)
     curves["methods_differ"] = False
     curves.loc[cloud, ["methods_differ", "methods_ratio"]] = [True, 1.28]
-    figure = fragility_curves(curves, demands, "column_drift")
+    figure = fragility_curves(curves, demands, medians, "column_drift")
     assert sum("exceedance median +28 %" in text for text in texts(figure)) == 1
     marks = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "D"]
     assert len([mark for mark in marks if len(mark.get_xdata())]) == cloud.sum()
@@ -117,11 +117,11 @@ def test_curves_that_depend_on_the_method_are_marked(demands, tables):
 
 
 def test_panels_without_a_curve_give_the_reason(demands, tables):
-    curves = tables[0].copy()
+    curves, medians = tables[0].copy(), tables[2]
     lost = curves["skew_deg"] == 30
     curves.loc[lost, "preferred"] = False
     curves.loc[lost, "status"] = "bounds_too_wide"
-    figure = fragility_curves(curves, demands, "column_drift")
+    figure = fragility_curves(curves, demands, medians, "column_drift")
     assert any("no curve of 4: bounds too wide" in text for text in texts(figure))
 
 
@@ -133,7 +133,8 @@ def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():
     curves["preferred"] = False
     shown = shown_curves(curves)
     assert len(shown)
-    figure = fragility_curves(curves, demands, "column_drift")
+    none = pd.DataFrame({"demand": [], "scope": [], "status": []}, dtype=str)
+    figure = fragility_curves(curves, demands, none, "column_drift")
     level = [line for axes in figure.axes for line in axes.lines if set(line.get_ydata()) == {0.5}]
     spans = {tuple(np.round(line.get_xdata(), 6)) for line in level}
     ends = shown[["theta_bracket_low", "theta_bracket_high"]].iloc[0]
@@ -172,27 +173,41 @@ def test_large_cloud_is_a_stated_sample(demands, tables, monkeypatch):
     assert figure.get_suptitle().startswith(f"20 of {len(demands)} runs")
 
 
-def test_verdict_map_has_a_cell_per_row_with_the_family_wise_verdict(tables):
-    effects = pd.concat([tables[1].effects, tables[2]])
-    axes = verdict_map(effects, "skew_deg").axes[0]
-    rows = effects[effects["axis"] == "skew_deg"]
-    assert len(axes.patches) == len(rows)
-    bold = [text for text in axes.texts if text.get_fontweight() == "bold"]
-    assert len(bold) == rows["verdict_family"].isin(["lower", "higher"]).sum()
-    columns = [label.get_text().split("\n")[0] for label in axes.get_xticklabels()]
-    averages = (rows["scope"] == "pooled") & (rows["demand"] == rows["demand"].iloc[0])
-    assert columns.count("all") == averages.sum() > 0
-    labels = [label.get_text() for label in axes.get_yticklabels()]
-    medians = sum(label.startswith("Median of ") for label in labels)
-    assert medians == rows.loc[rows["quantity"] == "median_capacity", "demand"].nunique() > 0
+def test_a_panel_of_curves_has_two_bands_at_most(demands, tables):
+    figure = fragility_curves(tables[0], demands, tables[2], "column_drift")
+    panels = [axes for axes in figure.axes if "P(" in axes.get_ylabel() or axes.collections]
+    curves = [axes for axes in panels if len(axes.lines) > 8]
+    assert [len(axes.collections) for axes in curves] == [2] * len(curves)
+    assert "gap 25 mm, μ 0 and gap 25 mm, μ 0.5" in figure.get_suptitle()
 
 
-def test_effect_that_is_not_estimable_has_no_number(tables):
-    effects = tables[1].effects.copy()
-    own = (effects["demand"] == "unseating_m") & (effects["axis"] == "friction")
-    effects.loc[own, "status"] = "not_estimable"
-    effects.loc[own, ["ratio", "ci_low", "ci_high"]] = np.nan
-    assert texts(verdict_map(effects, "friction")).count("not\nestimable") == own.sum()
+def test_ratios_of_medians_are_next_to_the_curves_with_their_intervals(demands, tables):
+    curves, _, medians = tables
+    figure = fragility_curves(curves, demands, medians, "column_drift")
+    rows = medians[(medians["scope"] == "pooled") & (medians["status"] == "ok")]
+    rows = rows[rows["demand"] == "column_drift/slight"]
+    panel = next(axes for axes in figure.axes if axes.get_title().startswith("Ratio of medians"))
+    intervals = [list(line.get_xdata()) for line in panel.lines if len(line.get_xdata()) == 2]
+    for ends in rows[["ci_low", "ci_high"]].to_numpy().tolist():
+        assert ends in intervals
+    points = [line.get_xdata()[0] for line in panel.lines if line.get_marker() == "o"]
+    assert points == rows["ratio"].tolist()
+    labels = [label.get_text() for label in panel.get_yticklabels()]
+    assert labels[0] == "Skew 0° to 30°"
+
+
+def test_texts_of_a_figure_do_not_overlap(demands, tables):
+    figure = fragility_curves(tables[0], demands, tables[2], "column_drift")
+    figure.canvas.draw()
+    boxes = [
+        text.get_window_extent().padded(-1.0)
+        for axes in figure.axes
+        for text in (axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts)
+        if text.get_text().strip() and text.get_window_extent().width > 2
+    ]  # fmt: skip
+    overlaps = [(a, b) for i, a in enumerate(boxes) for b in boxes[i + 1 :] if a.overlaps(b)]
+    assert len(boxes) > 10
+    assert not overlaps
 
 
 def test_effects_by_intensity_are_lines_with_bands_and_a_reference(tables):

@@ -6,13 +6,19 @@ import json
 import re
 from importlib.resources import files
 
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
 
 from fragility_tables import IM, synthetic_demands
 from report_pages import STATES, write_page
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.report.answer import ANSWER_COLUMNS, title_of
+from skewbridge.report.html.sketch import bridge_words, sketch
+from skewbridge.report.methods import methods_of
+from skewbridge.report.study_figures import CURVES
+from skewbridge.study.config import parse_config
 
 BEYOND = [STATES[0] | {"states": {"complete": 900.0}}]
 
@@ -66,12 +72,12 @@ def test_both_bases_are_named_with_their_bridges(render):
         ignore_index=True,
     )
     page, _ = render(demands, bridges=("osb1", "osb1_fixed"))
-    assert "(<code>osb1</code>): pinned column bases" in page
-    assert "(<code>osb1_fixed</code>): fixed column bases" in page
-    assert "<strong>osb1_fixed:</strong>" in page
+    assert "<strong>osb1</strong>: two spans, 91.4 m long, pinned two-column bent" in page
+    assert "<strong>osb1_fixed</strong>: two spans, 91.4 m long, fixed two-column bent" in page
+    assert "<small>osb1_fixed</small>" in page
 
 
-def test_mixed_abutments_have_maps_of_their_own(render):
+def test_mixed_abutments_have_columns_of_their_own(render):
     demands = pd.concat(
         [
             synthetic_demands(abutment="roller", gaps=(0,), frictions=(0,), skews=(0, 30)),
@@ -80,8 +86,9 @@ def test_mixed_abutments_have_maps_of_their_own(render):
         ignore_index=True,
     )
     page, _ = render(demands, bridges=("osb1_fixed",))
-    assert "Verdicts, osb1, roller" in page
-    assert "Verdicts, osb1, contact-friction" in page
+    assert '<th scope="colgroup" colspan="1">osb1, roller</th>' in page
+    assert '<th scope="colgroup" colspan="2">osb1, contact-friction</th>' in page
+    assert "Each pair of variants: Skew, osb1, contact-friction" in page
     assert "pinned column bases" not in page
 
 
@@ -96,7 +103,7 @@ def test_a_single_variant_and_motion_compare_nothing(render):
     page, _ = render(demands)
     assert "No comparison is possible" in page
     assert "1 motion unscaled," in page
-    assert 'id="answer"' not in page
+    assert "No two variants of this study can be compared." in page
 
 
 def test_one_motion_gives_no_estimate_and_the_page_says_so(render):
@@ -111,9 +118,56 @@ def test_failures_and_lower_bounds_are_on_the_first_screen(render):
     demands.loc[demands.index[:5], "beyond_model"] = "shear"
     demands.loc[demands.index[5:7], "beyond_model"] = "flexure"
     page, _ = render(demands)
-    head = page[: page.index("<main>")]
+    head = page[page.index('<section id="answer">') : page.index('<section id="effects">')]
     assert f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure" in head
     assert "0 runs collapsed; in 7 runs the demands are peaks up to a failure" in head
+    assert "<td>4 to 3 of 32</td>" in head or "<td>7 to 0 of 32</td>" in head
+
+
+def test_the_answer_has_sizes_intervals_and_certainty(render):
+    page, frames = render(synthetic_demands(skews=(0, 60), gaps=(25,)))
+    medians = frames["medians"]
+    rows = medians[(medians["scope"] == "pooled") & (medians["demand"] == "bearing/slight")]
+    assert len(rows) == 2
+    head = page[page.index('<section id="answer">') : page.index('<section id="effects">')]
+    for row in rows.to_dict("records"):
+        ends = row["from_mean"], row["from_mean"] * row["ratio"]
+        assert f"{ends[0]:.2f} → {ends[1]:.2f}" in head
+    assert "<b>certain" in head or "certain</b>" in head
+
+
+def test_the_sketch_has_the_geometry_of_the_study():
+    bridge = load_bridge("osb1")
+    drawn = sketch(bridge, [0, 60], [25, 51], 6.4)
+    corners = np.array([point.split(",") for point in drawn["deck"].split()], dtype=float)
+    along, across = np.ptp(corners, axis=0)
+    width_m = bridge.deck.width_m
+    skewed_m = bridge.length_m + width_m * np.tan(np.radians(60))
+    assert along / across == pytest.approx(skewed_m / width_m, rel=0.01)
+    assert len(drawn["outlines"]) == 1
+    assert len(drawn["columns"]) == 2
+    wall = np.array([point.split(",") for point in drawn["walls"][1].split()], dtype=float)
+    scale = across / width_m
+    gap_m = (wall[:, 0].min() - corners[corners[:, 0] > 260, 0].min()) / scale * np.cos(np.pi / 3)
+    assert gap_m == pytest.approx(drawn["factor"] * 0.051, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("osb1", "two spans, 91.4 m long, pinned two-column bent"),
+        ("bridge_a", "single-column bent"),
+    ],
+)
+def test_bridges_are_described_in_words_from_their_data(name, words):
+    assert words in bridge_words(load_bridge(name))
+
+
+def test_units_of_the_page_are_those_of_the_study(render):
+    page, _ = render(synthetic_demands(skews=(0, 30)), config={"figures": {"units": "us"}})
+    assert "gap 0.984 in, 2.01 in" in page
+    assert "300.0 ft long" in page
+    assert " mm" not in re.sub(r"<details><summary>(Methods|Provenance).*?</details>", "", page)
 
 
 def test_tables_behind_the_main_one_have_words_and_their_medians(render):
@@ -137,14 +191,38 @@ def test_methods_of_the_page_are_those_of_the_study_and_its_motions(render):
     grid = {"skew_deg": [0, 60], "gap_mm": [25], "friction": [0.0, 0.5]}
     page, _ = render(demands, source=source, config={"grid": grid})
     assert "pinned column bases" in paragraph(page, "Bridges")
-    assert "skew 0, 60 deg; the joint gap 25 mm; friction 0, 0.5: four variants" in paragraph(
+    assert "skew 0°, 60°; the joint gap 25 mm; friction 0, 0.5: four variants" in paragraph(
         page, "Abutments"
     )
     assert "simulated, Dabaghi and Der Kiureghian 2018" in paragraph(page, "Ground motions")
     assert "Dabaghi, M., Der Kiureghian, A. (2018)" in page
     assert "Houbolt" not in page
     assert "<code>column_drift_ratio</code>" in page
-    assert "slight 0.01, moderate 0.025" in page
+    assert "slight 1 %, moderate 2.5 %" in page
+
+
+def test_methods_name_every_setting_that_is_not_the_default(render):
+    demands = synthetic_demands(motions=3, skews=(30,), gaps=(25,), frictions=(50,))
+    config = {
+        "analysis": {"duration_s": 10.0},
+        "motions": {"count": 3, "level_range_g": [0.07, 2.25]},
+        "sensitivity": {"rows": 0},
+    }
+    page, _ = render(demands, config=config)
+    settings = paragraph(page, "Settings")
+    assert "<code>analysis.duration_s</code> 10 (default none)" in settings
+    for key in ("motions.count", "motions.level_range_g", "sensitivity.rows"):
+        assert f"<code>{key}</code>" in settings
+    assert "<code>analysis.dt_s</code>" not in settings
+
+
+def test_methods_take_the_range_of_intensities_from_the_motions():
+    suite = pd.DataFrame(
+        {"source": ["a"] * 2, "scale": [1.0, 2.0], "im_saavg_rotd50_g": [0.11, 0.4]}
+    )
+    text = methods_of(parse_config({"motions": {"count": 2}}), suite).parts["Ground motions"]
+    assert "2 two-component ground motions" in text
+    assert "spans 0.11 to 0.8 g" in text
 
 
 def test_methods_name_all_bridges_abutments_and_choices(render):
@@ -216,7 +294,8 @@ def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):
     demands["motion_id"] += f"</script>{script}"
     demands["collapse_criterion"] = script
     state = STATES[0] | {"citation": script}
-    caption = {"name": "one", "section": "curves", "title": script, "text": script}
+    caption = {"name": "one", "section": CURVES, "title": script, "text": script,
+               "finding": script, "item": script}  # fmt: skip
     page, _ = render(demands, states=[state], bridges=("mine",), caption=caption)
     assert "Bridge &lt;script&gt;alert(1)&lt;/script&gt; &amp; &#39;sons&#39;" in page
     assert "alert(1)" in page

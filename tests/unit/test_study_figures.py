@@ -1,7 +1,6 @@
 """Figures of a study follow its tables: any axes, captions with computed numbers."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -13,10 +12,9 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.effects import effect_tables
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.median_effects import median_effects
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.report.axis_layout import VariantLayout, shown_axes
-from skewbridge.report.effect_figures import verdict_map
+from skewbridge.report.axis_layout import VariantLayout, shown_axes, shown_in
 from skewbridge.report.fragility_figures import demand_clouds, fragility_curves
 from skewbridge.report.study_figures import (
     FigureTables,
@@ -156,10 +154,9 @@ def test_a_fourth_axis_multiplies_the_panels(fourth_axis, wide_study, kind):
     if kind == "clouds":
         figure = demand_clouds(wide_study.demands, wide_study.curves, "column_drift_ratio")
     else:
-        figure = fragility_curves(wide_study.curves, wide_study.demands, "column_drift")
-        drawn = wide_study.curves
-        drawn = drawn[(drawn["component"] == "column_drift") & drawn["preferred"]]
-        assert sum(len(axes.collections) for axes in figure.axes) == len(drawn)
+        figure = fragility_curves(
+            wide_study.curves, wide_study.demands, wide_study.medians, "column_drift"
+        )
     assert titles(figure)[:4] == [
         "skew 0°, transverse gap 25 mm",
         "skew 0°, transverse gap 50 mm",
@@ -169,50 +166,14 @@ def test_a_fourth_axis_multiplies_the_panels(fourth_axis, wide_study, kind):
     assert len(legend(figure)) == 4
 
 
-@pytest.mark.parametrize("axis", ["skew_deg", "gap_mm", "friction", FOURTH])
-def test_every_pair_of_a_study_with_four_axes_is_drawn(fourth_axis, wide_study, axis):
-    effects = wide_study.effects
-    rows = effects[effects["axis"] == axis]
-    pooled = rows[rows["scope"] == "pooled"].drop_duplicates(["from_value", "to_value", "demand"])
-    count = len(pooled) + (rows["scope"] == "variant").sum()
-    assert len(verdict_map(effects, axis).axes[0].patches) == count
-
-
-def test_values_with_the_same_unit_are_named_in_the_verdict_map(fourth_axis, wide_study):
-    labels = verdict_map(wide_study.effects, "friction").axes[0].get_xticklabels()
-    pairs = [label.get_text() for label in labels if "all" not in label.get_text()]
-    assert pairs[0].split("\n") == ["0°", "gap 25 mm", "transverse", "gap 25 mm"]
-
-
-def test_the_labels_of_the_verdict_map_do_not_touch(fourth_axis, wide_study):
-    figure = verdict_map(wide_study.effects, "friction")
-    figure.canvas.draw()
-    boxes = [text.get_window_extent() for text in figure.axes[0].get_xticklabels()]
-    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
-
-
-def test_figures_name_an_axis_with_its_unit(fourth_axis, wide_study):
-    title = verdict_map(wide_study.effects, FOURTH).get_suptitle()
-    assert title == "Effect of transverse gap (mm) 25 to 50, same motions"
-
-
-def test_new_axis_has_figures_and_words(fourth_axis, wide_study):
-    captions = {caption.name: caption for caption, _ in study_figures(wide_study)}
-    assert captions[f"osb1_cf_verdict_{FOURTH}"].title == (
-        f"osb1, contact-friction: Effect of {fourth_axis.title} on median capacities and demands"
-    )
-
-
 def test_list_of_figures_follows_limit_states_and_axes(study):
     names = [caption.name.removeprefix("osb1_cf_") for caption, _ in study_figures(study)]
-    axes = ("friction", "gap_mm", "skew_deg")
     assert names == [
-        *(f"verdict_{axis}" for axis in axes),
-        "effects_by_intensity",
         "curves_column_drift",
         "curves_bearing",
         "cloud_column_drift_ratio",
         "cloud_bearing_disp_m",
+        "effects_by_intensity",
         "suite_spectra",
     ]
 
@@ -233,15 +194,39 @@ def test_no_figure_without_a_plot(study):
 
 def test_numbers_of_captions_are_those_of_the_tables(study):
     captions = {caption.name: caption.text for caption, _ in study_figures(study)}
-    effects = pd.concat([study.effects, study.medians])
-    effects = effects[effects["axis"] == "friction"]
-    for verdict, count in effects["verdict_family"].value_counts().items():
-        assert f"{count} {verdict}" in captions["osb1_cf_verdict_friction"]
     drawn = study.curves[study.curves["preferred"]]
     drawn = drawn[drawn["component"] == "column_drift"]
     clouds = int((drawn["method"] == "cloud").sum())
     assert f"{clouds} from cloud fits" in captions["osb1_cf_curves_column_drift"]
-    assert "0.5. The slope differs" in captions["osb1_cf_effects_by_intensity"]
+    assert "Sa,avg RotD50 (g) 0.5." in captions["osb1_cf_effects_by_intensity"]
+
+
+def test_findings_are_computed_from_the_tables(study):
+    captions = {caption.name: caption for caption, _ in study_figures(study)}
+    assert all(caption.finding.endswith(".") for caption in captions.values())
+    demands, curves = study.demands, study.curves
+    least = curves.loc[curves["demand"] == "bearing_disp_m", "threshold"].min()
+    above = int((demands["bearing_disp_m"] > least).sum())
+    assert captions["osb1_cf_cloud_bearing_disp_m"].finding == (
+        f"{above} of {len(demands)} analyses exceed bearing, slight (100 mm)."
+    )
+    medians = study.medians
+    rows = medians[(medians["scope"] == "pooled") & medians["demand"].str.startswith("column_dr")]
+    certain = rows[rows["verdict_family"].isin(["lower", "higher"])]
+    finding = captions["osb1_cf_curves_column_drift"].finding
+    assert ("the largest certain change" in finding) == (len(certain) > 0)
+
+
+def test_figures_in_us_units_have_inches(study):
+    with shown_in("us"):
+        captions = {caption.name: caption for caption, _ in study_figures(study)}
+        figure = demand_clouds(study.demands, study.curves, "bearing_disp_m")
+    assert "(3.94 in)" in captions["osb1_cf_cloud_bearing_disp_m"].finding
+    assert figure.axes[0].get_ylabel().endswith("(in)")
+    drawn = [line.get_ydata() for line in figure.axes[0].lines if line.get_marker() == "o"]
+    largest = study.demands.loc[study.demands["skew_deg"] == 0, "bearing_disp_m"].max() / 0.0254
+    assert max(max(values) for values in drawn if len(values)) <= largest * (1 + 1e-9)
+    assert "gap 0.984 in, μ 0" in legend(figure)
 
 
 def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeypatch):
@@ -266,11 +251,3 @@ def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeyp
         assert {path.name for path in folder.iterdir()} == files
         assert "suite_spectra" in drawn
     assert texts[0] == texts[1]
-
-
-def test_captions_and_legends_have_the_margin_of_the_study(study):
-    effects = paired_effects(study.demands, settings=FitSettings(margin=0.2))
-    wide = replace(study, effects=effects)
-    captions = {caption.name: caption.text for caption, _ in study_figures(wide)}
-    assert "20 %, see the rows)" in captions["osb1_cf_verdict_friction"]
-    assert "= within ±20 %" in legend(verdict_map(effects, "friction"))

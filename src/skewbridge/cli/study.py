@@ -345,7 +345,7 @@ def plot(
 ) -> None:
     """Draw figures of a finished study again, as SVG and PNG.
 
-    Example: skewbridge study plot '*_verdict_*' --width-mm 90 --out paper
+    Example: skewbridge study plot '*_curves_*' --width-mm 90 --out paper
     """
     from skewbridge.files.checking import checked
     from skewbridge.files.text import writable_folder

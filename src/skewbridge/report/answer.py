@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.demands.columns import demands_for, unit_of
+from skewbridge.demands.columns import demands_for
 from skewbridge.demands.completeness import failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
@@ -29,7 +29,7 @@ from skewbridge.fragility.verdicts import (
     RATIO,
     UNDECIDED,
 )
-from skewbridge.report.axis_layout import value_text
+from skewbridge.report.axis_layout import shown_value, value_text
 from skewbridge.report.verdict_style import demand_name, signed
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of, axis
@@ -57,8 +57,8 @@ ANSWER_COLUMNS: Final[dict[str, str]] = {
     "im_low": "lower end of the intensities at which the claim is the same; of a median capacity "
     "the smallest median",
     "im_high": "upper end",
-    "from_demand": "demand at from_value and `im`",
-    "to_demand": "demand at to_value and `im`",
+    "from_demand": "demand at from_value and `im`, or median capacity at from_value",
+    "to_demand": "demand at to_value and `im`, or median capacity at to_value",
     "first_im": "smallest intensity with pairs of runs",
     "last_im": "largest intensity with pairs of runs",
     "first_ratio": "ratio at the smallest of them",
@@ -69,11 +69,9 @@ ANSWER_COLUMNS: Final[dict[str, str]] = {
 }
 NOT_REACHED: Final = "not_reached"
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "demand")
-#: States of the sentences of the headline.
-_LEADING: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
+#: States of the first screen and of the sentences of the headline.
+LEADING_STATES: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
 _UNSEATING: Final = "unseating_m"
-_SHEAR: Final = "column_shear/dcr_100"
-_P_SLOPE: Final = 0.05
 
 
 def model_name(bridge: object, abutment: object) -> str:
@@ -94,6 +92,13 @@ def listed(words: Iterable[str]) -> str:
     """Return words as a list of a sentence: ``a, b and c``."""
     *first, last = list(words)
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def counted(number: int, what: str = "") -> str:
+    """Return a number up to eight as a word, with what it counts: ``two spans``."""
+    words = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight")
+    text = words[number] if number < len(words) else f"{number}"
+    return f"{text} {what}{'' if number == 1 else 's'}" if what else text
 
 
 def change_name(name: str, low: float, high: float) -> str:
@@ -193,6 +198,8 @@ def answer_table(
                 found = records_of(capacities.loc[[key]])[0]
                 row |= {name: found[name] for name in ANSWER_COLUMNS if name in found}
                 row |= {"claim": found["verdict_family"], "pooled_verdict": found["verdict"]}
+                start = found["from_mean"]
+                row |= {"from_demand": start, "to_demand": start * found["ratio"]}
             else:
                 row["status"] = NOT_ESTIMABLE if reached[model] > 0 else NOT_REACHED
             rows.append(row)
@@ -327,16 +334,15 @@ def _size(row: Mapping[str, Any]) -> str:
     """Return the demand at both ends of the axis in the unit that engineers use."""
     if not np.isfinite([row["from_demand"], row["to_demand"]]).all():
         return ""
-    demand, unit = str(row["demand"]), unit_of(str(row["demand"]))
-    factor, shown = {"m": (1000.0, " mm"), "kN": (1.0, " kN")}.get(unit, (1.0, f" {unit}".rstrip()))
-    if demand.endswith("drift_ratio"):
-        factor, shown = 100.0, " %"
+    demand, seat = str(row["demand"]), row["seat_m"]
+    (low, unit), (high, _) = (shown_value(demand, row[f"{end}_demand"]) for end in ("from", "to"))
     if demand.endswith("dcr"):
-        factor, shown = 100.0, " % of the capacity"
-    low, high = (number(factor * row[name]) for name in ("from_demand", "to_demand"))
-    seat = row["seat_m"]
-    where = f" on a seat of {number(1000.0 * seat)} mm" if np.isfinite(seat) else ""
-    return f"{low} to {high}{shown}{where}"
+        low, high, unit = 100.0 * low, 100.0 * high, " % of the capacity"
+    where = ""
+    if np.isfinite(seat):
+        length, unit = shown_value(demand, seat)
+        where = f" on a seat of {number(length)}{unit}"
+    return f"{number(low)} to {number(high)}{unit}{where}"
 
 
 def number(value: float) -> str:
@@ -357,9 +363,9 @@ def axis_sentences(table: pd.DataFrame) -> list[tuple[str, str]]:
         texts: list[str] = []
         for model, rows in part.groupby(list(BRIDGE_COLUMNS), sort=False):
             records = records_of(rows)
-            clauses = [median_clause(row) for row in records if row["demand"] in _LEADING]
-            if clearest := _clearest([row for row in records if row["quantity"] == DEMAND]):
-                clauses.append(demand_clause(clearest))
+            clauses = [median_clause(row) for row in records if row["demand"] in LEADING_STATES]
+            if clear := clearest([row for row in records if row["quantity"] == DEMAND]):
+                clauses.append(demand_clause(clear))
             if clauses:
                 texts.append(f"in {names[str(model[0]), str(model[1])]} {'; '.join(clauses)}")
         if texts:
@@ -370,7 +376,7 @@ def axis_sentences(table: pd.DataFrame) -> list[tuple[str, str]]:
     return out
 
 
-def _clearest(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+def clearest(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
     """Return the largest effect with a clear direction at an intensity, None without one."""
     clear = [
         row
@@ -427,11 +433,10 @@ def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> st
     )
 
 
-def failure_sentence(counts: pd.DataFrame) -> str:
-    """Return a sentence with the numbers of failed columns, collapses and lower-bound demands."""
+def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
+    """Return the number of failed columns, and collapses and lower-bound demands, as sentences."""
     whole, names = counts[counts["axis"] == ""], short_names(counts)
     totals = whole.filter(regex="^n_").sum()
-    runs = int(totals["n_runs"])
     parts = [
         f"{row['n_failed']} of {row['n_runs']} of {names[row['bridge'], row['abutment']]}"
         for row in records_of(whole)
@@ -439,9 +444,10 @@ def failure_sentence(counts: pd.DataFrame) -> str:
     models = f" ({listed(parts)})" if len(parts) > 1 else ""
     modes = f"{totals['n_shear']:.0f} in shear, {totals['n_flexure']:.0f} in flexure"
     return (
-        f"Columns failed in {totals['n_failed']:.0f} of {runs} runs{models}: {modes}. "
+        f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs{models}: "
+        f"{modes}.",
         f"{totals['n_collapse']:.0f} runs collapsed; in {totals['n_bounds']:.0f} runs the demands "
-        "are peaks up to a failure or stop, so they count as lower bounds."
+        "are peaks up to a failure or stop, so they count as lower bounds.",
     )
 
 
@@ -467,81 +473,6 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
         low, high = known["first_im"].min(), known["last_im"].max()
         parts.append(f"complete pairs of runs exist from {low:.2g} to {intensity(high)}")
     return "; ".join(parts) + "."
-
-
-def card_sentences(rows: pd.DataFrame, counts: pd.DataFrame) -> list[str]:
-    """Return the sentences of a card on one axis and model: medians, demands, failures.
-
-    Args:
-        rows: Rows of `answer_table`.
-        counts: Rows of `run_counts` of the model and axis.
-    """
-    records = records_of(rows)
-    # column failure of a bridge that fails in one mode only is that mode
-    ratios = {row["demand"]: row["ratio"] for row in records if row["quantity"] == MEDIAN_CAPACITY}
-    same = ratios.get(_SHEAR) == ratios.get(_LEADING[0])
-    medians = [
-        row
-        for row in records
-        if row["quantity"] == MEDIAN_CAPACITY and not (same and row["demand"] == _SHEAR)
-    ]
-    demands = [row for row in records if row["quantity"] == DEMAND]
-    out = [" ".join(_grouped(medians))] if medians else []
-    if clearest := _clearest(demands):
-        out[:1] = [" ".join([*out, _sentence(demand_clause(clearest))])]
-    for row in demands:
-        text = demand_clause(row)
-        if np.isfinite(row["im"]) and row["im_low"] < row["im_high"]:
-            text += f" (the same verdict from {row['im_low']:.2g} to {intensity(row['im_high'])})"
-        ratios_known = np.isfinite([row["first_ratio"], row["last_ratio"]]).all()
-        if row["p_slope"] < _P_SLOPE and ratios_known:
-            first, last = (
-                f"{signed(100.0 * (row[f'{end}_ratio'] - 1.0), ' %')} at "
-                f"{intensity(row[f'{end}_im'])}"
-                for end in ("first", "last")
-            )
-            text += f". It depends on intensity: {first}, {last} (p = {row['p_slope']:.2g})"
-        out.append(_sentence(text))
-    if len(counts) > 1:
-        each = [
-            f"{row['n_failed']} of {row['n_runs']} runs at "
-            f"{value_text(axis(row['axis']), row['value'])}"
-            for row in records_of(counts.iloc[[0, -1]])
-        ]
-        out.append(f"Columns failed in {each[0]} and in {each[1]}.")
-    return out
-
-
-def _grouped(medians: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return sentences on median capacities: clear directions, small, uncertain, not reached."""
-    texts: list[str] = []
-    clear = [row for row in medians if row["claim"] in (LOWER, HIGHER, DETECTABLE)]
-    if clear:
-        texts.append(_sentence("; ".join(map(median_clause, clear))))
-    for claim, start in (
-        (NEGLIGIBLE, "It changes the median capacity by less than {margin} for {names}."),
-        (UNDECIDED, "It has no certain effect on the median capacity for {names}."),
-    ):
-        own = [row for row in medians if row["claim"] == claim]
-        if own:
-            names = listed(f"{effect_name(row['demand'])} {_bracket(row)}" for row in own)
-            margin = f"{100.0 * own[0]['margin']:g} %"
-            texts.append(start.format(margin=margin, names=names))
-    for status, start in (
-        (NOT_REACHED, "No run reaches {names}."),
-        (NOT_ESTIMABLE, "Median capacities not estimable: {names}."),
-    ):
-        names = [effect_name(row["demand"]) for row in medians if row["status"] == status]
-        if names:
-            texts.append(start.format(names=listed(names)))
-    return texts
-
-
-def _bracket(row: Mapping[str, Any]) -> str:
-    """Return change and interval of an effect without a clear direction, in brackets."""
-    unsure = row["claim"] == UNDECIDED and row["verdict"] != UNDECIDED
-    reason = "; too many comparisons to be sure" if unsure else ""
-    return f"({_change(row)}, {ratio_interval(row)}{reason})"
 
 
 def _sentence(text: str) -> str:

@@ -1,23 +1,31 @@
-"""Style of the figures: panels, colours and dashes by variant, ticks, samples of runs."""
+"""Style of the figures: panels, colours and dashes by variant, ticks, units, samples of runs."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from itertools import product
 from textwrap import fill
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 
 import numpy as np
 import pandas as pd
-import seaborn as sns
 from matplotlib.axis import Axis as DrawnAxis
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from skewbridge.demands.columns import label_of, unit_of
 from skewbridge.fragility.settings import DEFAULTS
+from skewbridge.units import FOOT, INCH, KIP, KN, MM, MN
 from skewbridge.variant.axes import Axis, axes_of
 
+#: Colours of variants, runs and motions in the order of their values, on the page too. They differ
+#: in lightness for every kind of colour vision and are no colours of verdicts.
+VARIANT_COLOURS: Final = (
+    *("#3b2f6b", "#1a9a78", "#b8860b", "#8f4a86"),
+    *("#6b7378", "#7fb069", "#7a5230", "#111111"),
+)
 STYLE: Final[Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -30,6 +38,8 @@ STYLE: Final[Any] = {
 }
 #: Largest number of runs in a figure.
 MAX_SHOWN_RUNS: Final = 5000
+#: Largest number of bands in a panel.
+MAX_BANDS: Final = 2
 #: Marks of the runs in a cloud.
 MARKS: Final = ("o", "s", "D", "P", "X", "*")
 DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
@@ -38,9 +48,45 @@ _LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constan
 _PANEL_LETTERS: Final = 34  # width of the title of a panel
 _MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
 
-_UNITS: Final = {"m": (1000.0, " mm"), "rad": (1000.0, " mrad")}
+#: Units that have another name in US units, with the factor to it.
+US_UNITS: Final = {
+    "m": ("in", 1.0 / INCH),
+    "mm": ("in", MM / INCH),
+    "kN": ("kip", KN / KIP),
+    "MN": ("kip", MN / KIP),
+}
+_US_DIGITS: Final = 3  # of a value of the grid that is not a round number in US units
+_UNITS: ContextVar[str] = ContextVar("units", default="si")
 
 type Values = tuple[float, ...]
+type Units = Literal["si", "us"]
+
+
+@contextmanager
+def shown_in(units: Units) -> Iterator[None]:
+    """Show all numbers of figures and page in these units; tables stay in SI."""
+    token = _UNITS.set(units)
+    try:
+        yield
+    finally:
+        _UNITS.reset(token)
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """Return the unit in which numbers are shown, and the factor to it."""
+    return US_UNITS.get(unit, (unit, 1.0)) if _UNITS.get() == "us" else (unit, 1.0)
+
+
+def shown_length(length_m: float) -> str:
+    """Return a length of a bridge in m or ft."""
+    return f"{length_m / FOOT:.1f} ft" if _UNITS.get() == "us" else f"{length_m:.1f} m"
+
+
+def shown_label(column: str) -> tuple[str, float]:
+    """Return the label of a column with the shown unit, and the factor to that unit."""
+    unit = unit_of(column)
+    shown, factor = shown_unit(unit)
+    return label_of(column).replace(f"({unit})", f"({shown})"), factor
 
 
 def plain_log_ticks(axis: DrawnAxis) -> None:
@@ -87,28 +133,31 @@ def plain_label(column: str) -> str:
 
 def value_text(axis: Axis, value: float) -> str:
     """Return a value of an axis with its unit, such as ``30°`` or ``51 mm``."""
-    unit = {"-": "", "deg": "°"}.get(axis.unit, f" {axis.unit}")
-    return f"{value:g}{unit}"
+    if axis.unit in ("-", "deg"):
+        return f"{value:g}" + ("°" if axis.unit == "deg" else "")
+    shown, factor = shown_unit(axis.unit)
+    return f"{value:g} {shown}" if factor == 1.0 else f"{factor * value:.{_US_DIGITS}g} {shown}"
 
 
 def threshold_text(demand: str, threshold: float) -> str:
     """Return the capacity of a limit state in the unit that engineers use."""
-    unit = unit_of(demand)
+    value, unit = shown_value(demand, threshold)
+    return f"{value:.3g}{unit}"
+
+
+def shown_value(demand: str, value: float) -> tuple[float, str]:
+    """Return a value of a demand in the unit that engineers use, and that unit after a space."""
     if demand.endswith("drift_ratio"):
-        return f"{100.0 * threshold:.3g} %"
-    factor, shown = _UNITS.get(unit, (1.0, f" {unit}".rstrip()))
-    return f"{factor * threshold:.3g}{shown}"
+        return 100.0 * value, " %"
+    unit = unit_of(demand)
+    per_unit, small = {"m": (1000.0, "mm"), "rad": (1000.0, "mrad")}.get(unit, (1.0, unit))
+    shown, factor = shown_unit(small)
+    return factor * per_unit * value, f" {shown}".rstrip()
 
 
 def named_value(axis: Axis, value: float) -> str:
     """Return a value of an axis with its name, such as ``gap 51 mm``."""
     return f"{axis.symbol or axis.label.lower()} {value_text(axis, value)}"
-
-
-def short_value(axis: Axis, value: float, others: Sequence[Axis]) -> str:
-    """Return a value of an axis, with its name where the unit is ambiguous."""
-    clash = any(other.unit == axis.unit for other in others if other != axis)
-    return named_value(axis, value) if axis.unit == "-" or clash else value_text(axis, value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,20 +183,36 @@ class VariantLayout:
         shown = shown_axes(table)
         lines = shown[1:_LEAST_SHOWN]
         values = [sorted(table[axis.name].unique()) for axis in lines]
-        colours = sns.color_palette("colorblind", max(len(values[-1]), 2) if values else 2)
+        count = max(len(values[-1]), 2) if values else 2
         styles: dict[Values, Mapping[str, Any]] = {}
-        widths = np.linspace(_WIDEST, _THINNEST, len(colours))
+        widths = np.linspace(_WIDEST, _THINNEST, count)
         for key in product(*(enumerate(own) for own in values)):
             shade = key[-1][0] if key else 0
             pattern = key[0][0] if len(key) > 1 else 0
             styles[tuple(value for _, value in key)] = {
-                "color": colours[shade],
+                "color": VARIANT_COLOURS[shade % len(VARIANT_COLOURS)],
                 "linewidth": float(widths[shade]),
                 "linestyle": DASHES[pattern % len(DASHES)],
                 "marker": MARKS[pattern % len(MARKS)],
             }
         panels = (*shown[:1], *shown[_LEAST_SHOWN:])
         return cls(panel_axes=panels, line_axes=lines, styles=styles)
+
+    @property
+    def banded(self) -> tuple[Values, ...]:
+        """Line styles whose curves have bands: more than `MAX_BANDS` in a panel hide each other."""
+        return tuple(self.styles)[:MAX_BANDS]
+
+    @property
+    def banded_text(self) -> str:
+        """Variants whose curves have bands; empty where all have."""
+        if len(self.styles) <= MAX_BANDS:
+            return ""
+        return " and ".join(_joined(self.line_axes, values) for values in self.banded)
+
+    def values_of(self, row: Mapping[Any, Any]) -> Values:
+        """Return the values of the line axes of a variant, given its values by column."""
+        return tuple(row[axis.name] for axis in self.line_axes)
 
     def panels(self, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
         """Return title and rows of every panel."""
@@ -160,14 +225,6 @@ class VariantLayout:
         """Yield the rows of every line style with the style."""
         for values, part in _groups(table, self.line_axes):
             yield part, self.styles[values]
-
-    def style_of(self, row: Mapping[Any, Any]) -> Mapping[str, Any]:
-        """Return the line style of a variant.
-
-        Args:
-            row: Values by column, the axes among them.
-        """
-        return self.styles[tuple(row[axis.name] for axis in self.line_axes)]
 
     def handles(self, *, marks: bool = False) -> list[Line2D]:
         """Return the entries of the legend, those of a cloud with the marks of its points."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from itertools import cycle
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -35,7 +35,8 @@ DEFAULT_GAP_SCALE: Final = 20.0
 _BREAK: Final = (None, None, None)  # between two lines of one trace
 _NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
 _HEAD_M: Final = 0.35
-_EYE: Final = {"x": 0.8, "y": -4.0, "z": 1.8}  # the whole bridge from its side
+_EYE: Final = {"x": 0.5, "y": -2.2, "z": 1.3}  # from the side of the bridge
+_LONGEST: Final = 2.6  # of the axes, in units of plotly's camera
 _AROUND_M: Final = 2.5  # shown around the abutment in its own panel
 
 
@@ -173,17 +174,26 @@ def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE)
     )
     figure.update_layout(
         title=geometry.title,
-        scene={
-            "xaxis_title": "x (m)",
-            "yaxis_title": "y (m)",
-            "zaxis_title": "z above soffit (m)",
-            "aspectmode": "data",
-            "camera": {"eye": _EYE},
-        },
-        legend={"itemsizing": "constant"},
+        scene=_scene(geometry),
+        legend={"itemsizing": "constant", "orientation": "h", "y": 0.0},
         margin={"l": 0, "r": 0, "t": 50, "b": 0},
     )
     return str(figure.to_html(include_plotlyjs=True, full_html=True))
+
+
+def _scene(geometry: ModelGeometry) -> dict[str, Any]:
+    """Return axes of equal scale and a camera that shows the whole bridge, however long it is."""
+    ends = [end for member in geometry.members for end in member.ends]
+    points = np.array([*ends, *geometry.fixed])
+    low, high = points.min(axis=0) - _AROUND_M, points.max(axis=0) + _AROUND_M
+    sizes = _LONGEST * (high - low) / (high - low).max()
+    names = zip("xyz", ("x (m)", "y (m)", "z above soffit (m)"), low, high, strict=True)
+    return {
+        **{f"{name}axis": {"title": title, "range": [a, b]} for name, title, a, b in names},
+        "aspectmode": "manual",
+        "aspectratio": dict(zip("xyz", sizes.tolist(), strict=True)),
+        "camera": {"eye": _EYE, "projection": {"type": "orthographic"}},
+    }
 
 
 def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from skewbridge.bridge.geometry import ContactLayout, ContactPlace, contact_column
+from skewbridge.report.axis_layout import VARIANT_COLOURS
 from skewbridge.units import KN
 
 type Points = NDArray[np.float64]
@@ -18,12 +19,18 @@ type Points = NDArray[np.float64]
 FRAMES: Final = 300
 _LONGEST_ARROW: Final = 0.18  # of the deck's length, for the largest force of the run
 _DISP_SHARE: Final = 0.08  # of the deck's length, for the largest displacement of the run
+_KEY_SHARE: Final = 0.06  # of the deck's length, length of a shear key in the picture
 _NEAR_LIMIT: Final = 0.98  # share of the friction limit that counts as slipping
-_OPEN, _STICK, _SLIP = "#b8b8b8", "#0173b2", "#d55e00"
+_OPEN, _STICK, _SLIP = "#b8b8b8", VARIANT_COLOURS[1], VARIANT_COLOURS[2]
+_FORCE: Final = VARIANT_COLOURS[3]
+_BREAK: Final = np.full((1, 2), np.nan)  # between two lines of one trace
 
 
 def replay_page(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -> str:
     """Return the page: a plan with a time slider over the number of closed contacts.
+
+    It opens at the first contact. Displacements and gaps have the same exaggeration, so that deck
+    and wall touch in the picture where they touch in the analysis.
 
     Args:
         layout: Deck outline and contacts.
@@ -32,17 +39,19 @@ def replay_page(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -
     """
     scene = _Scene(layout, histories)
     rows = _frame_rows(scene.time_s, scene.closed)
+    in_contact = scene.closed[rows].any(axis=1)
+    start = int(in_contact.argmax())  # 0 without any contact
     figure = make_subplots(
         rows=2, cols=1, row_heights=[0.75, 0.25], vertical_spacing=0.14, shared_xaxes=False
     )
-    *plan, cursor = scene.traces(rows[0])
+    *plan, cursor = scene.traces(rows[start])
     for trace in (scene.rest(), *plan):
         figure.add_trace(trace, row=1, col=1)
     count = go.Scattergl(
         x=scene.time_s,
         y=scene.closed.sum(axis=1),
         line_shape="hv",
-        line_color="#029e73",
+        line_color=_STICK,
         showlegend=False,
     )
     figure.add_trace(count, row=2, col=1)
@@ -52,7 +61,7 @@ def replay_page(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -
         go.Frame(name=f"{scene.time_s[row]:.2f}", data=scene.traces(row), traces=animated)
         for row in rows
     ]
-    _arrange(figure, scene, title)
+    _arrange(figure, scene, title, start)
     return figure.to_html(include_plotlyjs=True, full_html=True, auto_play=False)
 
 
@@ -79,6 +88,9 @@ class _Scene:
         self.disp_scale = _round_down(_DISP_SHARE * self.length_m / largest_m)
         largest_kn = max(float(self.normal_kn.max()), 1e-9)
         self.metres_per_kn = _LONGEST_ARROW * self.length_m / largest_kn
+        self.openings_m = _columns(histories, contacts, "opening_m")
+        self.normals = np.array([contact.normal for contact in contacts])
+        self.tangents = np.array([contact.tangent for contact in contacts])
         self._weights = np.array([self._along_edge(contact) for contact in contacts])
 
     def rest(self) -> go.Scatter:
@@ -89,19 +101,21 @@ class _Scene:
         )
 
     def traces(self, row: int) -> list[go.Scatter]:
-        """Return deck, forces and contacts at one row, and the cursor in time."""
+        """Return deck, walls, keys, forces and contacts at one row, and the cursor in time."""
         corners = self.corners + self.disp_scale * self.moves[row]
         x, y = np.vstack([corners, corners[:1]]).T
         points = self.rest_points + self.disp_scale * (self._weights @ self.moves[row])
         closed, slipping = self.closed[row], self.slipping[row]
         colours = np.where(closed, np.where(slipping, _SLIP, _STICK), _OPEN)
         contacts = self.layout.contacts
-        normals = np.array([contact.normal for contact in contacts])
-        tangents = np.array([contact.tangent for contact in contacts])
-        force = self.normal_kn[row][:, None] * normals - self.friction_kn[row][:, None] * tangents
+        force = self.normal_kn[row][:, None] * self.normals
+        force = force - self.friction_kn[row][:, None] * self.tangents
         tips = points + self.metres_per_kn * force * closed[:, None]
         breaks = np.full_like(points, np.nan)
         force_x, force_y = np.stack([points, tips, breaks], axis=1).reshape(-1, 2).T
+        # the surface that a contact faces is as far from the deck as the contact is open
+        surfaces = points - self.disp_scale * self.openings_m[row][:, None] * self.normals
+        walls, keys = self._walls(surfaces), self._keys(surfaces)
         time_s = self.time_s[row]
         return [
             go.Scatter(
@@ -115,10 +129,26 @@ class _Scene:
                 hoverinfo="skip",
             ),
             go.Scatter(
+                x=walls[:, 0],
+                y=walls[:, 1],
+                mode="lines",
+                line={"color": "#39434a", "width": 6},
+                name="backwalls",
+                hoverinfo="skip",
+            ),
+            go.Scatter(
+                x=keys[:, 0],
+                y=keys[:, 1],
+                mode="lines",
+                line={"color": "#7a5230", "width": 9},
+                name="shear keys",
+                hoverinfo="skip",
+            ),
+            go.Scatter(
                 x=force_x,
                 y=force_y,
                 mode="lines",
-                line={"color": "#cc3311", "width": 2},
+                line={"color": _FORCE, "width": 2},
                 name="force on the deck",
                 hoverinfo="skip",
             ),
@@ -140,11 +170,47 @@ class _Scene:
                 x=[time_s, time_s],
                 y=[0, len(closed)],
                 mode="lines",
-                line={"color": "#cc3311", "width": 1},
+                line={"color": _FORCE, "width": 1},
                 showlegend=False,
                 hoverinfo="skip",
             ),
         ]
+
+    def _walls(self, surfaces: Points) -> Points:
+        """Return the lines of the backwalls through the surfaces of their contacts, shape (n, 2).
+
+        Each wall is as long as the end of the deck.
+        """
+        lines: list[Points] = []
+        for side in dict.fromkeys(contact.side for contact in self.layout.contacts):
+            own = [
+                at
+                for at, contact in enumerate(self.layout.contacts)
+                if contact.side == side and "key" not in contact.name
+            ]
+            if own:
+                along = self.tangents[own[0]]
+                line = surfaces[sorted(own, key=lambda at: float(surfaces[at] @ along))]
+                rest = self.corners[
+                    [i for i, corner in enumerate(self.layout.corners) if corner.side == side]
+                ]
+                ends = np.sort(rest @ along)
+                first, last = (
+                    point + (end - point @ along) * along
+                    for point, end in zip(line[[0, -1]], ends, strict=True)
+                )
+                lines += [np.vstack([first, line, last]), _BREAK]
+        return np.vstack(lines) if lines else _BREAK
+
+    def _keys(self, surfaces: Points) -> Points:
+        """Return a short line along each shear key through the surface of its contact."""
+        half = 0.5 * _KEY_SHARE * self.length_m
+        lines: list[Points] = []
+        for at, contact in enumerate(self.layout.contacts):
+            if "key" in contact.name:
+                step = half * self.tangents[at]
+                lines += [np.vstack([surfaces[at] - step, surfaces[at] + step]), _BREAK]
+        return np.vstack(lines) if lines else _BREAK
 
     def _along_edge(self, contact: ContactPlace) -> Points:
         """Return the weights of the corners whose mean moves as the deck does at a contact."""
@@ -177,7 +243,7 @@ def _round_down(value: float) -> float:
     return float(next(step * power for step in (5.0, 2.0, 1.0) if step * power <= value))
 
 
-def _arrange(figure: go.Figure, scene: _Scene, title: str) -> None:
+def _arrange(figure: go.Figure, scene: _Scene, title: str, start: int) -> None:
     """Label the axes, and add the slider and the buttons."""
     steps = [
         {
@@ -191,12 +257,19 @@ def _arrange(figure: go.Figure, scene: _Scene, title: str) -> None:
     stop = {"frame": {"duration": 0}, "mode": "immediate"}
     per_mn = scene.metres_per_kn * 1e6 / KN
     figure.update_layout(
-        title=f"{escape(title)}<br><sup>displacements x {scene.disp_scale:g}; 1 MN is drawn "
-        f"{per_mn:.2g} m long; contacts: grey open, blue sticking, orange slipping</sup>",
+        title=f"{escape(title)}<br><sup>displacements and gaps x {scene.disp_scale:g}; 1 MN is "
+        f"drawn {per_mn:.2g} m long; contacts: grey open, green sticking, ochre slipping</sup>",
         template="simple_white",
         height=760,
-        legend={"orientation": "h", "y": 1.02, "x": 0.55},
-        sliders=[{"steps": steps, "currentvalue": {"prefix": "t (s) = "}, "pad": {"t": 40}}],
+        legend={"orientation": "h", "y": 1.06, "x": 1.0, "xanchor": "right"},
+        sliders=[
+            {
+                "steps": steps,
+                "active": start,
+                "currentvalue": {"prefix": "t (s) = "},
+                "pad": {"t": 40},
+            }
+        ],
         updatemenus=[
             {
                 "type": "buttons",

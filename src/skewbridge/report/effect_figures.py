@@ -1,4 +1,4 @@
-"""Figures of effects: verdicts by axis, effects by intensity, modelling choices."""
+"""Figures of effects: effects on demands by intensity, modelling choices compared with them."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from textwrap import fill
@@ -7,11 +7,10 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch
 from matplotlib.ticker import (
     FixedFormatter,
     FixedLocator,
@@ -19,135 +18,9 @@ from matplotlib.ticker import (
 )
 
 from skewbridge.demands.columns import column_of, demands_for
-from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
-from skewbridge.fragility.verdicts import HIGHER, LOWER, MEDIAN_CAPACITY, NOT_ESTIMABLE, RATIO
-from skewbridge.report.axis_layout import STYLE, plain_log_ticks, short_value, shown_axes
-from skewbridge.report.verdict_style import (
-    LEGEND,
-    change_text,
-    demand_name,
-    margin_text,
-    verdict_style,
-)
-from skewbridge.study.modelling_choices import CHOICES
-from skewbridge.variant.axes import Axis, axes_of, axis
-
-_WIDE_LABEL: Final = 8  # letters that fit under one column of the verdict map
-_COLUMN_LETTERS: Final = 11  # the same in the small font
-_WIDE_IN: Final = 7.0  # width of a figure in which three columns of the legend fit
-_SMALL_SIZE: Final = 7.5
-
-
-def verdict_map(effects: pd.DataFrame, axis: str) -> Figure:
-    """Draw verdict and size of the effect of an axis, a row per median capacity and demand.
-
-    The first columns are the averages over all variants, the others the pairs of variants.
-
-    Args:
-        effects: Effects on median capacities and demands, pooled and by pair.
-        axis: Column of the axis that differs.
-    """
-    table = effects[effects["axis"] == axis]
-    table = table.sort_values("quantity", key=lambda names: names != MEDIAN_CAPACITY, kind="stable")
-    others = [
-        other for other in shown_axes(effects[effects["scope"] == "variant"]) if other.name != axis
-    ]
-    change = ["from_value", "to_value"]
-    keys = [*BRIDGE_COLUMNS, *(other.name for other in others), *change]
-    pooled = table["scope"] == "pooled"
-    averages, pairs = (
-        part[names].drop_duplicates().sort_values(names)
-        for part, names in ((table[pooled], [*BRIDGE_COLUMNS, *change]), (table[~pooled], keys))
-    )
-    # an average has no values of the other axes; NaN would differ from itself
-    table.loc[pooled, [other.name for other in others]] = np.inf
-    columns = pd.concat([averages, pairs], ignore_index=True)[keys].fillna(np.inf)
-    rows = list(dict.fromkeys(table["demand"]))
-    cells = dict(zip(_keys(table, [*keys, "demand"]), _records(table), strict=True))
-    labels = _column_labels(columns, others)
-    with mpl.rc_context(STYLE | {"axes.grid": False}):
-        width = 3.4 + 0.72 * len(columns)
-        figure = Figure(figsize=(max(width, 5.0), 1.9 + 0.3 * len(rows)), layout="constrained")
-        axes = figure.subplots()
-        for x, key in enumerate(_keys(columns, keys)):
-            for y, demand in enumerate(rows):
-                if item := cells.get((*key, demand)):
-                    _verdict_cell(axes, x, y, item)
-        n_medians = table.loc[table["quantity"] == MEDIAN_CAPACITY, "demand"].nunique()
-        axes.axvline(len(averages) - 0.5, color="#555555", linewidth=1.0)
-        if 0 < n_medians < len(rows):
-            axes.axhline(n_medians - 0.5, color="#555555", linewidth=1.0)
-        axes.set_xlim(-0.5, len(columns) - 0.5)
-        axes.set_ylim(len(rows) - 0.5, -0.5)
-        margins = _records(table.drop_duplicates("demand"))
-        usual = next((margin_text(item) for item in margins if item["judged_by"] == RATIO), "")
-        axes.set_yticks(range(len(rows)), [_row_label(item, usual) for item in margins])
-        axes.set_xticks(range(len(columns)), labels)
-        axes.tick_params(length=0)
-        if any(len(line) > _WIDE_LABEL for label in labels for line in label.split("\n")):
-            axes.tick_params(axis="x", labelsize=_SMALL_SIZE)
-        for spine in axes.spines.values():
-            spine.set_visible(False)
-        ends = f"{_listed(columns['from_value'])} to {_listed(columns['to_value'])}"
-        label = axes_of([axis])[0].label_with_unit.lower()
-        title = fill(f"Effect of {label} {ends}, same motions", 24 + 10 * len(columns))
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10)
-        handles = verdict_patches(usual)
-        figure.legend(
-            handles=handles,
-            loc="outside lower center",
-            ncols=3 if figure.get_figwidth() > _WIDE_IN else 2,
-            fontsize=8,
-        )
-    return figure
-
-
-def verdict_patches(margin: str) -> list[Patch]:
-    """Return the entries of a legend for the verdicts; ``margin`` may be empty."""
-    return [
-        Patch(
-            facecolor=style.fill, edgecolor="#9a9a9a", label=f"{style.sign} {style.words(margin)}"
-        )
-        for style in LEGEND
-    ]
-
-
-def _verdict_cell(axes: Axes, x: int, y: int, item: Mapping[Hashable, Any]) -> None:
-    style = verdict_style(item)
-    corner = x - 0.48, y - 0.46
-    axes.add_patch(Rectangle(corner, 0.96, 0.92, facecolor=style.fill, edgecolor="#ffffff"))
-    bold = "bold" if item["verdict_family"] in (LOWER, HIGHER) else "normal"
-    text = "not\nestimable"
-    if item["status"] != NOT_ESTIMABLE:
-        # the label of the row has the unit of a difference
-        unit = "" if item["judged_by"] == RATIO else f" {item['unit']}"
-        text = f"{style.sign} {change_text(item).removesuffix(unit)}"
-    size = _SMALL_SIZE if "\n" not in text else 6.0
-    axes.text(x, y, text, ha="center", va="center", color=style.ink, fontsize=size,
-              fontweight=bold, linespacing=0.9)  # fmt: skip
-
-
-def _row_label(item: Mapping[Hashable, Any], usual: str) -> str:
-    name, margin = demand_name(str(item["demand"])), margin_text(item)
-    if item["quantity"] == MEDIAN_CAPACITY:
-        name = f"Median of {name[:1].lower()}{name[1:]}"
-    if item["judged_by"] == RATIO:
-        return name if margin == usual else f"{name}, ±{margin}"
-    return f"{name} ({item['unit']}), ±{margin.removesuffix(' ' + str(item['unit']))}"
-
-
-def _column_labels(columns: pd.DataFrame, others: Sequence[Axis]) -> list[str]:
-    out: list[str] = []
-    for item in _records(columns):
-        is_average = any(np.isinf(item[axis.name]) for axis in others)
-        texts = ["all variants"] if is_average else []
-        texts += [short_value(axis, item[axis.name], others) for axis in others if not is_average]
-        if columns["to_value"].nunique() > 1:
-            texts.append(f"→ {item['to_value']:g}")
-        if columns["bridge"].nunique() > 1:
-            texts.append(str(item["bridge"]))
-        out.append("\n".join(fill(text, _COLUMN_LETTERS) for text in texts))
-    return out
+from skewbridge.report.axis_layout import MAX_BANDS, STYLE, VARIANT_COLOURS, plain_log_ticks
+from skewbridge.report.verdict_style import demand_name
+from skewbridge.variant.axes import axes_of, axis
 
 
 def intensity_demands(intensities: pd.DataFrame) -> list[str]:
@@ -192,13 +65,14 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
 
 def _intensity_panel(axes: Axes, rows: pd.DataFrame, *, with_legend: bool) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
-    colours = sns.color_palette("colorblind")
     handles: list[Line2D] = []
-    for i, ((start, end), own) in enumerate(rows.groupby(["from_value", "to_value"], sort=False)):
-        line, colour = own.sort_values("im"), colours[i % len(colours)]
-        axes.fill_between(
-            line["im"], line["ci_low"], line["ci_high"], color=colour, alpha=0.15, lw=0
-        )
+    changes = list(rows.groupby(["from_value", "to_value"], sort=False))
+    for i, ((start, end), own) in enumerate(changes):
+        line, colour = own.sort_values("im"), VARIANT_COLOURS[i % len(VARIANT_COLOURS)]
+        if len(changes) - i <= MAX_BANDS:  # the largest changes
+            axes.fill_between(
+                line["im"], line["ci_low"], line["ci_high"], color=colour, alpha=0.18, lw=0
+            )
         dash = ("-", "--", ":", "-.")[i % 4]
         handles += axes.plot(
             line["im"], line["ratio"], dash, color=colour, label=f"{start:g} to {end:g}"
@@ -210,21 +84,12 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, *, with_legend: bool) -> No
         axes.legend(handles=handles, fontsize=7, loc="best")
 
 
-def _keys(table: pd.DataFrame, names: Sequence[str]) -> list[tuple[Any, ...]]:
-    return list(table[list(names)].itertuples(index=False, name=None))
-
-
 def _records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
     return table.to_dict("records")
 
 
-def _listed(values: pd.Series) -> str:
-    return ", ".join(f"{value:g}" for value in sorted(values.unique()))
-
-
-_COLOURS: Final = {"choice": "#5b8db8", "axis": "#e08a2e"}
+_COLOURS: Final = dict(zip(("choice", "axis"), VARIANT_COLOURS[:2], strict=True))
 _KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"}
-_LABELS: Final = {choice.key: choice.label for choice in CHOICES}
 _BAR_IN: Final = 0.21  # height of a bar in the figure, with the space between two
 _HEAD_IN: Final = 0.95  # title and axis of a panel
 _LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
@@ -325,7 +190,15 @@ def choice_findings(choices: pd.DataFrame) -> list[str]:
 
 def choices_left_out(choices: pd.DataFrame) -> list[str]:
     """Return the labels of the choices that a table does not have."""
-    return [choice.label for choice in CHOICES if choice.key not in set(choices["name"])]
+    tried = set(choices["name"])
+    return [label for key, label in _choice_labels().items() if key not in tried]
+
+
+def _choice_labels() -> dict[str, str]:
+    # imported here: it loads the solver, and few studies compare choices
+    from skewbridge.study.modelling_choices import CHOICES
+
+    return {choice.key: choice.label for choice in CHOICES}
 
 
 def _label(demand: str) -> str:
@@ -334,7 +207,7 @@ def _label(demand: str) -> str:
 
 
 def _bar_name(row: Record) -> str:
-    label = axis(row["name"]).label if row["kind"] == "axis" else _LABELS[row["name"]]
+    label = axis(row["name"]).label if row["kind"] == "axis" else _choice_labels()[row["name"]]
     return f"{label} {_change(row)}"
 
 

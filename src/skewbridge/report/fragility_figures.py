@@ -10,13 +10,15 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from scipy import special
 
-from skewbridge.demands.columns import label_of
 from skewbridge.demands.completeness import is_complete, with_derived_columns
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
+from skewbridge.fragility.verdicts import OK
+from skewbridge.report.answer import change_name
 from skewbridge.report.axis_layout import (
     STYLE,
     VariantLayout,
@@ -24,8 +26,10 @@ from skewbridge.report.axis_layout import (
     plain_log_ticks,
     plain_number,
     sampled_runs,
+    shown_label,
     threshold_text,
 )
+from skewbridge.report.verdict_style import verdict_style
 
 _LEGEND_COLUMN_IN: Final = 1.75
 _TITLE_PAD_PT: Final = 6.0  # between a panel and its title
@@ -61,18 +65,23 @@ def curve_values(im: FloatArray, row: Mapping[Any, Any]) -> tuple[FloatArray, Fl
     return special.ndtr(eta), special.ndtr(eta + np.array([[-1.0], [1.0]]) * reach)
 
 
-def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str) -> Figure:
-    """Draw the preferred curves of a component with their bands, and the runs behind them.
+def fragility_curves(
+    curves: pd.DataFrame, demands: pd.DataFrame, medians: pd.DataFrame, component: str
+) -> Figure:
+    """Draw the preferred curves of a component, the runs behind them, and the ratios of medians.
 
     A row of panels per limit state with a curve or a bracketed median, a column as in
-    `VariantLayout`. A bar at P = 0.5 spans the intensities between which the median of separated
-    outcomes lies. Ticks at the bottom are runs that do not exceed, at the top runs that do; a run
-    with an unknown outcome has none. An open diamond is the median of the other method where the
-    medians of cloud and exceedance differ. States that no run reached are listed at the top.
+    `VariantLayout`; the curves of `VariantLayout.banded` have bands. A bar at P = 0.5 spans the
+    intensities between which the median of separated outcomes lies. Ticks at the bottom are runs
+    that do not exceed, at the top runs that do; a run with an unknown outcome has none. An open
+    diamond is the median of the other method where the medians of cloud and exceedance differ.
+    States that no run reached are listed at the top. The last column has the paired ratios of the
+    medians, averaged over all variants, with their intervals.
 
     Args:
         curves: Table of `skewbridge.fragility.curves.fit_study` with a usable row of the component.
         demands: The demands it was fitted to.
+        medians: Effects on median capacities; may be empty.
         component: Component to draw.
     """
     rows = curves[curves["component"] == component]
@@ -86,11 +95,21 @@ def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str
     layout = VariantLayout.of(rows)
     columns = layout.panels(rows)
     out_of_reach = states_out_of_reach(rows, demands)
+    ratios = pooled_ratios(medians, component)
     with mpl.rc_context(STYLE):
         height = 2.1 * len(names) + 0.9 + 0.16 * len(out_of_reach)
-        figure = Figure(figsize=(2.6 * len(columns) + 0.9, height), layout="constrained")
-        panels = figure.subplots(len(names), len(columns), squeeze=False, sharex=True, sharey=True)
-        for row, name in zip(panels, names, strict=True):
+        widths = [2.6] * len(columns) + [3.4] * (not ratios.empty)
+        figure = Figure(figsize=(sum(widths) + 0.9, height), layout="constrained")
+        grid_of_panels = figure.add_gridspec(len(names), len(widths), width_ratios=widths)
+        first: Axes | None = None
+        for place, name in enumerate(names):
+            row = []
+            for column in range(len(columns)):
+                first = figure.add_subplot(
+                    grid_of_panels[place, column], sharex=first, sharey=first
+                )
+                first.tick_params(labelleft=column == 0, labelbottom=name == names[-1])
+                row.append(first)
             notes = [
                 _curve_panel(axes, part[part["limit_state"] == name], demands, grid, layout)
                 for axes, (_, part) in zip(row, columns, strict=True)
@@ -101,18 +120,55 @@ def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str
                 if name == names[0]:
                     pad = _TITLE_PAD_PT + _NOTE_LINE_PT * max(map(len, notes))
                     axes.set_title(title, fontsize=9, pad=pad)
+                if name == names[-1]:
+                    axes.set_xlabel(shown_label(im_column)[0])
             state = table[table["limit_state"] == name].iloc[0]
             capacity = threshold_text(str(state["demand"]), float(state["threshold"]))
             row[0].set_ylabel(f"P(exceeds | IM)\n{_words(name)}: {capacity}")
-        panels[0, 0].set_xscale("log")
-        panels[0, 0].set_ylim(-0.06, 1.06)
-        for axes in panels[-1]:
-            axes.set_xlabel(label_of(im_column))
-        plain_log_ticks(panels[-1, 0].xaxis)
+            own = ratios[ratios["demand"] == f"{component}/{name}"]
+            if not own.empty:
+                panel = figure.add_subplot(grid_of_panels[place, len(columns)])
+                _ratio_panel(panel, own, with_title=name == names[0])
+        assert first is not None
+        first.set_xscale("log")
+        first.set_ylim(-0.06, 1.06)
+        plain_log_ticks(first.xaxis)
         _add_legend(figure, layout)
-        title = f"{_words(component).capitalize()}, {100 * table['level'].iloc[0]:g} % bands"
+        bands = f"{100 * table['level'].iloc[0]:g} % bands"
+        if layout.banded_text:
+            bands += f" ({layout.banded_text})"
+        title = f"{_words(component).capitalize()}, {bands}"
         figure.suptitle("\n".join([title, *out_of_reach]), x=0.01, ha="left", fontsize=9)
     return figure
+
+
+def pooled_ratios(medians: pd.DataFrame, component: str) -> pd.DataFrame:
+    """Return the pooled effects on the medians of a component that have an estimate."""
+    own = medians["demand"].astype(str).str.startswith(f"{component}/")
+    return medians[own & (medians["scope"] == "pooled") & (medians["status"] == OK)]
+
+
+def _ratio_panel(axes: Axes, rows: pd.DataFrame, *, with_title: bool) -> None:
+    """Draw the ratio of medians of each change of an axis as a point with its interval."""
+    changes = [
+        change_name(str(item.axis), float(str(item.from_value)), float(str(item.to_value)))
+        for item in rows.itertuples()
+    ]
+    margin = float(rows["margin"].iloc[0])
+    axes.axvspan(1.0 - margin, 1.0 + margin, color="#e9edf0", zorder=0)
+    axes.axvline(1.0, color="#6b7378", linewidth=0.8)
+    for y, item in enumerate(rows.to_dict("records")):
+        axes.plot([item["ci_low"], item["ci_high"]], [y, y], color="#39434a", linewidth=1.4)
+        axes.plot(item["ratio"], y, "o", ms=6, mec="#39434a", mfc=verdict_style(item).fill)
+    axes.set_yticks(range(len(changes)), changes, fontsize=8)
+    axes.set_ylim(len(changes) - 0.4, -0.6)
+    low, high = axes.get_xlim()
+    axes.set_xlim(min(low, 0.9), max(high, 1.1))
+    axes.xaxis.set_major_locator(MaxNLocator(4))
+    axes.xaxis.set_major_formatter("{x:.2g}")
+    axes.grid(visible=False, axis="y")
+    if with_title:
+        axes.set_title(f"Ratio of medians, {100 * rows['level'].iloc[0]:g} % interval", fontsize=9)
 
 
 def states_out_of_reach(rows: pd.DataFrame, demands: pd.DataFrame) -> list[str]:
@@ -146,7 +202,8 @@ def _curve_panel(
     missing = rows[~rows["variant"].isin(shown.loc[shown["preferred"], "variant"])]
     missing = missing.drop_duplicates("variant")
     for item in shown.to_dict("records"):
-        style = layout.style_of(item)
+        key = layout.values_of(item)
+        style = layout.styles[key]
         runs = demands[demands["variant"] == item["variant"]]
         x = runs[item["im"]].to_numpy()
         for hit, height, marker in zip(_outcomes(runs, item), (1.03, -0.03), (2, 3), strict=True):
@@ -158,7 +215,8 @@ def _curve_panel(
                       solid_capstyle="butt")  # fmt: skip
             continue
         values, (low, high) = curve_values(grid, item)
-        axes.fill_between(grid, low, high, color=style["color"], alpha=0.10, linewidth=0)
+        if key in layout.banded:
+            axes.fill_between(grid, low, high, color=style["color"], alpha=0.15, linewidth=0)
         axes.plot(grid, values, **line_of(style))
         if item["methods_differ"]:
             other = rows[(rows["variant"] == item["variant"]) & ~rows["preferred"]]
@@ -211,7 +269,11 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
         demand: Demand column.
     """
     demands = with_derived_columns(demands)
+    label, factor = shown_label(demand)
+    demands = demands.assign(**{demand: factor * demands[demand]})
     fits = curves[(curves["demand"] == demand) & (curves["method"] == "cloud")]
+    shifted = fits["ln_a"] + np.log(factor)
+    fits = fits.assign(threshold=factor * fits["threshold"], ln_a=shifted)
     thresholds = dict(zip(fits["limit_state"], fits["threshold"], strict=True))
     im_column = str(curves["im"].iloc[0])
     layout, shown = VariantLayout.of(demands), sampled_runs(demands)
@@ -239,10 +301,10 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
             if below := int((own[demand] < least).sum()):
                 text = f"{below} of {len(own)} analyses below {plain_number(least)}"
                 axes.text(0.5, 1.02, text, transform=axes.transAxes, fontsize=7, ha="center")
-            axes.set_xlabel(label_of(im_column))
+            axes.set_xlabel(shown_label(im_column)[0])
         panels[0].set_xscale("log")
         panels[0].set_yscale("log")
-        panels[0].set_ylabel(label_of(demand))
+        panels[0].set_ylabel(label)
         im = demands[im_column]
         panels[0].set_xlim(im.min() / 1.15, im.max() * 1.15)
         panels[0].set_ylim(bottom / 1.2, max([demands[demand].max(), *thresholds.values()]) * 1.6)

@@ -4,86 +4,34 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from importlib.resources import files
 from itertools import chain
 from pathlib import Path
 from typing import Final
 
 import pandas as pd
+import yaml
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.fragility.limit_states import LimitState, load_limit_states
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.motions.levels import MotionsConfig
-from skewbridge.report.axis_layout import plain_label
-from skewbridge.study.config import StudyConfig
+from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
+from skewbridge.report.answer import counted
+from skewbridge.report.axis_layout import plain_label, shown_length, threshold_text, value_text
+from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axis
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 
 #: Full references by their key in the text.
-REFERENCES: Final = {
-    "Baker 2015": "Baker, J. W. (2015). Efficient analytical fragility function fitting using "
-    "dynamic structural analysis. Earthquake Spectra 31(1), 579-599.",
-    "Boore 2010": "Boore, D. M. (2010). Orientation-independent, nongeometric-mean measures of "
-    "seismic intensity from two horizontal components of motion. Bulletin of the Seismological "
-    "Society of America 100(4), 1830-1835.",
-    "Caltrans 2013": "Caltrans (2013). Seismic Design Criteria, version 1.7.",
-    "Caltrans 2019": "Caltrans (2019). Seismic Design Criteria, version 2.0.",
-    "Cornell et al. 2002": "Cornell, C. A., Jalayer, F., Hamburger, R. O., Foutch, D. A. (2002). "
-    "Probabilistic basis for 2000 SAC Federal Emergency Management Agency steel moment frame "
-    "guidelines. Journal of Structural Engineering 128(4), 526-533.",
-    "Dabaghi and Der Kiureghian 2018": "Dabaghi, M., Der Kiureghian, A. (2018). Simulation of "
-    "orthogonal horizontal components of near-fault ground motion for specified earthquake source "
-    "and site characteristics. Earthquake Engineering & Structural Dynamics 47(6), 1369-1393.",
-    "Eads et al. 2015": "Eads, L., Miranda, E., Lignos, D. G. (2015). Average spectral "
-    "acceleration as an intensity measure for collapse risk assessment. Earthquake Engineering & "
-    "Structural Dynamics 44(12), 2057-2073.",
-    "Efron and Tibshirani 1993": "Efron, B., Tibshirani, R. J. (1993). An Introduction to the "
-    "Bootstrap. Chapman & Hall.",
-    "Fieller 1954": "Fieller, E. C. (1954). Some problems in interval estimation. Journal of the "
-    "Royal Statistical Society B 16(2), 175-185.",
-    "Hausman 1978": "Hausman, J. A. (1978). Specification tests in econometrics. Econometrica "
-    "46(6), 1251-1271.",
-    "Hilber et al. 1977": "Hilber, H. M., Hughes, T. J. R., Taylor, R. L. (1977). Improved "
-    "numerical dissipation for time integration algorithms in structural dynamics. Earthquake "
-    "Engineering & Structural Dynamics 5(3), 283-292.",
-    "Holm 1979": "Holm, S. (1979). A simple sequentially rejective multiple test procedure. "
-    "Scandinavian Journal of Statistics 6(2), 65-70.",
-    "Houbolt 1950": "Houbolt, J. C. (1950). A recurrence matrix solution for the dynamic response "
-    "of elastic aircraft. Journal of the Aeronautical Sciences 17(9), 540-550.",
-    "Kowalsky and Priestley 2000": "Kowalsky, M. J., Priestley, M. J. N. (2000). Improved "
-    "analytical model for shear strength of circular reinforced concrete columns in seismic "
-    "regions. ACI Structural Journal 97(3).",
-    "Mander et al. 1988": "Mander, J. B., Priestley, M. J. N., Park, R. (1988). Theoretical "
-    "stress-strain model for confined concrete. Journal of Structural Engineering 114(8), "
-    "1804-1826.",
-    "McKenna et al. 2010": "McKenna, F., Scott, M. H., Fenves, G. L. (2010). Nonlinear "
-    "finite-element analysis software architecture using object composition. Journal of Computing "
-    "in Civil Engineering 24(1), 95-107.",
-    "Newmark 1959": "Newmark, N. M. (1959). A method of computation for structural dynamics. "
-    "Journal of the Engineering Mechanics Division 85(3), 67-94.",
-    "Paulay and Priestley 1992": "Paulay, T., Priestley, M. J. N. (1992). Seismic Design of "
-    "Reinforced Concrete and Masonry Buildings. Wiley.",
-    "Rahman and Mackie 2023": "Rahman, A., Mackie, K. R. (2023). Node-to-node contact-friction "
-    "problems using run-time parameter updates on a conventional force-deformation finite element. "
-    "Finite Elements in Analysis and Design 218.",
-    "Rahman and Mackie": "Rahman, A., Mackie, K. R. Modeling abutment contact-friction using "
-    "run-time parameter updates.",
-    "Schuirmann 1987": "Schuirmann, D. J. (1987). A comparison of the two one-sided tests "
-    "procedure and the power approach for assessing the equivalence of average bioavailability. "
-    "Journal of Pharmacokinetics and Biopharmaceutics 15(6), 657-680.",
-    "Scott and Fenves 2006": "Scott, M. H., Fenves, G. L. (2006). Plastic hinge integration "
-    "methods for force-based beam-column elements. Journal of Structural Engineering 132(2), "
-    "244-252.",
-    "Tobin 1958": "Tobin, J. (1958). Estimation of relationships for limited dependent variables. "
-    "Econometrica 26(1), 24-36.",
-    "Vamvatsikos and Cornell 2002": "Vamvatsikos, D., Cornell, C. A. (2002). Incremental dynamic "
-    "analysis. Earthquake Engineering & Structural Dynamics 31(3), 491-514.",
-    "Zhu et al. 2018": "Zhu, M., McKenna, F., Scott, M. H. (2018). OpenSeesPy: Python library for "
-    "the OpenSees finite element framework. SoftwareX 7, 6-11.",
-}
+REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(
+    (files("skewbridge.report") / "references.yaml").read_text("utf-8")
+)
+#: Sections that change no number of a study, or that other sentences describe in full.
+_NO_METHOD: Final = {"results", "accuracy", "grid", "figures", "batches", "checks",
+                     "max_unfinished_share", "modelling_choices"}  # fmt: skip
 #: Heads of the table of limit states.
 STATE_HEADS: Final = ("component", "demand", "median", "dispersion", "source")
 _CONTACT: Final = (
@@ -134,9 +82,10 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     paragraphs = {
         "Bridges": _bridges(bridges, config.analysis.model_options(config.model)),
         "Abutments": _abutments(config),
-        "Ground motions": _motions(config.motions, "; ".join(filter(None, sources))),
+        "Ground motions": _motions(config.motions, suite, "; ".join(filter(None, sources))),
         "Analyses": _analyses(config),
         "Statistics": _statistics(config.fragility, config.motions),
+        "Settings": _changed_settings(config),
     }
     parts = {name: " ".join(sentences) for name, sentences in paragraphs.items()}
     states = _limit_states(config)
@@ -148,13 +97,13 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
 def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str]:
     several = len(bridges) > 1
     facts = "; ".join(
-        f"{bridge.title}: {_count(len(bridge.spans_m), 'span')}, {bridge.length_m:.1f} m, "
+        f"{bridge.title}: {counted(len(bridge.spans_m), 'span')}, {shown_length(bridge.length_m)}, "
         f"{bridge.base} column bases, T1 = {bridge.t1_s:.3g} s"
         for bridge in bridges
     )
     yield (
-        f"{_count(len(bridges), 'bridge').capitalize()} {'were' if several else 'was'} modelled in "
-        f"OpenSees (McKenna et al. 2010) through OpenSeesPy {version('openseespy')} (Zhu et al. "
+        f"{counted(len(bridges), 'bridge').capitalize()} {'were' if several else 'was'} modelled "
+        f"in OpenSees (McKenna et al. 2010) through OpenSeesPy {version('openseespy')} (Zhu et al. "
         f"2018) with skewbridge {version('skewbridge')} ({facts})."
     )
     if any(bridge.details == "surrogate" for bridge in bridges):
@@ -176,7 +125,7 @@ def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str
             "The columns are force-based fiber elements with distributed plasticity (five Lobatto "
             "points) and Mander's concrete (Mander et al. 1988)."
         )
-    deck = _count(model.deck_elements_per_span, "element")
+    deck = counted(model.deck_elements_per_span, "element")
     yield f"The deck is an elastic spine of {deck} per span. {columns}"
     if model.shear_model == "sdc":
         yield "Column shear capacity follows the Caltrans criteria (Caltrans 2013)."
@@ -202,7 +151,7 @@ def _abutments(config: StudyConfig) -> Iterator[str]:
         update = "predicted at the end of each step"
         if model.coupling == "lagged":
             update = "of the last committed step"
-        points = _count(model.backwall_points, "point")
+        points = counted(model.backwall_points, "point")
         yield f"{_CONTACT}, {update}; {points} are placed along each backwall."
     backfills = {each.backfill for each in traits} - {"none"}
     if model.backfill == "sdc" and backfills:
@@ -210,24 +159,28 @@ def _abutments(config: StudyConfig) -> Iterator[str]:
     elif "option" in backfills:
         yield "The backfill is hyperbolic."
     axes = "; ".join(
-        f"{axis(name).title} {_listed(values)} {axis(name).unit}".removesuffix(" -")
+        f"{axis(name).title} {', '.join(value_text(axis(name), value) for value in values)}"
         for name, values in config.grid.values().items()
     )
     count = len(expand_grid(config.grid))
     way = "normal to the backwall" if model.gap_measured == "normal" else "along the bridge"
     yield (
-        f"The study crosses {axes}: {_count(count, 'variant')}. The gap is the opening of the "
+        f"The study crosses {axes}: {counted(count, 'variant')}. The gap is the opening of the "
         f"joint at rest, {way}."
     )
 
 
-def _motions(motions: MotionsConfig, source: str) -> Iterator[str]:
+def _motions(motions: MotionsConfig, suite: pd.DataFrame | None, source: str) -> Iterator[str]:
     count = "All" if motions.count is None else f"{motions.count}"
     cited = f" ({_cited_source(source)})" if source else ""
     low, high = motions.level_range_g
+    if suite is not None and {"scale", LEVEL_MEASURE} <= set(suite):
+        count = f"{len(suite)}"
+        levels_g = suite["scale"] * suite[LEVEL_MEASURE]
+        low, high = levels_g.min(), levels_g.max()
     scaled = {
         "scaled_cloud": f"each with one factor, the same for all bridges and variants, so that "
-        f"Sa_avg (Eads et al. 2015) spans {low:g} to {high:g} g",
+        f"Sa_avg (Eads et al. 2015) spans {low:.3g} to {high:.3g} g",
         "cloud": "unscaled",
         "stripes": f"scaled to {_listed(motions.stripes_g)} g of Sa_avg (Eads et al. 2015), with "
         f"factors within {motions.factor_limits[0]:g} and {motions.factor_limits[1]:g}",
@@ -235,9 +188,9 @@ def _motions(motions: MotionsConfig, source: str) -> Iterator[str]:
         f"{motions.ida_demand} = {motions.ida_threshold:g} between {low:g} and {high:g} g of "
         "Sa_avg (Eads et al. 2015)",
     }
-    suite = " of the suite" if motions.count is None else ""
+    whole = " of the suite" if count == "All" else ""
     yield (
-        f"{count} two-component ground motions{suite}{cited} act on every variant, "
+        f"{count} two-component ground motions{whole}{cited} act on every variant, "
         f"{scaled[motions.design]}, at an incidence of {_listed(motions.incidence_deg)} degrees."
     )
     if motions.shaking_s is not None:
@@ -262,6 +215,32 @@ def _analyses(config: StudyConfig) -> Iterator[str]:
         f"{analysis.collapse_deck_disp_m:g} m, or a corner leaves its seat; one that does not "
         "converge keeps its peaks as lower bounds and is never dropped."
     )
+
+
+def _changed_settings(config: StudyConfig) -> Iterator[str]:
+    """Yield every setting that differs from its default under the same accuracy."""
+    own = config.model_dump(mode="json", exclude=_NO_METHOD)
+    usual = parse_config({"accuracy": config.accuracy}).model_dump(mode="json", exclude=_NO_METHOD)
+    changed = [
+        f"`{section}.{key}` {_setting(value)} (default {_setting(usual[section][key])})"
+        for section, values in own.items()
+        for key, value in (values if isinstance(values, dict) else {}).items()
+        if value != usual[section][key]
+    ]
+    if config.accuracy != "default":
+        changed.insert(0, f"`accuracy` {config.accuracy}")
+    if changed:
+        yield f"Settings that differ from the defaults of the program: {'; '.join(changed)}."
+    else:
+        yield "All settings are the defaults of the program."
+
+
+def _setting(value: object) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_setting, value))
+    if isinstance(value, float):
+        return f"{value:g}"
+    return "none" if value is None else str(value)
 
 
 def _integrator(analysis: AnalysisSettings) -> str:
@@ -321,7 +300,9 @@ def _limit_states(config: StudyConfig) -> list[tuple[str, ...]]:
         (
             component.replace("_", " "),
             f"`{states[0].demand}`",
-            ", ".join(f"{state.name} {state.threshold:g}" for state in states),
+            ", ".join(
+                f"{state.name} {threshold_text(state.demand, state.threshold)}" for state in states
+            ),
             _listed(sorted({state.dispersion for state in states})),
             " ".join(states[0].citation.split()),
         )
@@ -334,12 +315,6 @@ def _cited_source(source: str) -> str:
     if "Dabaghi and Der Kiureghian (2018)" in source:
         return "simulated, Dabaghi and Der Kiureghian 2018"
     return source
-
-
-def _count(number: int, what: str) -> str:
-    words = ("no", "one", "two", "three", "four", "five", "six")
-    text = words[number] if number < len(words) else f"{number}"
-    return f"{text} {what}{'' if number == 1 else 's'}"
 
 
 def _listed(values: Sequence[float]) -> str:

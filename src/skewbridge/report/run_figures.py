@@ -19,17 +19,16 @@ from matplotlib.ticker import MaxNLocator
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.report.axis_layout import STYLE, plain_log_ticks
+from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
 from skewbridge.units import KN, MM, MN
 
 _LINE: Final = 0.9
-_COLOURS: Final = sns.color_palette("colorblind")
 #: Lines of runs on top of each other: the first is wide and light, so that it shows below.
-_OVERLAID: Final[tuple[dict[str, Any], ...]] = (
-    {"color": "#7db8dc", "lw": 1.8},
-    *({"color": colour, "lw": 0.7} for colour in ("#a34700", *_COLOURS[2:])),
+_OVERLAID: Final[tuple[dict[str, Any], ...]] = tuple(
+    {"color": colour, "lw": 0.7 if place else 1.8, "alpha": 1.0 if place else 0.55}
+    for place, colour in enumerate(VARIANT_COLOURS)
 )
-DEFAULT_BAND_HZ: Final = (0.1, 10.0)
+BAND_HZ: Final = (0.1, 10.0)
 _BANDWIDTH: Final = 40.0  # source: Konno and Ohmachi (1998), their b for engineering use
 SPECTRA: Final = {
     "deck_ux_m": "longitudinal (m s)",
@@ -61,14 +60,15 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 5.6), layout="constrained")
         axes = figure.subplots(3, 1, sharex=True)
+        length, per_m = _length()
         quantities = (
-            ("deck_ux_m", MM, "Longitudinal (mm)"),
-            ("deck_uy_m", MM, "Transverse (mm)"),
-            ("deck_rot_rad", 1e-3, "Rotation (mrad)"),
+            ("deck_ux_m", per_m, f"Longitudinal ({length})"),
+            ("deck_uy_m", per_m, f"Transverse ({length})"),
+            ("deck_rot_rad", 1e3, "Rotation (mrad)"),
         )
-        for axis, (column, unit, text) in zip(axes, quantities, strict=True):
+        for axis, (column, factor, text) in zip(axes, quantities, strict=True):
             for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
-                axis.plot(table["t_s"], table[column] / unit, label=name, **look)
+                axis.plot(table["t_s"], factor * table[column], label=name, **look)
             axis.axhline(0.0, color="0.4", lw=0.5)
             axis.set_ylabel(text)
         axes[-1].set_xlabel("Time (s)")
@@ -83,6 +83,7 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     contacts a third one for the normal forces of backwall and shear keys.
     """
     names = contact_names(next(iter(runs.values())))
+    (length, per_m), (force, per_kn) = _length(), _force()
     rows = [
         [
             (f"{text}, {way}", direction, [f"abutment_left_{column}{direction}_kn"])
@@ -105,15 +106,26 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
         axes = figure.subplots(len(rows), 2, squeeze=False, sharex="col")
         for axis, (text, direction, columns) in zip(axes.flat, chain(*rows), strict=True):
             axis.set_title(text, loc="left", fontsize=9)
-            axis.set_ylabel("Force (MN)")
+            axis.set_ylabel(f"Force ({force})")
             for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
-                disp_mm = table[f"abutment_left_{direction}_m"] / MM
-                force_mn = table[columns].sum(axis=1) * KN / MN
-                axis.plot(disp_mm, force_mn, label=name, **look)
+                disp = per_m * table[f"abutment_left_{direction}_m"]
+                axis.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **look)
         for axis, text in zip(axes[-1], ("longitudinal", "transverse"), strict=True):
-            axis.set_xlabel(f"Deck end, {text} (mm)")
+            axis.set_xlabel(f"Deck end, {text} ({length})")
         _name_runs(figure, axes[0][0], list(runs))
     return figure
+
+
+def _length() -> tuple[str, float]:
+    """Return the shown unit of displacements and its number in a metre."""
+    unit, factor = shown_unit("mm")
+    return unit, factor / MM
+
+
+def _force() -> tuple[str, float]:
+    """Return the shown unit of forces and its number in a kilonewton."""
+    unit, factor = shown_unit("MN")
+    return unit, factor * KN / MN
 
 
 def _normals(names: list[str], part: str) -> list[str]:
@@ -139,7 +151,7 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
             reference (no friction), all of the same motion; `moving_columns` has one or more.
     """
     names, columns = list(runs), moving_columns(runs)
-    grid = np.geomspace(DEFAULT_BAND_HZ[0] * 1.2, DEFAULT_BAND_HZ[1] / 1.2, 160)
+    grid = np.geomspace(BAND_HZ[0] * 1.2, BAND_HZ[1] / 1.2, 160)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.9 * len(columns) + 0.6, 4.2), layout="constrained")
         panels = figure.subplots(
@@ -148,19 +160,13 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
         first = runs[names[0]]
         for (top, bottom), column in zip(panels.T, columns, strict=True):
             for name, look in zip(names, _OVERLAID, strict=False):
-                table = runs[name]
-                dt_s = float(table["t_s"].iloc[1] - table["t_s"].iloc[0])
-                values = table[column].to_numpy(dtype=np.float64)
-                f, amplitude = fourier_amplitude(values, dt_s)
-                period_s = mean_period_s(values, dt_s)
-                text = f"{name}, $T_m$ = {period_s:.2f} s"
-                top.plot(grid, konno_ohmachi(f, amplitude, grid), label=text, **look)
-                if name == names[0]:
-                    continue
-                size = min(values.size, len(first))
-                reference = first[column].to_numpy(dtype=np.float64)[:size]
-                ratio = fourier_ratio(values[:size], reference, dt_s, grid)
-                bottom.plot(grid, ratio, **look)
+                text = f"{name}, $T_m$ = {mean_period_s(runs[name], column):.2f} s"
+                top.plot(grid, _smoothed(runs[name], column, grid), label=text, **look)
+                if name != names[0]:
+                    both = [table.iloc[: min(map(len, (first, runs[name])))]
+                            for table in (runs[name], first)]  # fmt: skip
+                    with_friction, without = (_smoothed(table, column, grid) for table in both)
+                    bottom.plot(grid, with_friction / without, **look)
             top.set_title(f"Deck, {SPECTRA[column]}", loc="left", fontsize=9)
             top.set_yscale("log")
             top.legend(fontsize=7, loc="lower left")
@@ -181,20 +187,23 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     shear = figure.add_subplot(grid[0, 0])
     ratio = figure.add_subplot(grid[1, 0], sharex=shear)
     orbit = figure.add_subplot(grid[:, 1])
-    shear.plot(histories["t_s"], histories["column_shear_kn"] / 1e3, lw=_LINE, color=_COLOURS[0])
-    shear.set_ylabel("Base shear,\nworst column (MN)")
-    ratio.plot(histories["t_s"], histories["column_shear_dcr"], lw=_LINE, color=_COLOURS[1])
+    (length, per_m), (force, per_kn) = _length(), _force()
+    shear.plot(
+        histories["t_s"], per_kn * histories["column_shear_kn"], lw=_LINE, color=VARIANT_COLOURS[0]
+    )
+    shear.set_ylabel(f"Base shear,\nworst column ({force})")
+    ratio.plot(histories["t_s"], histories["column_shear_dcr"], lw=_LINE, color=VARIANT_COLOURS[1])
     ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
     ratio.set_ylabel("Shear demand/capacity")
     ratio.set_xlabel("Time (s)")
-    x_mm, y_mm = histories["deck_ux_m"] / MM, histories["deck_uy_m"] / MM
-    orbit.plot(x_mm, y_mm, lw=_LINE, color=_COLOURS[2])
-    half_mm = 1.08 * max(float(x_mm.abs().max()), float(y_mm.abs().max()), 1.0)
-    orbit.set(xlim=(-half_mm, half_mm), ylim=(-half_mm, half_mm), aspect="equal")
+    x, y = (per_m * histories[name] for name in ("deck_ux_m", "deck_uy_m"))
+    orbit.plot(x, y, lw=_LINE, color=VARIANT_COLOURS[2])
+    half = 1.08 * max(float(x.abs().max()), float(y.abs().max()), 1e-3 * per_m)
+    orbit.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
     orbit.xaxis.set_major_locator(MaxNLocator(5))
     orbit.yaxis.set_major_locator(MaxNLocator(5))
-    orbit.set_xlabel("Longitudinal (mm)")
-    orbit.set_ylabel("Transverse (mm)")
+    orbit.set_xlabel(f"Longitudinal ({length})")
+    orbit.set_ylabel(f"Transverse ({length})")
     orbit.set_title("Orbit of the deck", fontsize=9)
     figure.suptitle(title, fontsize=10, parse_math=False)
     return figure
@@ -203,12 +212,13 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
 def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw when each contact is closed, shaded by its normal force, and the friction forces."""
     names = contact_names(histories)
+    force, per_kn = _force()
     figure = Figure(figsize=(7.2, 1.6 + 0.22 * len(names) + 2.0), layout="constrained")
     raster, friction = figure.subplots(
         2, 1, sharex=True, height_ratios=(0.22 * len(names) + 0.4, 2.0)
     )
     time_s = histories["t_s"].to_numpy()
-    normals = np.column_stack([histories[f"{name}_normal_kn"] for name in names]).T / 1e3
+    normals = np.column_stack([histories[f"{name}_normal_kn"] for name in names]).T * per_kn
     bins = np.linspace(time_s[0], time_s[-1], min(len(time_s), 1200) + 1)
     at = np.clip(np.searchsorted(time_s, bins[:-1]), 0, len(time_s) - 1)
     peaks = np.maximum.reduceat(normals, at, axis=1)
@@ -220,17 +230,19 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     raster.set_yticks(np.arange(len(names)) + 0.5, labels, fontsize=7)
     raster.invert_yaxis()
     raster.grid(visible=False)
-    figure.colorbar(mesh, ax=raster, label="Normal force (MN)", pad=0.01)
+    figure.colorbar(mesh, ax=raster, label=f"Normal force ({force})", pad=0.01)
     raster.set_title(title, fontsize=10, parse_math=False)
-    for colour, word in zip(_COLOURS, ("backwall", "key"), strict=False):
+    for colour, word in zip(VARIANT_COLOURS, ("backwall", "key"), strict=False):
         chosen = [name for name in names if word in name]
         total = sum(
             np.hypot(histories[f"{n}_friction_1_kn"], histories[f"{n}_friction_2_kn"])
             for n in chosen
         )
         if chosen:
-            friction.plot(time_s, np.asarray(total) / 1e3, lw=_LINE, color=colour, label=f"{word}s")
-    friction.set_ylabel("Friction, sum (MN)")
+            friction.plot(
+                time_s, per_kn * np.asarray(total), lw=_LINE, color=colour, label=f"{word}s"
+            )
+    friction.set_ylabel(f"Friction, sum ({force})")
     friction.set_xlabel("Time (s)")
     friction.legend(loc="upper right", fontsize=8)
     return figure
@@ -254,62 +266,38 @@ def _name_runs(figure: Figure, axis: Axes, names: list[str]) -> None:
         figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
-def mean_period_s(
-    values: FloatArray, dt_s: float, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
-) -> float:
-    """Return the mean period sum(A^2/f)/sum(A^2) of a history, for example of the deck, s.
-
-    The history has shape (n,) and is equally spaced; its mean is taken off.
+def mean_period_s(histories: pd.DataFrame, column: str) -> float:
+    """Return the mean period sum(A^2/f)/sum(A^2) of a column of histories, s.
 
     Raises:
         InputError: The history is constant, too short or not finite.
     """
-    frequency, amplitude = fourier_amplitude(values, dt_s, band_hz)
+    frequency, amplitude = fourier_amplitude(histories, column)
     power = amplitude**2
     return float(np.sum(power / frequency) / np.sum(power))
 
 
-def fourier_amplitude(
-    values: FloatArray, dt_s: float, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
-) -> tuple[FloatArray, FloatArray]:
-    """Return frequencies in the band and Fourier amplitudes (unit of the history times s)."""
-    if values.ndim != 1 or values.size < 16 or not np.all(np.isfinite(values)):
-        raise InputError(f"a history needs 16 or more finite values, got shape {values.shape}")
-    if not dt_s > 0.0:
-        raise InputError(f"dt_s must be > 0, got {dt_s:g}")
-    centred = values - np.mean(values)
-    if np.ptp(centred) == 0.0:
-        raise InputError("a constant history has no frequency content")
+def fourier_amplitude(histories: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray]:
+    """Return the frequencies in `BAND_HZ` and Fourier amplitudes (unit of the column times s).
+
+    Raises:
+        InputError: The history is constant, too short or not finite.
+    """
+    values = histories[column].to_numpy(dtype=np.float64)
+    if values.size < 16 or not np.ptp(values) > 0.0:
+        raise InputError(f"{column} needs 16 or more finite values that vary, got {values.size}")
+    dt_s = float(histories["t_s"].iloc[1] - histories["t_s"].iloc[0])
     # padded to a power of two above twice the length, so that the band is finely sampled
-    size = 1 << (2 * centred.size - 1).bit_length()
-    spectrum = np.abs(np.fft.rfft(centred, size)) * dt_s
+    size = 1 << (2 * values.size - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(values - np.mean(values), size)) * dt_s
     frequency = np.fft.rfftfreq(size, dt_s)
-    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
-    if np.sum(inside) < 8:
-        raise InputError(
-            f"band {band_hz} Hz holds {int(np.sum(inside))} frequencies of the history, need 8"
-        )
+    inside = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
     return frequency[inside], spectrum[inside]
 
 
-def fourier_ratio(
-    with_friction: FloatArray,
-    without: FloatArray,
-    dt_s: float,
-    grid_hz: FloatArray,
-    band_hz: tuple[float, float] = DEFAULT_BAND_HZ,
-) -> FloatArray:
-    """Return the ratio of smoothed Fourier amplitudes of two histories at given frequencies.
-
-    Both histories, shape (n,), are of the same motion; ``grid_hz`` lies inside the band.
-    """
-    f_top, top = fourier_amplitude(with_friction, dt_s, band_hz)
-    f_bottom, bottom = fourier_amplitude(without, dt_s, band_hz)
-    return konno_ohmachi(f_top, top, grid_hz) / konno_ohmachi(f_bottom, bottom, grid_hz)
-
-
-def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, grid: FloatArray) -> FloatArray:
+def _smoothed(histories: pd.DataFrame, column: str, grid_hz: FloatArray) -> FloatArray:
     """Return the smoothed amplitude: window [sin(b log10 f/fc)/(b log10 f/fc)]^4, b = 40."""
-    argument = _BANDWIDTH * np.log10(frequency / grid[:, None])
+    frequency, amplitude = fourier_amplitude(histories, column)
+    argument = _BANDWIDTH * np.log10(frequency / grid_hz[:, None])
     window = np.sinc(argument / np.pi) ** 4
     return window @ amplitude / np.sum(window, axis=1)

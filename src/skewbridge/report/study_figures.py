@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
+import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
@@ -19,45 +20,59 @@ from matplotlib.figure import Figure
 from skewbridge.demands.columns import label_of
 from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.errors import InputError
-from skewbridge.files.tables import figure_metadata, read_frame
+from skewbridge.files.tables import figure_metadata, read_frame, records_of
 from skewbridge.files.text import shortened, write_text
+from skewbridge.fragility.verdicts import HIGHER, LOWER
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
-from skewbridge.report.axis_layout import plain_label
+from skewbridge.report.answer import change_name, effect_name, listed, model_name
+from skewbridge.report.axis_layout import (
+    MAX_BANDS,
+    VariantLayout,
+    plain_label,
+    shown_in,
+    shown_unit,
+    threshold_text,
+    value_text,
+)
 from skewbridge.report.effect_figures import (
+    choice_findings,
     effects_by_intensity,
     intensity_demands,
     tornado,
     tornado_text,
-    verdict_map,
 )
 from skewbridge.report.fragility_figures import (
     demand_clouds,
     fragility_curves,
     least_shown,
+    pooled_ratios,
     shown_curves,
 )
 from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.run_figures import (
+    SPECTRA,
     displacement_figure,
     frequency_figure,
     hysteresis_figure,
+    mean_period_s,
     moving_columns,
 )
+from skewbridge.report.verdict_style import change_text, demand_name, interval_text, margin_text
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
 from skewbridge.study.processes import hush_exit_message
 from skewbridge.units import INCH, MM
 from skewbridge.variant.abutments import ABUTMENTS
-from skewbridge.variant.axes import axes_of
+from skewbridge.variant.axes import AXES
 
-#: Sections of the report.
-EFFECTS, CURVES, CLOUDS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
-    "effects",
-    "curves",
-    "clouds",
-    "choices",
+#: What figures show; the gallery of the page has them in this order.
+CURVES, CLOUDS, EFFECTS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
+    "fragility curves",
+    "demand against intensity",
+    "effects by intensity",
+    "modelling choices",
     "histories",
     "motions",
 )
@@ -79,15 +94,21 @@ class Caption:
 
     Attributes:
         name: File name without ending.
-        section: Section of the report, one of `SECTIONS`.
+        section: What it shows, one of `SECTIONS`.
         title: One line.
         text: Content of the figure and its method.
+        finding: What it shows in one sentence, from the tables.
+        item: Component, demand or quantity of the figure.
+        model: Bridge and abutment model; empty for a figure of the whole study.
     """
 
     name: str
     section: str
     title: str
     text: str
+    finding: str
+    item: str
+    model: str = ""
 
 
 type StudyFigure = tuple[Caption, Drawing]
@@ -133,28 +154,14 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     models = tables.demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         start = f"{bridge}_{ABUTMENTS[abutment].code}_"
-        title = f"{bridge}, {abutment.replace('_', '-')}: "
+        model = model_name(bridge, abutment)
         own = tables.of_model(bridge, abutment)
         for figures in MODEL_FIGURES:
             for caption, draw in figures(own):
-                named = replace(caption, name=start + caption.name, title=title + caption.title)
-                yield named, draw
+                title = f"{model}: {caption.title}"
+                yield replace(caption, name=start + caption.name, title=title, model=model), draw
     for figures in STUDY_FIGURES:
         yield from figures(tables)
-
-
-def _verdict_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    rows = pd.concat([tables.medians, tables.effects], ignore_index=True)
-    for axis in reversed(axes_of(dict.fromkeys(rows["axis"]))):
-        caption = Caption(
-            name=f"verdict_{axis.name}",
-            section=EFFECTS,
-            title=f"Effect of {axis.title} on median capacities and demands",
-            text="Change under the same motions, averaged over all variants and for each pair of "
-            f"variants that differ in {axis.title} only. "
-            + _verdict_text(rows[rows["axis"] == axis.name]),
-        )
-        yield caption, partial(verdict_map, rows, axis.name)
 
 
 def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -172,31 +179,36 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         dots += ", open ones at the end of the range nearest to it"
     pooled = tables.effects[tables.effects["scope"] == "pooled"]
     tests = pooled.loc[pooled["demand"].isin(demands), "p_slope"].dropna()
+    dependent = int((tests < 0.05).sum())
     caption = Caption(
         name="effects_by_intensity",
         section=EFFECTS,
+        item="headline demands",
         title="Effects by intensity",
-        text="Regression of the paired log ratio on log intensity, all variants, with a "
-        f"{100 * table['level'].iloc[0]:g} % band clustered by motion, in the range of the pairs. "
-        + (f"{dots}. " if dots else "")
-        + f"The slope differs from zero (p < 0.05) in {int((tests < 0.05).sum())} of "
-        f"{len(tests)} effects.",
+        finding=f"{dependent} of {len(tests)} effects on the headline demands change with "
+        "intensity (p < 0.05).",
+        text="Regression of the paired log ratio on log intensity, all variants, in the range of "
+        f"the pairs. The {100 * table['level'].iloc[0]:g} % bands, clustered by motion, are those "
+        f"of the {MAX_BANDS} largest changes at most. {dots and dots + '.'}".strip(),
     )
     yield caption, partial(effects_by_intensity, table, label_of(im))
 
 
 def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     shown = shown_curves(tables.curves)
+    layout = VariantLayout.of(tables.curves)
     for component, rows in shown.groupby("component", sort=False):
         drawn = rows[rows["preferred"]]
         by_exceedance = int((drawn["method"] != "cloud").sum())
         differ = int(drawn["methods_differ"].sum())
         words = str(component).replace("_", " ")
+        bands = f"; {layout.banded_text} only" if layout.banded_text else ""
         text = (
             "Curves with record-to-record and capacity dispersion: "
-            f"{len(drawn) - by_exceedance} from cloud fits, {by_exceedance} from exceedances, with "
-            f"{100 * rows['level'].iloc[0]:g} % bands. Ticks are analyses: at the top "
-            "those that exceed the state, at the bottom those that do not. "
+            f"{len(drawn) - by_exceedance} from cloud fits, {by_exceedance} from exceedances "
+            f"({100 * rows['level'].iloc[0]:g} % bands{bands}). Ticks are analyses: at the top "
+            "those that exceed the state, at the bottom those that do not. At the right the paired "
+            "ratios of the medians, averaged over all other axes. "
         )
         if differ:
             text += (
@@ -207,16 +219,38 @@ def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         caption = Caption(
             name=f"curves_{component}",
             section=CURVES,
+            item=words,
             title=f"Fragility of {words}",
+            finding=_median_finding(pooled_ratios(tables.medians, str(component)), words),
             text=text,
         )
-        yield caption, partial(fragility_curves, tables.curves, tables.demands, str(component))
+        draw = partial(
+            fragility_curves, tables.curves, tables.demands, tables.medians, str(component)
+        )
+        yield caption, draw
+
+
+def _median_finding(ratios: pd.DataFrame, words: str) -> str:
+    """Return the largest certain change of the medians of a component in one sentence."""
+    if ratios.empty:
+        return f"No two medians of {words} can be compared."
+    certain = ratios[ratios["verdict_family"].isin((LOWER, HIGHER))]
+    if certain.empty:
+        return f"No change of these medians by over {margin_text(ratios.iloc[0])} is certain."
+    row = records_of(certain)[int(np.abs(np.log(certain["ratio"])).to_numpy().argmax())]
+    change = change_name(row["axis"], row["from_value"], row["to_value"])
+    verb = "lowers" if row["ratio"] < 1.0 else "raises"
+    size = change_text(row).lstrip("+-")
+    return (
+        f"{change} {verb} the median capacity for {effect_name(row['demand'])} by {size} "
+        f"({interval_text(row)}), the largest certain change."
+    )
 
 
 def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    demands = tables.demands
-    for name in dict.fromkeys(map(str, tables.curves["demand"])):
-        if name not in demands or least_shown(demands, tables.curves, name) is None:
+    demands, curves = tables.demands, tables.curves
+    for name in dict.fromkeys(map(str, curves["demand"])):
+        if name not in demands or least_shown(demands, curves, name) is None:
             continue
         early, zero = int((~demands["complete"]).sum()), int((demands[name] == 0.0).sum())
         text = f"One mark for each of {len(demands)} analyses; lines are the fits. "
@@ -227,22 +261,31 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             )
         if zero:
             text += f"{zero} demands are zero and drawn at the bottom."
+        mildest = curves[curves["demand"] == name].sort_values("threshold").iloc[0]
+        above = int((demands[name] > mildest["threshold"]).sum())
+        state = f"{mildest['component']}, {mildest['limit_state']}".replace("_", " ")
         caption = Caption(
             name=f"cloud_{name}",
             section=CLOUDS,
-            title=f"{label_of(name)} against intensity",
+            item=demand_name(name),
+            title=f"{demand_name(name)} against intensity",
+            finding=f"{above} of {len(demands)} analyses exceed {state} "
+            f"({threshold_text(name, float(mildest['threshold']))}).",
             text=text.strip(),
         )
-        yield caption, partial(demand_clouds, demands, tables.curves, name)
+        yield caption, partial(demand_clouds, demands, curves, name)
 
 
 def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     if tables.choices is None or tables.choices.empty:
         return
+    findings = choice_findings(tables.choices)
     caption = Caption(
         name="modelling_choices",
         section=CHOICES,
+        item="headline demands",
         title="Modelling choices compared with friction, gap and skew",
+        finding=findings[0] if findings else "No choice can be compared with friction.",
         text=tornado_text(tables.choices),
     )
     yield caption, partial(tornado, tables.choices)
@@ -252,45 +295,67 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     if tables.pair is None:
         return
     variant, runs = tables.pair.variants[0], tables.pair.by_friction
-    name = f"skew {variant.skew_deg:g} degrees, gap {variant.gap_mm:g} mm"
-    name = f"without and with friction: {name}, motion {tables.pair.motion_id}"
+    skew, gap = (value_text(axis, variant.values()[axis.name]) for axis in AXES[:2])
+    name = f"without and with friction: {variant.bridge_name}, skew {skew}, gap {gap}, motion "
+    name += tables.pair.motion_id
     yield (
         Caption(
             name="hysteresis",
             section=HISTORIES,
+            item="abutment forces",
             title=f"Abutment {name}",
+            finding=_peaks("Largest longitudinal force of the left abutment", runs,
+                           "abutment_left_x_kn", "kN"),
             text="Forces of the left abutment on the deck (backwall, keys and pads) along and "
             "across the bridge, of the pads alone, and normal contact forces of backwall and shear "
             "keys alone, against the displacement of the deck end.",
         ),
         partial(hysteresis_figure, runs),
-    )
+    )  # fmt: skip
     yield (
         Caption(
             name="displacement",
             section=HISTORIES,
+            item="deck displacement",
             title=f"Deck {name}",
+            finding=_peaks("Largest longitudinal displacement", runs, "deck_ux_m", "m"),
             text="Displacement and rotation at the mass centre, relative to the ground.",
         ),
         partial(displacement_figure, runs),
     )
-    if moving_columns(runs):
+    if moving := moving_columns(runs):
+        periods = listed(f"{mean_period_s(table, moving[0]):.2f} s" for table in runs.values())
         yield (
             Caption(
                 name="frequency",
                 section=HISTORIES,
+                item="frequency content",
                 title=f"Frequency content {name}",
+                finding=f"Mean period of the {SPECTRA[moving[0]].split(' (')[0]} motion of the "
+                f"deck: {periods} with {listed(runs)}.",
                 text="Smoothed Fourier amplitudes of the deck and their ratio.",
             ),
             partial(frequency_figure, runs),
         )
 
 
+def _peaks(what: str, runs: Mapping[str, pd.DataFrame], column: str, unit: str) -> str:
+    """Return the largest absolute value of a column in each run as a sentence."""
+    shown, factor = shown_unit(unit)
+    peaks = [f"{factor * table[column].abs().max():.3g} {shown}" for table in runs.values()]
+    return f"{what}: {listed(peaks)} with {listed(runs)}."
+
+
 def _motion_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    if not tables.suite:
+        return
+    scales = [item.scale for item in tables.suite]
     caption = Caption(
         name="suite_spectra",
         section=MOTIONS,
+        item="response spectra",
         title="Response spectra of the motions",
+        finding=f"{len(scales)} motions with factors from {min(scales):.2g} to {max(scales):.2g}.",
         text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
     )
     yield caption, partial(applied_spectra, tables.suite)
@@ -299,29 +364,13 @@ def _motion_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 type Figures = Callable[[FigureTables], Iterator[StudyFigure]]
 #: Drawn for each bridge with each abutment model.
 MODEL_FIGURES: Final[tuple[Figures, ...]] = (
-    _verdict_figures,
-    _intensity_figures,
     _curve_figures,
     _cloud_figures,
+    _intensity_figures,
     _choice_figures,
 )
 #: Drawn once.
 STUDY_FIGURES: Final[tuple[Figures, ...]] = (_history_figures, _motion_figures)
-
-
-def _verdict_text(rows: pd.DataFrame) -> str:
-    """Return the meaning of the verdicts and their counts."""
-    level = f"{100 * float(rows['level'].iloc[0]):g} %"
-    margins = dict.fromkeys(f"{100 * margin:g} %" for margin in rows["margin"].dropna())
-    counts = rows["verdict_family"].value_counts()
-    found = ", ".join(f"{count} {name}" for name, count in counts.items())
-    text = (
-        f"Lower, higher, negligible: the {level} interval lies below, above or within the margin "
-        f"({' or '.join(margins)}, see the rows), adjusted after Holm so that the verdicts "
-        f"of a family hold together. Verdicts: {found}."
-    )
-    missing = int((rows["status"] != "ok").sum())
-    return text + (f" {missing} are not estimable." if missing else "")
 
 
 def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> FigureTables:
@@ -367,18 +416,14 @@ def draw_study(
         n_jobs: Number of processes.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    figures = list(study_figures(read_tables(paths, choices)))
+    with shown_in(settings.units):
+        figures = list(study_figures(read_tables(paths, choices)))
     Parallel(n_jobs=n_jobs, backend="loky")(
-        delayed(_saved_by_worker)(draw, settings, folder, caption.name, provenance)
+        delayed(save_figure)(draw, settings, folder, caption.name, provenance)
         for caption, draw in figures
     )
     texts = {"figures": [asdict(caption) for caption, _ in figures]}
     write_text(captions, json.dumps(texts, indent=1))
-
-
-def _saved_by_worker(*arguments: Any) -> None:
-    hush_exit_message()
-    save_figure(*arguments)
 
 
 def finished_figures(results: Path) -> list[StudyFigure]:
@@ -461,7 +506,7 @@ def save_figure(
         The two files.
     """
     vector_path, path = (folder / f"{name}.{ending}" for ending in ("svg", "png"))
-    with mpl.rc_context(_rc(settings)):
+    with mpl.rc_context(_rc(settings)), shown_in(settings.units):
         figure = draw()
         scale = _fit(figure, settings)
         if layout := figure.get_layout_engine():  # once, for both files

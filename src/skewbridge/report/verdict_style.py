@@ -6,8 +6,7 @@ a sign repeats the meaning of the colour.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -22,6 +21,7 @@ from skewbridge.fragility.verdicts import (
     NOT_ESTIMABLE,
     UNDECIDED,
 )
+from skewbridge.report.axis_layout import shown_unit
 
 #: Effects in units of the margin from which a colour is deeper.
 DEPTHS: Final = (2.0, 5.0)
@@ -29,25 +29,24 @@ DEPTHS: Final = (2.0, 5.0)
 type Row = Mapping[Any, Any] | pd.Series
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VerdictStyle:
+class VerdictStyle(NamedTuple):
     """Appearance of one verdict.
 
     Attributes:
         name: Name of its class in the page.
         sign: Sign before the number.
-        text: Words of the legend; ``{margin}`` holds the margin.
         fill: Colour of the cell.
         ink: Colour of its text.
         verdict: Its verdict.
+        text: Words of the legend; ``{margin}`` holds the margin.
     """
 
     name: str
     sign: str
-    text: str
     fill: str
     ink: str
     verdict: str
+    text: str
 
     def words(self, margin: str = "") -> str:
         """Return the words of the legend, with a margin or with "the margin"."""
@@ -58,67 +57,23 @@ class VerdictStyle:
 
 _DARK, _LIGHT = "#1c2226", "#ffffff"
 _LOWER_TEXT, _HIGHER_TEXT = "lower by over {margin}", "higher by over {margin}"
+_OPEN_TEXT: Final = "{}, may or may not exceed {{margin}}"
 STYLES: Final = {
     style.name: style
     for style in (
+        VerdictStyle("lower3", "▼", "#00466e", _LIGHT, LOWER, _LOWER_TEXT),
+        VerdictStyle("lower2", "▼", "#0072b2", _LIGHT, LOWER, _LOWER_TEXT),
+        VerdictStyle("lower1", "▼", "#6db3dc", _DARK, LOWER, _LOWER_TEXT),
+        VerdictStyle("down", "▽", "#cfe5f3", _DARK, DETECTABLE, _OPEN_TEXT.format("lower")),
+        VerdictStyle("within", "=", "#e3e7ea", _DARK, NEGLIGIBLE, "within ±{margin}"),
+        VerdictStyle("up", "△", "#fbdcc5", _DARK, DETECTABLE, _OPEN_TEXT.format("higher")),
+        VerdictStyle("higher1", "▲", "#f0a06a", _DARK, HIGHER, _HIGHER_TEXT),
+        VerdictStyle("higher2", "▲", "#b84f00", _LIGHT, HIGHER, _HIGHER_TEXT),
+        VerdictStyle("higher3", "▲", "#7a3400", _LIGHT, HIGHER, _HIGHER_TEXT),
         VerdictStyle(
-            name="lower3", sign="▼", text=_LOWER_TEXT, fill="#00466e", ink=_LIGHT, verdict=LOWER
+            "undecided", "?", "#ffffff", "#4a545c", UNDECIDED, "inconclusive with these motions"
         ),
-        VerdictStyle(
-            name="lower2", sign="▼", text=_LOWER_TEXT, fill="#0072b2", ink=_LIGHT, verdict=LOWER
-        ),
-        VerdictStyle(
-            name="lower1", sign="▼", text=_LOWER_TEXT, fill="#6db3dc", ink=_DARK, verdict=LOWER
-        ),
-        VerdictStyle(
-            name="down",
-            sign="▽",
-            text="lower, may or may not exceed {margin}",
-            fill="#cfe5f3",
-            ink=_DARK,
-            verdict=DETECTABLE,
-        ),
-        VerdictStyle(
-            name="within",
-            sign="=",
-            text="within ±{margin}",
-            fill="#e3e7ea",
-            ink=_DARK,
-            verdict=NEGLIGIBLE,
-        ),
-        VerdictStyle(
-            name="up",
-            sign="△",
-            text="higher, may or may not exceed {margin}",
-            fill="#fbdcc5",
-            ink=_DARK,
-            verdict=DETECTABLE,
-        ),
-        VerdictStyle(
-            name="higher1", sign="▲", text=_HIGHER_TEXT, fill="#f0a06a", ink=_DARK, verdict=HIGHER
-        ),
-        VerdictStyle(
-            name="higher2", sign="▲", text=_HIGHER_TEXT, fill="#b84f00", ink=_LIGHT, verdict=HIGHER
-        ),
-        VerdictStyle(
-            name="higher3", sign="▲", text=_HIGHER_TEXT, fill="#7a3400", ink=_LIGHT, verdict=HIGHER
-        ),
-        VerdictStyle(
-            name="undecided",
-            sign="?",
-            text="inconclusive with these motions",
-            fill="#ffffff",
-            ink="#4a545c",
-            verdict=UNDECIDED,
-        ),
-        VerdictStyle(
-            name=NOT_ESTIMABLE,
-            sign="–",
-            text="not estimable",
-            fill="#f4f4f4",
-            ink="#596168",
-            verdict=UNDECIDED,
-        ),
+        VerdictStyle(NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", UNDECIDED, "not estimable"),
     )
 }
 #: Entries of a legend: one for each class.
@@ -169,14 +124,17 @@ def change_text(item: Row) -> str:
     if item["status"] == NOT_ESTIMABLE:
         return "not estimable"
     if item["judged_by"] == DIFFERENCE:
-        return signed(float(item["difference"]), f" {item['unit']}")
+        unit, factor = shown_unit(str(item["unit"]))
+        return signed(factor * float(item["difference"]), f" {unit}")
     return signed(100.0 * (float(item["ratio"]) - 1.0), " %")
 
 
 def interval_text(item: Row) -> str:
     """Return the interval of the effect as it is judged: in per cent, or in its unit."""
     if item["judged_by"] == DIFFERENCE:
-        ends, unit = (item["difference_low"], item["difference_high"]), f" {item['unit']}"
+        shown, factor = shown_unit(str(item["unit"]))
+        ends = factor * item["difference_low"], factor * item["difference_high"]
+        unit = f" {shown}"
     else:
         ends, unit = tuple(100.0 * (item[name] - 1.0) for name in ("ci_low", "ci_high")), " %"
     low, high = map(float, ends)
@@ -188,7 +146,8 @@ def interval_text(item: Row) -> str:
 def margin_text(item: Row) -> str:
     """Return the margin of a row with its unit, without sign."""
     if item["judged_by"] == DIFFERENCE:
-        return f"{item['difference_margin']:g} {item['unit']}"
+        unit, factor = shown_unit(str(item["unit"]))
+        return f"{factor * item['difference_margin']:.3g} {unit}"
     return f"{100 * item['margin']:g} %"
 
 

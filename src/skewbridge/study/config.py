@@ -81,7 +81,12 @@ class ModellingChoicesConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class FigureSettings:
-    """Width and font of the figures of the report."""
+    """Units of figures and page, width and font of the figures."""
+
+    units: Literal["si", "us"] = Field(
+        default="si",
+        description="units of figures and page: si, or us for kip, in and ft; tables stay in SI",
+    )
 
     width_mm: Number | None = Field(
         default=None,

@@ -20,19 +20,19 @@ from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.verdicts import DIFFERENCE, may_be_negligible
 from skewbridge.report.answer import model_name
-from skewbridge.report.axis_layout import named_value, plain_label, shown_axes, value_text
+from skewbridge.report.axis_layout import (
+    US_UNITS,
+    VARIANT_COLOURS,
+    named_value,
+    plain_label,
+    shown_axes,
+    value_text,
+)
 from skewbridge.report.verdict_style import DEPTHS, STYLES, demand_name
 from skewbridge.statuses import STATUSES
-from skewbridge.units import INCH, KIP, KN, MM
 from skewbridge.variant.axes import axes_of
 
 _LIBRARY: Final = "plotly-basic.min.js"
-#: Units of the tables that have another name in US units, with the factor to it.
-_US_UNITS: Final = {
-    "m": {"unit": "in", "factor": 1.0 / INCH},
-    "mm": {"unit": "in", "factor": MM / INCH},
-    "kN": {"unit": "kip", "factor": KN / KIP},
-}
 _FIT_VALUES: Final = ("component", "limit_state", "method", "demand", "preferred", "methods_differ")
 _FIT_NUMBERS: Final = (
     *("theta", "theta_low", "theta_high", "beta", "beta_total", "threshold"),
@@ -51,7 +51,11 @@ def library() -> str:
 
 
 def explorer_data(
-    demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame, medians: pd.DataFrame
+    demands: pd.DataFrame,
+    curves: pd.DataFrame,
+    effects: pd.DataFrame,
+    medians: pd.DataFrame,
+    units: str = "si",
 ) -> str:
     """Return a study as packed JSON.
 
@@ -60,6 +64,7 @@ def explorer_data(
         curves: Fits of the single variants.
         effects: Paired effects on demands.
         medians: Effects on median capacities.
+        units: Units that are shown first, ``si`` or ``us``.
     """
     demands = with_derived_columns(demands)
     im = str(curves["im"].iloc[0])
@@ -74,7 +79,9 @@ def explorer_data(
         "im": plain_label(im),
         "im_name": im,
         "im_range": [float(demands[im].min()), float(demands[im].max())],
-        "us": _US_UNITS,
+        "units": units,
+        "us": {name: {"unit": us, "factor": factor} for name, (us, factor) in US_UNITS.items()},
+        "colours": VARIANT_COLOURS,
         "models": [model_name(*model) for model in places],
         "axes": _axes(demands),
         "variants": _variants(variants, places),

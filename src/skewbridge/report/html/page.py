@@ -3,7 +3,7 @@
 import base64
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -14,15 +14,15 @@ import pandas as pd
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from joblib import Parallel, delayed
-from matplotlib.image import imread, imsave
-from numpy.typing import NDArray
+from PIL import Image
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.demands.columns import demands_for
 from skewbridge.demands.suspect import SUSPECT
 from skewbridge.files.tables import read_frame, read_stamp, records_of
 from skewbridge.files.text import write_text
 from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.paper_table import (
     JOINT,
     paper_table,
@@ -30,37 +30,33 @@ from skewbridge.fragility.paper_table import (
     ratio_names,
     with_interval,
 )
-from skewbridge.fragility.verdicts import MORE, OK
-from skewbridge.report import answer
-from skewbridge.report.answer import (
-    change_name,
-    effect_name,
-    headline_rows,
-    listed,
-    model_name,
-    number,
-    short_names,
+from skewbridge.fragility.verdicts import (
+    DETECTABLE,
+    HIGHER,
+    LOWER,
+    MEDIAN_CAPACITY,
+    MORE,
+    NEGLIGIBLE,
+    OK,
+    RATIO,
+    UNDECIDED,
 )
+from skewbridge.report import answer
+from skewbridge.report.answer import change_name, effect_name, listed, model_name, number
 from skewbridge.report.axis_layout import (
     named_value,
     plain_label,
     shown_axes,
+    shown_in,
+    shown_unit,
     threshold_text,
     value_text,
 )
 from skewbridge.report.effect_figures import choice_findings, choices_left_out
 from skewbridge.report.html.explorer import explorer_data, library
+from skewbridge.report.html.sketch import bridge_words, sketch
 from skewbridge.report.methods import STATE_HEADS, methods_of
-from skewbridge.report.study_figures import (
-    CHOICES,
-    CLOUDS,
-    CURVES,
-    EFFECTS,
-    HISTORIES,
-    MOTIONS,
-    Caption,
-    read_captions,
-)
+from skewbridge.report.study_figures import SECTIONS, Caption, read_captions
 from skewbridge.report.verdict_style import (
     LEGEND,
     STYLES,
@@ -68,14 +64,22 @@ from skewbridge.report.verdict_style import (
     demand_name,
     interval_text,
     margin_text,
+    signed,
     verdict_style,
 )
 from skewbridge.statuses import STATUSES
-from skewbridge.study.config import parse_config
+from skewbridge.study.config import StudyConfig, parse_config
+from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
 
-#: In the order of the page.
-_SECTIONS: Final = (CURVES, CLOUDS, EFFECTS, CHOICES, MOTIONS, HISTORIES)
+_CERTAINTY: Final = {
+    LOWER: "certain",
+    HIGHER: "certain",
+    DETECTABLE: "direction certain, size not",
+    NEGLIGIBLE: "certainly small",
+    UNDECIDED: "not certain",
+}
+_WIDEST_BAR: Final = 2.5  # largest ratio at the end of the bars of the answer
 
 
 def write_report(
@@ -98,112 +102,309 @@ def write_report(
         choices: Table of modelling choices, where there is one.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
-    demands, curves, effects = (frames[name] for name in ("demands", "curves", "effects"))
-    pooled = effects[effects["scope"] == "pooled"]
-    pooled_medians = frames["medians"][frames["medians"]["scope"] == "pooled"]
-    checks = json.loads(tables["checks"].read_text(encoding="utf-8"))
-    im = str(curves["im"].iloc[0])
+    if choices is not None:
+        frames["choices"] = read_frame(choices)
+    study = parse_config(config)
+    environment = Environment(
+        loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
+    )
+    environment.filters |= {"number": _number, "unbroken": _unbroken}
+    with shown_in(study.figures.units):
+        parts = (
+            _first_screen(frames, study),
+            _effect_parts(frames),
+            _table_parts(frames),
+            _quality_parts(frames, json.loads(tables["checks"].read_text("utf-8")), study),
+            {
+                "gallery": pictures_of(read_captions(tables["captions"]), figures),
+                "explorer": _explorer(frames, study.figures.units),
+                "methods": methods_of(study, frames["suite"]),
+                "state_heads": STATE_HEADS,
+                "choices": _choices(frames["choices"]) if "choices" in frames else [],
+                "config": yaml.safe_dump(dict(config), sort_keys=False),
+                "provenance": dict(sorted(read_stamp(tables["demands"]).items())),
+            },
+        )
+        texts = {name: value for part in parts for name, value in part.items()}
+        page = environment.get_template("report.html.j2").render(**texts)
+    write_text(output, page)
+
+
+def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
+    """Return the texts of the first screen: sketch, answer, failures, motions."""
+    demands, curves = frames["demands"], frames["curves"]
     table = answer.answer_table(
         medians=frames["medians"],
-        effects=effects,
+        effects=frames["effects"],
         intensities=frames["intensity_effects"],
         curves=curves,
     )
     table, counts = answer.with_seats(table, demands), answer.run_counts(demands)
-    environment = Environment(
-        loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
-    )
-    environment.filters |= {"number": _number, "head": _head, "unbroken": _unbroken}
-    page = environment.get_template("report.html.j2").render(
-        title=answer.title_of(table),
-        subtitle=subtitle(demands, im),
-        failures=answer.failure_sentence(counts),
-        motions_line=answer.motions_sentence(frames["suite"], table),
-        chips=chips(demands, checks, frames["sensitivity"]),
-        bridges=bridge_lines([load_bridge(name) for name in sorted(config["grid"]["bridge"])]),
-        cards=_cards(table, counts),
-        maps=verdict_maps(pd.concat([pooled_medians, pooled], ignore_index=True)),
-        needed=needed_sentences(frames["needed_motions"]),
-        effect=_effect_words(pooled),
-        styles=STYLES.values(),
-        legend=LEGEND,
-        paper=paper_rows(curves, frames["medians"], frames["joint"]),
-        methods_line=methods_line(curves),
-        fits=fit_counts(curves),
-        unreached=states_not_reached(curves),
-        predict_line=predict_line(frames.get("check_predict")),
-        input_notes=frames["input_notes"].to_dict("records"),
-        explorer=_explorer(demands, curves, effects, frames["medians"]),
-        pictures=pictures_of(read_captions(tables["captions"]), figures, _SECTIONS),
-        statuses=[(status, int((demands["status"] == status).sum())) for status in STATUSES],
-        recovered=int((demands["recovery_rung"] > 0).sum()),
-        friction_excess=friction_excess(demands),
-        suspects=suspect_line(demands, excluded=config["fragility"]["exclude_suspect"]),
-        checks=checks,
-        methods=methods_of(parse_config(config), frames["suite"]),
-        state_heads=STATE_HEADS,
-        sensitivity_line=sensitivity_line(frames["sensitivity"]),
-        cpu_h=float(demands["cpu_s"].sum()) / 3600.0,
-        choices=[] if choices is None else _choices(read_frame(choices)),
-        config=yaml.safe_dump(dict(config), sort_keys=False),
-        system=system_rows(frames["system"]),
-        measures=measure_rows(frames["measures"]),
-        measure_lines=measure_sentences(frames["measures"], im),
-        provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-        **{name: frames[name].to_dict("records") for name in ("contact_checks", "sensitivity")},
-    )
-    write_text(output, page)
-
-
-def _cards(table: pd.DataFrame, counts: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return a card per axis: its change, sentences for each model, and its part of the plot."""
-    forest, names = Forest(table), answer.short_names(table)
-    cards: list[dict[str, Any]] = []
-    for key, part in table.groupby(["axis", "from_value", "to_value"], sort=False):
-        sentences: list[tuple[str, list[str]]] = []
-        for (bridge, abutment), rows in part.groupby(["bridge", "abutment"], sort=False):
-            own = counts["axis"] == key[0]
-            for name, value in (("bridge", bridge), ("abutment", abutment)):
-                own &= counts[name] == value
-            shown = names[str(bridge), str(abutment)] if len(names) > 1 else ""
-            sentences.append((shown, answer.card_sentences(rows, counts[own])))
-        cards.append(
+    bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
+    axes = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
+    drawn = sketch(bridges[0], axes["skew_deg"], axes["gap_mm"], study.model.transverse_gap_mm)
+    texts = {
+        axis.name: ", ".join(value_text(axis, value) for value in axes[axis.name])
+        for axis in axes_of(demands.columns)
+    }
+    return {
+        "title": answer.title_of(table),
+        "subtitle": subtitle(demands, str(curves["im"].iloc[0])),
+        "sketch": drawn,
+        "axis_texts": texts,
+        "bridges": [
             {
-                "title": answer.change_name(str(key[0]), float(str(key[1])), float(str(key[2]))),
-                "sentences": sentences,
-                "plot": forest.plot(part),
+                "name": bridge.name,
+                "words": bridge_words(bridge),
+                "title": bridge.title,
+                "t1_s": bridge.t1_s,
+                "surrogate": bridge.details == "surrogate",
+            }
+            for bridge in bridges
+        ],
+        "answer": answer_rows(table, counts),
+        "failures": answer.failure_sentences(counts),
+        "motions_line": answer.motions_sentence(frames["suite"], table),
+        "at_intensity": _at_intensity(table),
+    }
+
+
+def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
+    """Return the answer as a table: a row per change and model, the leading states as columns.
+
+    Args:
+        table: Table of `answer_table`.
+        counts: Table of `run_counts`.
+    """
+    names = answer.short_names(table) if len(table) else {}
+    medians = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
+    ends = np.abs(np.log(medians[["ci_low", "ci_high"]].to_numpy(dtype=np.float64)))
+    reach = min(float(np.nanmax(ends, initial=0.05)), np.log(_WIDEST_BAR))
+    present = list(dict.fromkeys(table.loc[table["quantity"] == MEDIAN_CAPACITY, "demand"]))
+    states = [state for state in answer.LEADING_STATES if state in present] or present[:2]
+    rows: list[dict[str, Any]] = []
+    for key, part in table.groupby(["axis", "from_value", "to_value"], sort=False):
+        change = change_name(str(key[0]), float(str(key[1])), float(str(key[2])))
+        for (bridge, abutment), own in part.groupby(["bridge", "abutment"], sort=False):
+            records = {row["demand"]: row for row in records_of(own)}
+            same = (counts["bridge"] == bridge) & (counts["abutment"] == abutment)
+            failed = counts[same & (counts["axis"] == key[0])].sort_values("value")
+            clear = answer.clearest([row for name, row in records.items() if "/" not in name])
+            rows.append(
+                {
+                    "change": change,
+                    "model": names[str(bridge), str(abutment)] if len(names) > 1 else "",
+                    "cells": [_answer_cell(records.get(state), reach) for state in states],
+                    "failed": f"{failed['n_failed'].iloc[0]} to {failed['n_failed'].iloc[-1]} of "
+                    f"{failed['n_runs'].iloc[0]}"
+                    if len(failed) > 1
+                    else "–",
+                    "clearest": answer.demand_clause(clear) if clear else "no certain effect",
+                }
+            )
+    level = table["level"].dropna()
+    margin = table.loc[table["quantity"] == MEDIAN_CAPACITY, "margin"].dropna()
+    return {
+        "states": [effect_name(state) for state in states],
+        "rows": rows,
+        "level": f"{100 * level.iloc[0]:g} %" if len(level) else "",
+        "margin": f"{100 * margin.iloc[0]:g} %" if len(margin) else "",
+    }
+
+
+def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
+    """Return change, sizes, interval, certainty and bar of a median capacity.
+
+    Positions of the bar are in per cent of its width, which spans ln ratios from -reach to reach.
+    """
+    if row is None or row["status"] != OK:
+        reached = row is not None and row["status"] != answer.NOT_REACHED
+        return {"text": "not estimable" if reached else "no run reaches it", "sizes": ""}
+    styled = dict(row) | {"verdict_family": row["claim"], "judged_by": RATIO}
+    style = verdict_style(styled)
+    share = [
+        round(50.0 + 49.0 * float(np.clip(np.log(row[end]) / reach, -1.0, 1.0)), 1)
+        for end in ("ci_low", "ratio", "ci_high")
+    ]
+    sizes = [f"{row[f'{end}_demand']:.2f}" for end in ("from", "to")]
+    return {
+        "text": change_text(styled),
+        "sign": style.sign,
+        "style": style.name,
+        "interval": interval_text(styled),
+        "certainty": _CERTAINTY[str(row["claim"])],
+        "sizes": f"{sizes[0]} → {sizes[1]} g",
+        "bar": share,
+    }
+
+
+def _at_intensity(table: pd.DataFrame) -> list[dict[str, str]]:
+    """Return the effects on the headline demands at one intensity, and where they hold."""
+    return [
+        {
+            "change": change_name(row["axis"], row["from_value"], row["to_value"]),
+            "model": model_name(row["bridge"], row["abutment"]),
+            "effect": answer.demand_clause(row),
+            "same verdict from": f"{number(row['im_low'])} to {answer.intensity(row['im_high'])}",
+            **{
+                f"at {what} intensity": f"{signed(100.0 * (row[f'{end}_ratio'] - 1.0), ' %')} at "
+                f"{answer.intensity(row[f'{end}_im'])}"
+                for what, end in (("lowest", "first"), ("highest", "last"))
+            },
+            "p of no dependence": number(row["p_slope"]),
+        }
+        for row in records_of(table[table["im"].notna()])
+    ]
+
+
+def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
+    """Return the tables of verdicts: pooled, and for every pair of variants."""
+    rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
+    rows = rows.sort_values("quantity", key=lambda names: names != MEDIAN_CAPACITY, kind="stable")
+    pooled, pairs = (rows[rows["scope"] == scope] for scope in ("pooled", "variant"))
+    ratios = pooled[pooled["judged_by"] == RATIO]
+    by_pair: list[dict[str, Any]] = []
+    for (bridge, abutment, name), own in pairs.groupby(["bridge", "abutment", "axis"], sort=False):
+        others = [axis for axis in shown_axes(own) if axis.name != name]
+        table = verdict_table(own, [*others])
+        label = axes_of([str(name)])[0].label
+        by_pair.append(table | {"name": f"{label}, {model_name(bridge, abutment)}"})
+    table = verdict_table(pooled, [])
+    headline, others = (
+        table | {"rows": [row for row in table["rows"] if row["headline"] == is_headline]}
+        for is_headline in (True, False)
+    )
+    return {
+        "effects": headline if headline["rows"] else table,
+        "other_effects": others if headline["rows"] else headline,
+        "pairs": by_pair,
+        "margin": margin_text(ratios.iloc[0]) if len(ratios) else "",
+        "needed": needed_sentences(frames["needed_motions"]),
+        "styles": STYLES.values(),
+        "legend": LEGEND,
+    }
+
+
+def verdict_table(effects: pd.DataFrame, others: Sequence[Any]) -> dict[str, Any]:
+    """Return effects as a table: models over changes as heads, a row per capacity or demand.
+
+    Args:
+        effects: Effects on median capacities and demands.
+        others: Axes whose values are named in the heads, besides the change.
+    """
+    keys = ["bridge", "abutment", "axis", "from_value", "to_value", *(a.name for a in others)]
+    order = {axis.name: place for place, axis in enumerate(axes_of(dict.fromkeys(effects["axis"])))}
+    columns = effects[keys].drop_duplicates()
+    columns = columns.assign(_axis=columns["axis"].map(order)).sort_values(
+        ["bridge", "abutment", "_axis", *keys[3:]], kind="stable"
+    )
+    heads = [tuple(row) for row in columns[keys].itertuples(index=False, name=None)]
+    models = [model_name(*head[:2]) for head in heads]
+    headline = {*HEADLINE_STATES, *demands_for("headline")}
+    table: list[dict[str, Any]] = []
+    for demand, own in effects.groupby("demand", sort=False):
+        cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(own)}
+        label = f"Median, {effect_name(str(demand))}" if "/" in str(demand) else ""
+        table.append(
+            {
+                "label": label or demand_name(str(demand)),
+                "margin": margin_text(own.iloc[0]),
+                "cells": [cells.get(head) for head in heads],
+                "headline": str(demand) in headline,
             }
         )
-    return cards
+    return {
+        "models": [(model, models.count(model)) for model in dict.fromkeys(models)],
+        "heads": [
+            ", ".join([change_name(*head[2:5]), *(
+                named_value(axis, value) for axis, value in zip(others, head[5:], strict=True)
+            )])
+            for head in heads
+        ],
+        "rows": table,
+    }  # fmt: skip
 
 
-def _explorer(
-    demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame, medians: pd.DataFrame
-) -> dict[str, str]:
+def _cell(row: Mapping[str, Any]) -> dict[str, str]:
+    style = verdict_style(row)
+    has_estimate = row["status"] == OK
+    return {
+        "style": style.name,
+        "sign": style.sign,
+        "text": change_text(row) if has_estimate else "not estimable",
+        "interval": interval_text(row) if has_estimate else "",
+    }
+
+
+def _table_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
+    """Return the tables of fragility, of the whole bridge and of intensity measures."""
+    curves, im = frames["curves"], str(frames["curves"]["im"].iloc[0])
+    return {
+        "paper": paper_rows(curves, frames["medians"], frames["joint"]),
+        "methods_line": methods_line(curves),
+        "fits": fit_counts(curves),
+        "unreached": states_not_reached(curves),
+        "predict_line": predict_line(frames.get("check_predict")),
+        "system": shown_rows(system_rows(frames["system"])),
+        "measures": shown_rows(measure_rows(frames["measures"])),
+        "measure_lines": measure_sentences(frames["measures"], im),
+    }
+
+
+def _quality_parts(
+    frames: Mapping[str, pd.DataFrame], checks: Mapping[str, Any], study: StudyConfig
+) -> dict[str, Any]:
+    """Return statuses, checks, accuracy and suspect rows."""
+    demands, sensitivity = frames["demands"], frames["sensitivity"]
+    return {
+        "checks": checks,
+        "facts": quality_facts(demands, checks, sensitivity),
+        "suspect": shown_rows(checks["suspect"]),
+        "rungs": shown_rows(checks["rungs"]),
+        "input_notes": shown_rows(records_of(frames["input_notes"])),
+        "statuses": [(status, int((demands["status"] == status).sum())) for status in STATUSES],
+        "recovered": int((demands["recovery_rung"] > 0).sum()),
+        "friction_excess": friction_excess(demands),
+        "suspects": suspect_line(demands, excluded=study.fragility.exclude_suspect),
+        "sensitivity_line": sensitivity_line(sensitivity),
+        "sensitivity": shown_rows(records_of(sensitivity), 4),
+        "contact_checks": shown_rows(records_of(frames["contact_checks"]), 6),
+        "cpu_h": float(demands["cpu_s"].sum()) / 3600.0,
+    }
+
+
+def shown_rows(rows: Sequence[Mapping[str, Any]], digits: int = 3) -> list[dict[str, str]]:
+    """Return the rows of a table in words: heads with the shown units, numbers in these units."""
+    shown: list[dict[str, str]] = []
+    for row in rows:
+        texts: dict[str, str] = {}
+        for name, value in row.items():
+            words, unit = split_unit(name)
+            unit, factor = shown_unit(unit)
+            head = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
+            is_converted = factor != 1.0 and isinstance(value, int | float)
+            texts[head] = _number(factor * value if is_converted else value, digits)
+        shown.append(texts)
+    return shown
+
+
+def _explorer(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
     """Return data and plotting library of the explorer; empty without a curve."""
-    if not (curves["status"] == FITTED).any():
+    if not (frames["curves"]["status"] == FITTED).any():
         return {}
-    return {"data": explorer_data(demands, curves, effects, medians), "library": library()}
-
-
-def _effect_words(pooled: pd.DataFrame) -> dict[str, str]:
-    """Return level and margin of the effects in words; empty without effects."""
-    ratios = pooled[pooled["judged_by"] == "ratio"]
-    if ratios.empty:
-        return {"level": "", "margin": ""}
-    first = ratios.iloc[0]
-    return {"level": f"{100 * first['level']:g} %", "margin": margin_text(first)}
+    names = ("demands", "curves", "effects", "medians")
+    return {"data": explorer_data(*(frames[name] for name in names), units), "library": library()}
 
 
 def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the findings and the rows of every bridge and abutment model."""
     return [
         {
-            "model": answer.model_name(bridge, abutment),
+            "model": model_name(bridge, abutment),
             "findings": choice_findings(own),
             "left_out": choices_left_out(own),
             "pairs": int(own["n_pairs"].max()),
-            "rows": own.drop(columns=["bridge", "abutment"]).to_dict("records"),
+            "rows": shown_rows(records_of(own.drop(columns=["bridge", "abutment"]))),
         }
         for (bridge, abutment), own in table.groupby(["bridge", "abutment"], sort=False)
     ]
@@ -221,79 +422,46 @@ def _number(value: object, digits: int = 3) -> str:
 
 def _unbroken(text: str) -> str:
     """Return a text without line breaks between a number and its unit."""
-    return re.sub(r"(?<=\d) (?=(%|mm|mrad|motions)\b|%)", "\u00a0", text)
-
-
-def _head(name: str) -> str:
-    """Return the name of a column in words, its unit in brackets."""
-    for unit, shown in (("_kn", "kN"), ("_mm", "mm"), ("_deg", "°"), ("_m", "m"), ("_s", "s")):
-        if name.endswith(unit):
-            return f"{name.removesuffix(unit).replace('_', ' ')} ({shown})"
-    return name.replace("_", " ")
+    return re.sub(r"(?<=\d) (?=(%|mm|in|mrad|motions)\b|%)", "\u00a0", text)
 
 
 # The files have 300 dots per inch for print, a screen shows half of them.
 # Lossless WebP with few shades is smaller than lossy WebP of quality 40, and its texts are sharp.
 # As SVG the figures of two bridges take 10 MB; files for papers lie in the folder of the figures.
-_PACKING: Final = {"lossless": True, "quality": 60, "method": 4}
-_SHADES: Final = 12  # levels of each primary colour
+_PACKING: Final = {"format": "webp", "lossless": True, "quality": 60, "method": 2}
+_STEP: Final = 255 / 11  # between two of the twelve shades of each primary colour
+_SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """A figure in the page.
+    """A figure in the page: its caption, the address that holds it, and its size in pixels."""
 
-    Attributes:
-        number: Its number, from 1, in the order of the page.
-        caption: Its caption.
-        data: Address that holds the whole picture.
-        width: In pixels.
-        height: In pixels.
-    """
-
-    number: int
     caption: Caption
     data: str
     width: int
     height: int
 
 
-def pictures_of(
-    captions: Sequence[Caption], folder: Path, order: Sequence[str]
-) -> dict[str, list[Picture]]:
-    """Return the figures by section, numbered in the order of the page.
-
-    Args:
-        captions: Captions of all figures.
-        folder: Folder with a PNG file of each.
-        order: Sections in the order of the page.
-    """
+def pictures_of(captions: Sequence[Caption], folder: Path) -> list[Picture]:
+    """Return the figures of a folder in the order of `SECTIONS`."""
+    shown = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
     packed: Any = Parallel(n_jobs=2, backend="threading")(
-        delayed(_packed)(folder / f"{caption.name}.png") for caption in captions
+        delayed(_packed)(folder / f"{caption.name}.png") for caption in shown
     )
-    found: dict[str, list[Picture]] = {section: [] for section in order}
-    shown = sorted(
-        zip(captions, packed, strict=True), key=lambda pair: order.index(pair[0].section)
-    )
-    for place, (caption, (data, width, height)) in enumerate(shown, start=1):
-        picture = Picture(number=place, caption=caption, data=data, width=width, height=height)
-        found[caption.section].append(picture)
-    return found
+    return [
+        Picture(caption=caption, data=data, width=width, height=height)
+        for caption, (data, width, height) in zip(shown, packed, strict=True)
+    ]
 
 
 def _packed(path: Path) -> tuple[str, int, int]:
-    pixels = np.round(_halved(imread(path)) * (_SHADES - 1)) / (_SHADES - 1)
+    with Image.open(path) as drawn:
+        picture = drawn.convert("RGB").reduce(2).point(_SHADES * 3)
     packed = BytesIO()
-    imsave(packed, pixels, format="webp", pil_kwargs=_PACKING)
+    picture.save(packed, **_PACKING)
     data = base64.b64encode(packed.getvalue()).decode()
-    return f"data:image/webp;base64,{data}", pixels.shape[1], pixels.shape[0]
-
-
-def _halved(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return a picture of half the width and height, each pixel the mean of four."""
-    height, width = (2 * (size // 2) for size in pixels.shape[:2])
-    blocks = pixels[:height, :width, :3].reshape(height // 2, 2, width // 2, 2, 3)
-    return blocks.mean(axis=(1, 3))
+    return f"data:image/webp;base64,{data}", *picture.size
 
 
 type Row = Mapping[str, Any]
@@ -328,35 +496,23 @@ def subtitle(demands: pd.DataFrame, im: str) -> str:
     )
 
 
-def chips(demands: pd.DataFrame, checks: Row, sensitivity: pd.DataFrame) -> list[str]:
+def quality_facts(demands: pd.DataFrame, checks: Row, sensitivity: pd.DataFrame) -> list[str]:
     """Return the quality of the numbers: checks, energy, suspect rows, accuracy."""
     residual = 100.0 * demands["energy_residual_ratio"].abs()
     passed = sum(check["passed"] for check in checks["checks"])
     texts = [
+        "Accuracy not compared with the reference",
+        f"Energy residual: median {residual.median():.2g} %, worst {residual.max():.2g} %",
         f"{passed} of {len(checks['checks'])} checks of the tables passed",
-        f"energy residual: median {residual.median():.2g} %, worst {residual.max():.2g} %",
-        f"suspect rows: {checks['suspect_rows']}",
+        f"{checks['suspect_rows']} suspect rows",
     ]
     if len(sensitivity):
         changes = 100.0 * sensitivity["reference_largest_change"]
-        texts.append(
-            f"against the reference accuracy: median {changes.median():.2g} %, worst "
-            f"{changes.max():.2g} %"
+        texts[0] = (
+            f"Demands differ from the reference accuracy by {changes.median():.2g} % (median), "
+            f"{changes.max():.2g} % at worst"
         )
     return texts
-
-
-def bridge_lines(bridges: Sequence[BridgeData]) -> list[dict[str, Any]]:
-    """Return title, name and facts of every bridge."""
-    return [
-        {
-            "title": bridge.title,
-            "name": bridge.name,
-            "facts": f"{bridge.base} column bases, conditioning period T1 = {bridge.t1_s:.3g} s",
-            "surrogate": bridge.details == "surrogate",
-        }
-        for bridge in bridges
-    ]
 
 
 def friction_excess(demands: pd.DataFrame) -> str:
@@ -394,44 +550,6 @@ def sensitivity_line(table: pd.DataFrame) -> str:
         "every comparison are analysed for the strongest part of the motion only, "
         f"{table['analysed_s'].max():.3g} s."
     )
-
-
-def verdict_maps(pooled: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return a map per bridge and abutment model: heads, and rows of cells.
-
-    Args:
-        pooled: Pooled rows of the effects, on median capacities and on demands.
-    """
-    changes = ["axis", "from_value", "to_value"]
-    maps: list[dict[str, Any]] = []
-    for model, part in pooled.groupby(["bridge", "abutment"], sort=False):
-        heads = list(part[changes].drop_duplicates().itertuples(index=False, name=None))
-        rows: list[dict[str, Any]] = []
-        for demand, own in part.groupby("demand", sort=False):
-            cells = {tuple(row[name] for name in changes): _cell(row) for row in records_of(own)}
-            rows.append(
-                {
-                    "label": f"Median, {effect_name(str(demand))}"
-                    if "/" in str(demand)
-                    else demand_name(str(demand)),
-                    "margin": margin_text(own.iloc[0]),
-                    "cells": [cells.get(head) for head in heads],
-                }
-            )
-        names = [change_name(*head) for head in heads]
-        maps.append({"model": model_name(*model), "heads": names, "rows": rows})
-    return maps
-
-
-def _cell(row: Row) -> dict[str, str]:
-    style = verdict_style(row)
-    has_estimate = row["status"] == OK
-    return {
-        "style": style.name,
-        "sign": style.sign,
-        "text": change_text(row) if has_estimate else "not estimable",
-        "interval": interval_text(row) if has_estimate else "",
-    }
 
 
 def needed_sentences(needed: pd.DataFrame) -> list[str]:
@@ -651,75 +769,3 @@ def predict_line(check: pd.DataFrame | None) -> str:
         f"over {len(compared)} medians, worst {error.max():.2g} % "
         f"({str(worst['component']).replace('_', ' ')}, {worst['limit_state']})."
     )
-
-
-#: Size of the plot of a card, position of its axis, and its widest range of ratios.
-_WIDTH, _LEFT, _RIGHT, _ROW, _TOP = 400.0, 158.0, 334.0, 22.0, 10.0
-_REACH: Final = (0.4, 2.5)
-_TICKS: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
-_TICK_ROOM: Final = 30.0
-
-
-class Forest:
-    """Forest plots of the cards on a common logarithmic axis of ratios."""
-
-    def __init__(self, answer: pd.DataFrame) -> None:
-        rows = headline_rows(answer)
-        self._margin = float(rows["margin"].iloc[0]) if len(rows) else 0.05
-        ends = rows[["ci_low", "ratio", "ci_high"]].to_numpy(dtype=np.float64)
-        ends = ends[np.isfinite(ends) & (ends > 0.0)]
-        low = min([1.0 - 2.5 * self._margin, *ends]) / 1.01
-        high = max([1.0 + 2.5 * self._margin, *ends]) * 1.01
-        self._low, self._high = np.log(max(low, _REACH[0])), np.log(min(high, _REACH[1]))
-
-    def _x(self, ratio: float) -> float:
-        share = (np.log(max(ratio, 1e-9)) - self._low) / (self._high - self._low)
-        return round(float(_LEFT + (_RIGHT - _LEFT) * np.clip(share, 0.0, 1.0)), 1)
-
-    def plot(self, rows: pd.DataFrame) -> dict[str, Any]:
-        """Return the positions and texts that the template draws for the rows of one axis."""
-        drawn = list(self._rows(headline_rows(rows)))
-        bottom = _TOP + _ROW * len(drawn)
-        return {
-            "width": _WIDTH,
-            "height": bottom + _TICK_ROOM,
-            "top": _TOP - 6.0,
-            "bottom": bottom,
-            "band": (self._x(1.0 - self._margin), self._x(1.0 + self._margin)),
-            "zero": self._x(1.0),
-            "ticks": self._ticks(),
-            "rows": drawn,
-        }
-
-    def _rows(self, shown: pd.DataFrame) -> Iterator[dict[str, Any]]:
-        names, line = short_names(shown), 0
-        for model, part in shown.groupby(["bridge", "abutment"], sort=False):
-            if len(names) > 1:
-                head = names[str(model[0]), str(model[1])]
-                yield {"y": _TOP + _ROW * (line + 0.5), "head": head}
-                line += 1
-            for row in records_of(part):
-                style = verdict_style(row)
-                median = "median, " if "/" in row["demand"] else ""
-                yield {
-                    "y": _TOP + _ROW * (line + 0.5),
-                    "head": "",
-                    "label": f"{median}{effect_name(row['demand'])}",
-                    "x": [
-                        self._x(row[end]) if np.isfinite(row[end]) else None
-                        for end in ("ci_low", "ratio", "ci_high")
-                    ],
-                    "fill": style.fill,
-                    "text": change_text(row),
-                    "title": f"{style.sign} {change_text(row)}, {interval_text(row)}",
-                }
-                line += 1
-
-    def _ticks(self) -> list[tuple[float, str]]:
-        ticks: list[tuple[float, str]] = [(self._x(1.0), "0")]
-        for tick in sorted(_TICKS, key=lambda value: -abs(np.log(value))):
-            x = self._x(tick)
-            inside = self._low <= np.log(tick) <= self._high
-            if inside and all(abs(x - other) > 40.0 for other, _ in ticks):
-                ticks.append((x, f"{100 * (tick - 1):+.0f} %"))
-        return sorted(ticks)

@@ -3,10 +3,11 @@
     const all = chosenVariants(chosen), shown = all.slice(0, MOST), styles = lineStyles(shown), traces = [], entries = [];
     const demand = chosen.demand, { by, label } = demandIn(demand, chosen.units), values = runs.demands[demand];
     const rows = () => all.flatMap((at) => rowsOf[at].map((row) => ({ variant: variants[at].name, motion_id: data.motions[runs.motion[row]], scale: runs.scale[row], status: data.statuses[runs.status[row]], complete: runs.complete[row], run_key: runs.key[row], [data.im_name]: runs.im[row], [demand]: values[row] })));
+    const off = offNames();
     shown.forEach((at) => {
       const name = variants[at].text, { color, dash } = styles.get(at), own = rowsOf[at].filter((row) => values[row] > 0);
       entries.push({ name, line: styles.get(at) });
-      if (hidden.has(name)) return;
+      if (off.has(name)) return;
       traces.push({ x: own.map((row) => runs.im[row]), y: own.map((row) => by * values[row]), mode: "markers", customdata: own.map((row) => [row]),
         text: own.map((row) => `${name}<br>${loadingText(row)}`), hovertemplate: "%{text}<br>%{x:.3g}, %{y:.4g}<extra></extra>",
         marker: { color, symbol: own.map((row) => (runs.complete[row] ? "circle" : "triangle-up-open")), size: 7, opacity: 0.75 } });

@@ -1,5 +1,5 @@
   // ---- fragility curves ----
-  const BANDS = 4; // most curves that have bands: more hide each other
+  const BANDS = 2; // most curves that have bands: more hide each other
   const ofMethod = (fit, chosen) => (chosen.method === "preferred" ? fit.preferred : fit.method === chosen.method);
   const fitsOf = (chosen, shown) => {
     const [component, state] = chosen.state.split("/"), there = new Set(shown);
@@ -16,6 +16,7 @@
   function thresholdOf(chosen, fits, ends) {
     const usable = ends !== null && fits.length > 0 && fits.every((fit) => fit.method === "cloud" && fit.sigma > 0 && fit.b > 0);
     pick("threshold-box").hidden = !usable;
+    noEffect.threshold = usable ? "" : fits.length ? "threshold: these curves come from exceedances of the limit state alone, without a line of demand over intensity" : "";
     if (!usable) return null;
     const own = fits[0].threshold, shown = demandIn(fits[0].demand, chosen.units);
     const [low, high] = ends.map(Math.log);
@@ -37,11 +38,12 @@
       const { theta, beta } = movedFit(fit, threshold), band = threshold === null ? bandOf(fit) : null;
       return grid.map((im) => ({ variant: variants[fit.variant].name, component: fit.component, limit_state: fit.limit_state, method: fit.method, theta, beta, im, probability: probability(im, theta, beta), low: band?.(im, -1), high: band?.(im, 1) }));
     });
+    const off = offNames();
     fits.forEach((fit) => {
       const { theta, beta } = movedFit(fit, threshold), band = bandOf(fit), p = grid.map((im) => probability(im, theta, beta));
       const name = variants[fit.variant].text, line = styles.get(fit.variant);
       entries.push({ name, line });
-      if (hidden.has(name)) return;
+      if (off.has(name)) return;
       if (bands) [-1, 1].forEach((side) => traces.push({ x: grid, y: grid.map((im) => band(im, side)), mode: "lines", line: { width: 0 }, hoverinfo: "skip", ...(side > 0 ? { fill: "tonexty", fillcolor: line.color + "26" } : {}) }));
       traces.push({ x: grid, y: p, mode: "lines", name, line, hovertemplate: `${name}<br>%{x:.3g}, P = %{y:.3f}<extra></extra>` });
     });

@@ -1,5 +1,5 @@
   // ---- drawing: line styles, legend, plot, tables ----
-  const COLOURS = ["#0072b2", "#b84f00", "#007a5a", "#7b4b94", "#56616a", "#a8761d", "#3a9bd4", "#8c2d4f"];
+  const COLOURS = data.colours;
   const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
   const DASH_ARRAYS = { solid: "", dash: "9 5", dot: "2 3", dashdot: "9 4 2 4", longdash: "14 5" };
   const WIDTHS = [2.2, 1.1, 3.6];
@@ -23,15 +23,16 @@
     }));
   }
 
-  const hidden = new Set(); // entries of the legend that were switched off
+  const offNames = () => new Set(chosen.off.split(";").filter(Boolean)); // entries of the legend that are switched off
   function legend(entries) {
+    const hidden = offNames();
     const picture = ({ line, marker }) => (line
       ? `<svg width="34" height="10" aria-hidden="true"><line x1="1" x2="33" y1="5" y2="5" stroke="${line.color}" stroke-width="${line.width}" stroke-dasharray="${DASH_ARRAYS[line.dash]}"/></svg>`
       : `<svg width="12" height="10" aria-hidden="true"><circle cx="6" cy="5" r="4" fill="${marker}"/></svg>`);
     pick("legend").replaceChildren(...entries.map((entry) => {
       const button = element("button", entry.name, { type: "button", "aria-pressed": String(!hidden.has(entry.name)) });
       button.insertAdjacentHTML("afterbegin", picture(entry));
-      button.addEventListener("click", () => { if (!hidden.delete(entry.name)) hidden.add(entry.name); redraw(); });
+      button.addEventListener("click", () => { if (!hidden.delete(entry.name)) hidden.add(entry.name); choose({ off: [...hidden].join(";") }); });
       return button;
     }));
   }

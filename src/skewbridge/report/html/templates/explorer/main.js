@@ -2,8 +2,9 @@
   const VIEWS = { curves: drawCurves, cloud: drawAnalyses, table: drawMedians, forest: drawForest, grid: drawGrid };
   const states = unique(data.fits.map((fit) => fit.component + "/" + fit.limit_state));
   const changes = new Map(data.models.map((model, place) => [model, unique(data.effects.filter((effect) => effect.model === place && !effect.values).map((effect) => effect.change))]));
-  const defaults = { view: "curves", model: data.models[0], state: states[0] ?? "", method: "preferred", quantity: "median_capacity", demand: Object.keys(data.demands)[0], change: "", scope: "pooled", units: "si", margin: "1", threshold: "", sort: "variant", cell: "", ...Object.fromEntries(data.axes.map((axis) => [axis.name, "all"])) };
+  const defaults = { view: "curves", model: data.models[0], state: states[0] ?? "", method: "preferred", quantity: "median_capacity", demand: Object.keys(data.demands)[0], change: "", scope: "pooled", units: data.units, margin: "1", threshold: "", sort: "variant", cell: "", off: "", ...Object.fromEntries(data.axes.map((axis) => [axis.name, "all"])) };
   let chosen = { ...defaults };
+  const noEffect = {}; // reasons why a control that is shown changes nothing
   let shownRows; // rows of the shown table, made when they are saved
 
   function fill(id, values, texts = values) {
@@ -35,13 +36,27 @@
     pick("state").parentElement.dataset.views = single && !ofDemands ? "curves forest" : "curves";
     document.querySelectorAll("#explorer [data-views]").forEach((label) => { label.hidden = !label.dataset.views.split(" ").includes(view); });
     const axisOfChange = data.effects.find((effect) => effect.change === chosen.change)?.axis;
-    data.axes.forEach((axis) => { pick(axis.name).disabled = effects && (chosen.scope === "pooled" || (view === "forest" && axis.name === axisOfChange)); });
+    const only = (name, what) => (pick(name).length < 2 ? `${what}: there is one only` : "");
+    data.axes.forEach((axis) => {
+      noEffect[axis.name] = axis.values.length < 2 ? `${axis.label}: the study has one value` : !effects ? "" : chosen.scope === "pooled" ? `${axis.label}: averaged over; choose “each pair of variants”` : view === "forest" && axis.name === axisOfChange ? `${axis.label}: it is what changes` : "";
+    });
+    noEffect.model = only("model", "bridge, abutment");
+    noEffect.state = only("state", "component, state");
+    noEffect.demand = only("demand", "demand");
+    noEffect.change = only("change", "change");
+    noEffect.threshold = "";
     ["plot", "rows", "pairs", "threshold-box"].forEach((id) => { pick(id).hidden = true; });
     pick("commands").replaceChildren();
     legend([]);
     pick("margin").value = chosen.margin;
     pick("margin-text").textContent = effects ? marginText(chosenEffects(chosen), Number(chosen.margin), chosen.units) + (chosen.margin === "1" ? " (the study's)" : ` (the study's times ${chosen.margin})`) : "";
     const drawn = VIEWS[view](chosen);
+    const hasUnits = view === "curves" ? !pick("threshold-box").hidden : view === "cloud" ? data.demands[chosen.demand].unit in data.us : chosenEffects(chosen).some((effect) => effect.unit in data.us);
+    noEffect.units = hasUnits ? "" : "units: nothing that is shown has a length or force";
+    SELECTS.forEach((name) => { pick(name).disabled = Boolean(noEffect[name]); pick(name).title = noEffect[name] ?? ""; });
+    const isShown = (name) => name === "threshold" ? view === "curves" : !pick(name).parentElement.hidden;
+    const reasons = Object.keys(noEffect).filter((name) => noEffect[name] && isShown(name)).map((name) => noEffect[name]);
+    pick("why").textContent = reasons.length ? `Without effect here: ${reasons.join("; ")}.` : "";
     shownRows = { view: drawn.rows, pairs: effects ? drawPairs(chosen) : () => [] };
     pick("note").textContent = drawn.notes.filter(Boolean).join(" ");
   }
