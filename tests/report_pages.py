@@ -63,7 +63,7 @@ def write_page(
     *,
     states=STATES,
     bridges=("osb1",),
-    caption=_CAPTION,
+    captions=(_CAPTION,),
     source="",
     config=None,
 ) -> tuple[Path, dict[str, pd.DataFrame]]:
@@ -90,8 +90,9 @@ def write_page(
     paths["checks"] = folder / "checks.json"
     paths["checks"].write_text(json.dumps(_CHECKS))
     paths["captions"] = folder / "captions.json"
-    paths["captions"].write_text(json.dumps({"figures": [caption]}))
-    imsave(folder / "one.png", np.full((600, 900, 3), 0.5))
+    paths["captions"].write_text(json.dumps({"figures": list(captions)}))
+    for caption in captions:
+        imsave(folder / f"{caption['name']}.png", np.full((600, 900, 3), 0.5))
     limits = folder / "states.yaml"
     limits.write_text(yaml.safe_dump(states, sort_keys=False), encoding="utf-8")
     fits = {"exclude_suspect": False, "limit_states": str(limits)}

@@ -9,6 +9,7 @@ import pytest
 
 from fragility_tables import synthetic_demands
 from report_pages import write_page
+from skewbridge.report.study_figures import CLOUDS, CURVES, MOTIONS
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
@@ -27,6 +28,21 @@ def browser():
         chromium.close()
 
 
+#: Figures of the gallery: bridge, quantity and component.
+FIGURES = [
+    *((f"{bridge}, contact-friction", section, item) for bridge in ("osb1", "osb1_fixed")
+      for section, item in ((CURVES, "drift"), (CURVES, "bearing"), (CLOUDS, "unseating"))),
+    ("", MOTIONS, "response spectra"),
+]  # fmt: skip
+CAPTIONS = [
+    {
+        "name": f"f{number}", "model": model, "section": section, "item": item,
+        "title": f"{model}: {section} of {item}", "text": "Of a test.", "finding": "It rises.",
+    }
+    for number, (model, section, item) in enumerate(FIGURES)
+]  # fmt: skip
+
+
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
     """Page and tables of two bridges; in some runs a column failed beyond the model."""
@@ -40,7 +56,10 @@ def study(tmp_path_factory):
     beyond = (demands["motion_id"] == "m15") & (demands["skew_deg"] == 60)
     demands["beyond_model"] = beyond.map({True: "shear", False: ""})
     page, frames = write_page(
-        tmp_path_factory.mktemp("page"), demands, bridges=("osb1", "osb1_fixed")
+        tmp_path_factory.mktemp("page"),
+        demands,
+        bridges=("osb1", "osb1_fixed"),
+        captions=CAPTIONS,
     )
     return SimpleNamespace(page=page, **frames)
 

@@ -222,7 +222,7 @@ def test_legend_hides_a_curve_and_few_curves_have_bands(opened):
     assert page.evaluate(names) == ["skew 0°, gap 25 mm, μ 0.5"]
     page.select_option("#ex-skew_deg", "all")
     page.select_option("#ex-gap_mm", "all")
-    assert "Bands are drawn for at most 4 curves" in page.inner_text("#ex-note")
+    assert "Bands are drawn for at most 2 curves" in page.inner_text("#ex-note")
 
 
 def test_the_forest_draws_the_chosen_change(opened, study, csv_of):

@@ -2,6 +2,8 @@
 
 import pytest
 
+from skewbridge.report.study_figures import CLOUDS, CURVES, MOTIONS
+
 pytestmark = pytest.mark.browser
 VIEWS = ("curves", "cloud", "table", "forest", "grid")
 TOO_WIDE = """() => [...document.querySelectorAll("body *")]
@@ -45,8 +47,10 @@ def test_print_cuts_nothing_off_and_leaves_the_explorer_out(opened):
     assert max(heights) < 120  # no column so narrow that a row fills the page
     assert not page.is_visible("#explore")
     # printing loads the pictures that the screen has not reached; its emulation does not
-    page.eval_on_selector("#figure-1 img", "img => { img.loading = 'eager'; return img.decode(); }")
-    assert page.is_visible("#figure-1 img")
+    page.eval_on_selector(
+        "#figure-f0 img", "img => { img.loading = 'eager'; return img.decode(); }"
+    )
+    assert page.is_visible("#figure-f0 img")
     assert page.pdf(format="A4").startswith(b"%PDF")
 
 
@@ -55,7 +59,7 @@ def test_without_javascript_the_figures_stand_and_the_reason(browser, study):
     page = context.new_page()
     page.goto(study.page.as_uri())
     assert "needs JavaScript" in page.inner_text("#explore")
-    assert page.is_visible("#figure-1 img")
+    assert page.is_visible("#figure-f0 img")
     assert not page.is_visible("#explorer")
     context.close()
 
@@ -70,3 +74,95 @@ def test_the_keyboard_reaches_the_skip_link_and_the_controls(opened):
     page.keyboard.press("ArrowDown")
     assert page.input_value("#ex-view") == "cloud"
     assert page.is_visible("#ex-demand")
+
+
+SHOWN = "all => all.filter(each => each.checkVisibility()).map(each => each.id)"
+
+
+def shown_figures(page):
+    """Return the figures of the gallery that are shown; hidden ones are found by search only."""
+    return page.eval_on_selector_all("#figures figure:not([hidden])", SHOWN)
+
+
+def test_the_page_is_short_with_details_closed(opened):
+    page = opened(1400, height=1000)
+    page.evaluate("scrollTo(0, 0)")
+    assert page.evaluate("document.documentElement.scrollHeight") <= 12 * 1000
+    assert page.evaluate("document.body.innerText.split(/\\s+/).length") <= 4000
+
+
+def test_the_first_screen_has_the_answer(opened):
+    page = opened(1400, height=1000)
+    page.goto(page.url.partition("#")[0])
+    for place in (".plan", ".answer", ".failures", ".facts h3 >> nth=1"):
+        box = page.locator(place).bounding_box()
+        assert box["y"] + min(box["height"], 400) < 1000
+    assert "Columns failed in" in page.inner_text(".failures")
+
+
+def test_navigation_stays_visible_and_every_entry_leads_to_its_section(opened, width):
+    page = opened(width)
+    for link in page.query_selector_all("nav a"):
+        if not link.is_visible():
+            continue
+        link.evaluate("link => link.click()")
+        page.wait_for_timeout(100)
+        assert page.locator("nav").bounding_box()["y"] == pytest.approx(0, abs=1)
+        target = link.get_attribute("href")
+        assert page.locator(target).count() == 1
+
+
+def test_the_gallery_shows_one_figure_by_bridge_quantity_and_component(opened):
+    page = opened()
+    page.goto(page.url.partition("#")[0])
+    assert shown_figures(page) == ["figure-f0"]
+    page.select_option("#gallery-item", "bearing")
+    assert shown_figures(page) == ["figure-f1"]
+    page.select_option("#gallery-model", "osb1_fixed, contact-friction")
+    assert shown_figures(page) == ["figure-f4"]
+    page.select_option("#gallery-section", CLOUDS)
+    assert shown_figures(page) == ["figure-f5"]
+    assert page.is_disabled("#gallery-item")
+    page.select_option("#gallery-section", MOTIONS)
+    assert shown_figures(page) == ["figure-f6"]
+    page.click("#gallery-next")
+    assert shown_figures(page) == ["figure-f0"]
+    assert page.input_value("#gallery-section") == CURVES
+
+
+def test_the_address_and_the_search_of_the_browser_open_a_figure(opened):
+    page = opened()
+    page.goto(page.url.partition("#")[0] + "#figure-f5")
+    page.reload()
+    page.wait_for_selector("#explorer")
+    assert shown_figures(page) == ["figure-f5"]
+    page.evaluate("document.getElementById('figure-f1').dispatchEvent(new Event('beforematch'))")
+    assert shown_figures(page) == ["figure-f1"]
+    assert page.get_attribute("#figure-f5", "hidden") == "until-found"
+
+
+def test_a_control_without_effect_says_why(opened):
+    page = opened(view="grid", quantity="demand")
+    assert page.is_disabled("#ex-skew_deg")
+    why = page.inner_text("#ex-why")
+    assert "Skew: averaged over" in why
+    page.select_option("#ex-scope", "variant")
+    assert page.is_enabled("#ex-skew_deg")
+    page.select_option("#ex-quantity", "median_capacity")
+    assert page.is_disabled("#ex-units")
+    assert "units: nothing that is shown has a length or force" in page.inner_text("#ex-why")
+    for view in VIEWS:
+        page.select_option("#ex-view", view)
+        silent = page.eval_on_selector_all(
+            "#explorer select:disabled", "all => all.filter(each => !each.title).map(e => e.id)"
+        )
+        assert silent == []
+
+
+def test_the_legend_stays_in_the_address(opened):
+    page = opened(view="curves", skew_deg=0, gap_mm=25)
+    page.click("#ex-legend button >> nth=0")
+    assert "off=" in page.url
+    page.reload()
+    page.wait_for_selector("#ex-legend button")
+    assert page.get_attribute("#ex-legend button >> nth=0", "aria-pressed") == "false"

@@ -296,7 +296,7 @@ def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):
     state = STATES[0] | {"citation": script}
     caption = {"name": "one", "section": CURVES, "title": script, "text": script,
                "finding": script, "item": script}  # fmt: skip
-    page, _ = render(demands, states=[state], bridges=("mine",), caption=caption)
+    page, _ = render(demands, states=[state], bridges=("mine",), captions=(caption,))
     assert "Bridge &lt;script&gt;alert(1)&lt;/script&gt; &amp; &#39;sons&#39;" in page
     assert "alert(1)" in page
     assert "<script>alert" not in page

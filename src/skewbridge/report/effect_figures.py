@@ -18,9 +18,15 @@ from matplotlib.ticker import (
 )
 
 from skewbridge.demands.columns import column_of, demands_for
-from skewbridge.report.axis_layout import MAX_BANDS, STYLE, VARIANT_COLOURS, plain_log_ticks
+from skewbridge.report.axis_layout import (
+    MAX_BANDS,
+    STYLE,
+    VARIANT_COLOURS,
+    plain_log_ticks,
+    value_text,
+)
 from skewbridge.report.verdict_style import demand_name
-from skewbridge.variant.axes import axes_of, axis
+from skewbridge.variant.axes import Axis, axes_of, axis
 
 
 def intensity_demands(intensities: pd.DataFrame) -> list[str]:
@@ -49,10 +55,10 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
                 own = intensities[
                     (intensities["demand"] == name) & (intensities["axis"] == axis.name)
                 ]
-                _intensity_panel(axes, own, with_legend=name == names[0])
+                _intensity_panel(axes, own, axis, with_legend=name == names[0])
             row[0].set_ylabel(fill(f"Ratio of {demand_name(name).lower()}", 24))
         for axes, axis in zip(panels[0], along, strict=True):
-            axes.set_title(axis.label_with_unit, fontsize=9)
+            axes.set_title(axis.label, fontsize=9)
         for axes in panels[-1]:
             axes.set_xlabel(im_label)
         panels[0, 0].set_xscale("log")
@@ -63,20 +69,19 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     return figure
 
 
-def _intensity_panel(axes: Axes, rows: pd.DataFrame, *, with_legend: bool) -> None:
+def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis, *, with_legend: bool) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     handles: list[Line2D] = []
     changes = list(rows.groupby(["from_value", "to_value"], sort=False))
     for i, ((start, end), own) in enumerate(changes):
+        label = f"{value_text(changed, start)} to {value_text(changed, end)}"
         line, colour = own.sort_values("im"), VARIANT_COLOURS[i % len(VARIANT_COLOURS)]
         if len(changes) - i <= MAX_BANDS:  # the largest changes
             axes.fill_between(
                 line["im"], line["ci_low"], line["ci_high"], color=colour, alpha=0.18, lw=0
             )
         dash = ("-", "--", ":", "-.")[i % 4]
-        handles += axes.plot(
-            line["im"], line["ratio"], dash, color=colour, label=f"{start:g} to {end:g}"
-        )
+        handles += axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
         for item in _records(own[own["at_reference"]]):
             inside = "white" if item["clipped"] else colour
             axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
