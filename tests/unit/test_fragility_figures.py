@@ -198,7 +198,7 @@ def test_ratios_of_medians_are_next_to_the_curves_with_their_intervals(demands, 
 
 def test_texts_of_a_figure_do_not_overlap(demands, tables):
     figure = fragility_curves(tables[0], demands, tables[2], "column_drift")
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     boxes = [
         text.get_window_extent().padded(-1.0)
         for axes in figure.axes

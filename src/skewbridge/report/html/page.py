@@ -181,7 +181,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     ends = np.abs(np.log(medians[["ci_low", "ci_high"]].to_numpy(dtype=np.float64)))
     reach = min(float(np.nanmax(ends, initial=0.05)), np.log(_WIDEST_BAR))
     present = list(dict.fromkeys(table.loc[table["quantity"] == MEDIAN_CAPACITY, "demand"]))
-    states = [state for state in answer.LEADING_STATES if state in present] or present[:2]
+    states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
     rows: list[dict[str, Any]] = []
     for key, part in table.groupby(["axis", "from_value", "to_value"], sort=False):
         change = change_name(str(key[0]), float(str(key[1])), float(str(key[2])))
