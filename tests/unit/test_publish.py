@@ -128,9 +128,9 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
     assert result.exit_code == 0, result.stderr
     text = result.stdout
     assert (
-        "skew 0, 30, 60 deg; the joint gap 25, 51 mm; friction 0, 0.5: twelve variants" not in text
+        "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: twelve variants" not in text
     )
-    assert "skew 0, 30, 60 deg; the joint gap 25, 51 mm; friction 0, 0.5: 12 variants" in text
+    assert "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in text
     assert "One bridge was modelled" in text
     assert "simulated, Dabaghi and Der Kiureghian 2018" in text
     assert "Dabaghi, M., Der Kiureghian, A. (2018)" in text

@@ -205,7 +205,7 @@ def test_methods_name_every_setting_that_is_not_the_default(render):
     demands = synthetic_demands(motions=3, skews=(30,), gaps=(25,), frictions=(50,))
     config = {
         "analysis": {"duration_s": 10.0},
-        "motions": {"count": 3, "level_range_g": [0.07, 2.25]},
+        "motions": {"count": 3, "level_range_g": [0.1, 1.0]},
         "sensitivity": {"rows": 0},
     }
     page, _ = render(demands, config=config)
