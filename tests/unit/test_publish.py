@@ -127,9 +127,6 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
     result = RUNNER.invoke(build_app(), ["study", "methods", "--study", "own.yaml"])
     assert result.exit_code == 0, result.stderr
     text = result.stdout
-    assert (
-        "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: twelve variants" not in text
-    )
     assert "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in text
     assert "One bridge was modelled" in text
     assert "simulated, Dabaghi and Der Kiureghian 2018" in text

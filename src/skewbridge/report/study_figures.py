@@ -62,7 +62,6 @@ from skewbridge.report.verdict_style import change_text, demand_name, interval_t
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
-from skewbridge.study.processes import hush_exit_message
 from skewbridge.units import INCH, MM
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
