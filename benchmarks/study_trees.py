@@ -1,8 +1,7 @@
-"""Copies of the project in which a study runs, and what two runs of it may differ in."""
+"""Folders linked to the sources, in which a study runs."""
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -10,27 +9,8 @@ from pathlib import Path
 from typing import Any, Final
 
 ROOT: Final = Path(__file__).parents[1]
-#: Measured times may differ between two runs of the same analysis.
-TIMES: Final = ["wall_s", "cpu_s"]
 #: Results that are made before the analyses.
 BEFORE: Final = ("results/motions/suite.parquet", "results/verification/contact_checks.parquet")
-_LEFT_OUT: Final = shutil.ignore_patterns(
-    ".git",
-    ".venv",
-    ".uv",
-    ".exports",
-    ".snakemake",
-    "results",
-    ".*_cache",
-    ".hypothesis",
-    "__pycache__",
-)
-
-
-def copy_sources(folder: Path) -> Path:
-    """Copy the sources into a new folder, without environments and results; return it."""
-    shutil.copytree(ROOT, folder, ignore=_LEFT_OUT)
-    return folder
 
 
 def linked_sources(folder: Path, study: Mapping[str, Any]) -> None:

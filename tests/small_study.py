@@ -1,6 +1,7 @@
 """Commands on a copied tree with the smoke study, and what they leave."""
 
 import json
+import shutil
 import subprocess
 import sys
 import time
@@ -9,7 +10,18 @@ from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).parents[1]
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
+# Measured times may differ between two runs of the same analysis.
+TIMES = ["wall_s", "cpu_s"]
+
+
+def copy_sources(folder: Path) -> Path:
+    """Copy the sources into a new folder, without environments and results; return it."""
+    left_out = (".git", ".venv", ".uv", ".exports", ".snakemake", "results", ".*_cache")
+    ignored = shutil.ignore_patterns(*left_out, ".hypothesis", "__pycache__")
+    shutil.copytree(ROOT, folder, ignore=ignored)
+    return folder
 
 
 def command(*arguments: str, cores: int = 2) -> list[str]:

@@ -16,9 +16,8 @@ from pathlib import Path
 import pandas as pd
 import psutil
 import pytest
-from study_trees import TIMES, copy_sources
 
-from small_study import journal_keys
+from small_study import TIMES, copy_sources, journal_keys
 
 pytestmark = pytest.mark.cluster
 

@@ -51,7 +51,7 @@ def test_target_of_a_motion_does_not_depend_on_the_others():
     [
         ("magnitude", 6.4), ("magnitude", 8.5), ("magnitude", float("nan")), ("distance_km", 40.0),
         ("vs30_mps", 138.0), ("vs30_mps", 2017.0), ("vs30_mps", float("nan")),
-        ("mechanism", "normal"), ("pulse", "maybe"), ("ztor_km", -1.0),
+        ("ztor_km", -1.0),
     ],
 )  # fmt: skip
 def test_scenario_outside_the_model_is_refused_by_name(field, value):
@@ -59,9 +59,3 @@ def test_scenario_outside_the_model_is_refused_by_name(field, value):
     Scenario(**fields)
     with pytest.raises(InputError, match=field):
         Scenario(**fields | {field: value})
-
-
-@pytest.mark.parametrize("field", ["calibrate", "orientation"])
-def test_unknown_option_is_refused_by_name(field):
-    with pytest.raises(InputError, match=field):
-        SynthesisOptions(**{field: "x"})

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from study_trees import copy_sources
+from small_study import copy_sources
 
 SNAKEMAKE = Path(sys.executable).parent / "snakemake"
 

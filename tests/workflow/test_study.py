@@ -11,12 +11,20 @@ import pandas as pd
 import psutil
 import pyarrow.parquet as pq
 import pytest
-from study_trees import TIMES, copy_sources
 
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.study.processes import LOCK_NAME
-from small_study import SNAKEMAKE, command, journal_keys, planned_jobs, run, wait_for
+from small_study import (
+    SNAKEMAKE,
+    TIMES,
+    command,
+    copy_sources,
+    journal_keys,
+    planned_jobs,
+    run,
+    wait_for,
+)
 
 SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
 

@@ -6,10 +6,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from study_trees import ROOT, copy_sources
 
 from skewbridge.study.products import RECIPES
-from small_study import SNAKEMAKE, run
+from small_study import ROOT, SNAKEMAKE, copy_sources, run
 
 
 @pytest.fixture(scope="module")
