@@ -49,7 +49,7 @@ def table(found: Mapping[str, Any]) -> Iterator[str]:
     yield "|---|---|---|---|---|"
     if speed := found["speedup"]:
         text = f"plain numerics over ours, {speed['accuracy']} ({speed['cases']} cases)"
-        yield _line(text, speed["speedup"], "at least 12")
+        yield _line(text, speed["speedup"], "at least 15")
         of_ours = speed["cpu_s_per_record_s"]["ours"]
         yield f"| processor seconds per second of motion | {of_ours:.3f} | | | |"
     if overhead := found["overhead"]:

@@ -29,7 +29,9 @@ from skewbridge.analysis.transient import AnalysisResult
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 
-SETTINGS = AnalysisSettings(contact_dt_s=None, event_dt_s=None, collapse_drift_ratio=0.5)
+SETTINGS = AnalysisSettings(
+    contact_dt_s=None, event_dt_s=None, reuse_tangent=False, collapse_drift_ratio=0.5
+)
 
 
 def bare(case: Case, settings: AnalysisSettings) -> float:

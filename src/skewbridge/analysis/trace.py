@@ -6,6 +6,7 @@ afterwards, one column at a time.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from errno import ENOSPC
 from itertools import accumulate
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +17,6 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.bridge.handles import BridgeModel, Point, SpringHandle
-from skewbridge.errors import SolutionError
 
 type Series = NDArray[np.float64]
 
@@ -224,7 +224,7 @@ class Recorder:
         self._widths[name] = dofs * len(tags)
         if tags:
             components = range(1, dofs + 1)
-            file = ("-binary", str(self._path(name)), "-time")
+            file = ("-binary", str(self.path(name)), "-time")
             ops.recorder("Node", *file, "-node", *tags, "-dof", *components, response)
 
     def elements(self, name: str, elements: Iterable[int], *response: str) -> None:
@@ -232,7 +232,7 @@ class Recorder:
         tags = tuple(elements)
         self._widths[name] = sum(len(ops.eleResponse(tag, *response)) for tag in tags)
         if tags:
-            file = ("-binary", str(self._path(name)), "-time")
+            file = ("-binary", str(self.path(name)), "-time")
             ops.recorder("Element", *file, "-ele", *tags, *response)
 
     def record(self) -> None:
@@ -249,7 +249,7 @@ class Recorder:
         """Return the times, shape (n,), and the values, shape (n, components), of a record.
 
         Raises:
-            SolutionError: The file is incomplete.
+            OSError: The file is incomplete.
         """
         self.close()
         width = self._widths[name]
@@ -257,15 +257,16 @@ class Recorder:
             return np.zeros(0), np.zeros((0, 0))
         # a row is the time, the values and a line feed
         row = np.dtype([("values", np.float64, (width + 1,)), ("end", np.uint8)])
-        path = self._path(name)
+        path = self.path(name)
         rows = path.stat().st_size // row.itemsize
         self._rows = self._rows or rows
         if rows != self._rows or rows * row.itemsize != path.stat().st_size:
-            raise SolutionError(f"the record of {name} is incomplete: is the disk full?")
+            raise OSError(ENOSPC, f"the record of {name} is incomplete, disk full?", str(path))
         table = np.fromfile(path, dtype=row)["values"]
         return table[:, 0], table[:, 1:]
 
-    def _path(self, name: str) -> Path:
+    def path(self, name: str) -> Path:
+        """Return the file of a record."""
         return Path(self._folder.name) / name
 
 
@@ -284,9 +285,9 @@ class Monitor:
         recorder.nodes("accelerations", (layout.centre_node,), 2, "accel")
         recorder.nodes("displacements", layout.nodes, DISP, "disp")
         recorder.elements("columns", layout.columns, "force")
-        for point in sorted({point for _, point in layout.sections}):
-            hinged = (element for element, at in layout.sections if at == point)
-            recorder.elements(f"sections {point}", hinged, "section", str(point), "deformation")
+        for element, point in layout.sections:
+            response = ("section", str(point), "deformation")
+            recorder.elements(f"section {element} {point}", (element,), *response)
         recorder.elements("springs", (element for element, _ in layout.springs), "basicForce")
         recorder.elements("bearings", layout.bearings, "force")
         units = tuple(unit.element for unit in self._units)
@@ -317,14 +318,7 @@ class Monitor:
         rows = np.zeros((len(time_s), layout.width))
         rows[:, 0], rows[:, 1:3] = time_s, accelerations
         parts = [read(name)[1] for name in ("displacements", "columns")]
-        points = sorted({point for _, point in layout.sections})
-        deformations = {point: read(f"sections {point}")[1] for point in points}
-        done = dict.fromkeys(points, 0)
-        for _, point in layout.sections:
-            at = done[point]
-            parts.append(deformations[point][:, at : at + SECTION])
-            width = deformations[point].shape[1] // sum(p == point for _, p in layout.sections)
-            done[point] += width
+        parts += [read(f"section {e} {point}")[1][:, :SECTION] for e, point in layout.sections]
         parts.append(read("springs")[1])
         if layout.bearings:
             forces = read("bearings")[1].reshape(len(time_s), len(layout.bearings), -1)

@@ -92,6 +92,8 @@ def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, An
         )
     except InputError as error:
         return no_result("invalid_input", str(error))
+    except OSError:  # a full disk is no property of the analysis: the study stops and can resume
+        raise
     except Exception as error:
         logger.exception("%s under %s", task.variant.slug, task.motion.motion.motion_id)
         return no_result("crash", f"{type(error).__name__}: {error}")

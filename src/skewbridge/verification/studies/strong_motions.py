@@ -209,23 +209,28 @@ def _ending(task: Task) -> Row:
 CONVERGENCE: Final = CaseSet(bridges=("osb1", "osb1_fixed"), motion_count=4, window_s=8.0)
 SELF_CHECK: Final = 6  # interval of cases at which the reference also runs at half its step
 CONVERGENCE_PGA_G: Final = 0.8  # closes all gaps, breaks keys, yields columns
-# Largest change of a single case and median of all, by demand; None: not limited.
-CHANGES: Final[dict[str, tuple[float | None, float | None]]] = {
-    "column_shear_kn": (0.02, 0.005),
-    "column_drift_ratio": (0.02, 0.005),
-    "deck_disp_x_m": (0.02, 0.005),
-    "deck_disp_y_m": (0.02, 0.005),
-    "unseating_m": (0.02, 0.005),
-    "abutment_passive_m": (0.02, 0.005),
-    "abutment_transverse_m": (0.02, 0.005),
-    "deck_rotation_rad": (0.03, None),
-    "backwall_force_kn": (None, 0.03),
-    "shear_key_force_kn": (None, 0.03),
-    "friction_force_kn": (None, 0.03),
-    "slip_work_kj": (None, None),
-    "friction_impulse_kns": (None, None),
-    "contact_time_s": (None, None),
+# Error budget of the default steps by demand: limit of a change, None for no limit. One case in
+# twenty may exceed it, by up to half.
+CHANGES: Final[dict[str, float | None]] = {
+    "column_shear_kn": 0.01,
+    "column_drift_ratio": 0.01,
+    "deck_disp_x_m": 0.01,
+    "deck_disp_y_m": 0.01,
+    "unseating_m": 0.015,
+    "abutment_passive_m": 0.015,
+    "abutment_transverse_m": 0.015,
+    "deck_rotation_rad": 0.03,
+    "backwall_force_kn": 0.05,
+    "shear_key_force_kn": 0.05,
+    "friction_force_kn": 0.05,
+    "slip_work_kj": None,
+    "friction_impulse_kns": None,
+    "contact_time_s": None,
 }
+# Changes of smaller peaks are over these values: no limit state is anywhere near them.
+FLOORS: Final = {"deck_rotation_rad": 1.0e-4, "abutment_passive_m": 5.0e-4}
+BEYOND_SHARE: Final = 0.05
+BEYOND_FACTOR: Final = 1.5
 EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
 MAX_EXCESS: Final = 0.03  # of the work of friction
 _AGAINST: Final = {"default": "0.5 ms", "0.5 ms": "0.25 ms"}
@@ -253,7 +258,7 @@ def run_convergence(study: Study) -> None:
     changes = pd.DataFrame(
         [
             {"variant": slug, "motion_id": motion_id, "steps": name, "against": _AGAINST[name]}
-            | {demand: relative_change(peaks[demand], finer[demand]) for demand in CHANGES}
+            | {demand: _change(demand, peaks[demand], finer[demand]) for demand in CHANGES}
             | {excess: peaks[excess] for excess in EXCESS}
             for (slug, motion_id, name), peaks in found.items()
             if (finer := found.get((slug, motion_id, _AGAINST.get(name, ""))))
@@ -263,19 +268,29 @@ def run_convergence(study: Study) -> None:
     of_default = changes[changes["steps"] == "default"]
     of_reference = changes[changes["steps"] == "0.5 ms"]
     cases = f"{len(of_default)} cases"
-    for demand, (worst, median) in CHANGES.items():
+    for demand, limit in CHANGES.items():
         # a demand that is absent from both runs of a case has not changed
         sizes = of_default[demand].abs().fillna(0.0)
         own = of_reference[demand].abs().fillna(0.0)
-        limits = (("largest", worst, sizes.max()), ("median", median, sizes.median()))
-        for name, limit, value in limits:
-            text = f"{demand}, {name} change at the default steps, {cases}"
-            study.absolute(text, value, 0.0, limit, "half a millisecond")
+        text = f"{demand}, largest change at the default steps, {cases}"
+        largest = None if limit is None else BEYOND_FACTOR * limit
+        study.absolute(text, sizes.max(), 0.0, largest, "half a millisecond")
+        text = f"{demand}, median change at the default steps, {cases}"
+        study.absolute(text, sizes.median(), 0.0, None, "half a millisecond")
+        if limit is not None:
+            text = f"{demand}, share of {cases} that change by more than {limit:.1%}"
+            study.at_most(text, float((sizes > limit).mean()), BEYOND_SHARE, "error budget")
         text = f"{demand}, largest change of the reference itself, {len(of_reference)} cases"
         study.absolute(text, own.max(), 0.0, None, "a quarter of a millisecond")
     for excess in EXCESS:
         text = f"{excess}, largest of {cases}"
         study.at_most(text, of_default[excess].max(), MAX_EXCESS, "friction law")
+
+
+def _change(demand: str, value: float, exact: float) -> float:
+    """Return a change relative to the exact value, or to the floor of the demand."""
+    floor = FLOORS.get(demand, 0.0)
+    return (value - exact) / floor if abs(exact) < floor else relative_change(value, exact)
 
 
 def _whole_peaks(task: Task) -> Row:
