@@ -1,6 +1,7 @@
 """Binary records of an analysis: the values that OpenSees has, one row per committed step."""
 
 import errno
+from types import SimpleNamespace
 
 import numpy as np
 import openseespy.opensees as ops
@@ -8,6 +9,7 @@ import pytest
 
 from skewbridge.analysis.trace import Recorder
 from skewbridge.bridge.model import domain
+from skewbridge.study import task
 
 
 def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
@@ -61,3 +63,13 @@ def test_an_incomplete_record_names_the_disk() -> None:
         with pytest.raises(OSError, match="record of moves is incomplete") as caught:
             recorder.read("moves")
         assert caught.value.errno == errno.ENOSPC
+
+
+def test_a_full_disk_stops_a_study_and_leaves_no_row(monkeypatch, tmp_path) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
+
+    monkeypatch.setattr(task, "analyse", full)
+    given = SimpleNamespace(variant=None, excitation=None, settings=None, options=None)
+    with pytest.raises(OSError, match="no space left"):
+        task.analyse_task(given, tmp_path / "log", lambda _time_s, _duration_s: None)
