@@ -51,7 +51,7 @@ class AnalysisSettings:
         "null for the regular step, as in scheme paper",
     )
     event_dt_s: Number | None = Field(
-        default=0.000625,
+        default=0.0003125,
         ge=1.0e-5,
         le=0.02,
         description="largest step while a contact is about to open or close, like contact_dt_s",
