@@ -66,6 +66,7 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python src
 	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/snakemake --lint
 	$(BIN)/deptry src
 
 test: setup lint
@@ -109,6 +110,7 @@ docs: setup
 	$(BIN)/python docs/reference_pages.py
 	$(BIN)/python docs/commands_page.py
 	$(BIN)/python workflow/licences.py requirements.lock > docs/licences.md
+	$(BIN)/snakemake --rulegraph -- report | $(BIN)/python docs/rule_graph.py docs/images/rules.svg
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs . docs/_build/html
 
 clean:
