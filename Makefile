@@ -16,7 +16,7 @@ STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup study choices check-predict headline smoke test test-browser test-cluster test-exports lint bench verify verify-accuracy audit mutants docs clean
+.PHONY: help setup study choices check-predict headline smoke demo-data test test-browser test-cluster test-exports lint bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
@@ -30,6 +30,7 @@ help:
 	@echo "make test-cluster run the smoke study through Slurm on this host   (root, slurm-wlm, munge)"
 	@echo "make test-exports read exported curves with pelicun and OpenQuake"
 	@echo "make smoke        run two variants x three motions with the full report"
+	@echo "make demo-data    store the smoke study again for skewbridge demo"
 	@echo "make verify       compare the paper's studies with references, run the stress cases and slow tests"
 	@echo "make verify-accuracy  effects at the default against the reference accuracy: 1 to 2 hours, can be resumed"
 	@echo "                  (WHOLE=1 for whole motions: 4 to 6 hours)"
@@ -60,6 +61,10 @@ headline: setup
 
 smoke: setup
 	@bash workflow/study.sh $(BIN) $(CORES) config/smoke.yaml
+
+# Tables and pictures of the smoke study, which `skewbridge demo` shows.
+demo-data: smoke
+	$(BIN)/python workflow/demo_data.py results/smoke
 
 lint: setup
 	$(BIN)/ruff check .

@@ -1,15 +1,22 @@
 """A study outside a clone: the package as it is installed from a wheel, and `skewbridge init`."""
 
+import json
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from hatchling.builders.wheel import WheelBuilder
+from typer.testing import CliRunner
 
+from skewbridge.cli import build_app
+from skewbridge.cli.study import DEMO_STUDY
 from skewbridge.errors import InputError
+from skewbridge.files.tables import write_frame
 from skewbridge.study.folder import STARTER_PARTS, write_starter
 
 ROOT = Path(__file__).parents[2]
@@ -48,6 +55,35 @@ def test_an_installed_package_starts_a_study_that_snakemake_plans(
     assert "collect_demands" in planned.stdout
     plan = run(installed, study, "skewbridge", "plan", "--config", "config/smoke.yaml", "--json")
     assert '"analyses": 6' in plan.stdout
+
+
+def test_an_installed_package_shows_the_stored_study(installed: Path, tmp_path: Path) -> None:
+    done = run(installed, tmp_path, "skewbridge", "demo", "--out", "shown", "--json")
+    assert done.returncode == 0, done.stderr
+    page = Path(json.loads(done.stdout)["report"])
+    assert page == tmp_path / "shown/report.html"
+    assert "friction" in page.read_text(encoding="utf-8")
+    assert sum(path.stat().st_size for path in DEMO_STUDY.rglob("*.parquet")) < 3_000_000
+
+
+def test_a_stored_study_of_another_version_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = tmp_path / "old"
+    shutil.copytree(DEMO_STUDY, old)
+    table = old / "fragility/curves.parquet"
+    write_frame(pd.read_parquet(table).drop(columns="theta"), table, {"made_by": "a test"})
+    monkeypatch.setattr("skewbridge.cli.study.DEMO_STUDY", old)
+    result = CliRunner().invoke(build_app(), ["demo", "--out", str(tmp_path / "shown")])
+    assert result.exit_code == 2
+    assert "does not fit this version" in result.stderr
+    assert not (tmp_path / "shown/report.html").exists()
+
+
+def test_snakemake_has_no_finding_in_the_small_study() -> None:
+    command = [sys.executable, "-m", "snakemake", "--lint", "--directory", ".test"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_existing_files_are_not_overwritten(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from skewbridge.study.processes import hush_exit_message
 COMMANDS: Final = {
     "doctor": ("checks", "Check the environment: versions, OpenSees, a one-second self-test."),
     "init": ("study", "Write Snakefile, rules, configuration and motions of a study to a folder."),
+    "demo": ("study", "Write the report of a small stored study to a folder, in seconds."),
     "plan": ("study", "Show the variants and analyses of a study, their cost and what is done."),
     "status": ("study", "Show how many analyses are done, failed and left, and the last failure."),
     "run": ("run", "Analyse one variant under one motion and draw its histories."),

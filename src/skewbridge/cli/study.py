@@ -1,8 +1,9 @@
 """Commands for whole studies: start, plan, compare, trace, maintain and publish them."""
 
+from contextlib import chdir
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -32,6 +33,9 @@ from skewbridge.cli.output import (
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.statuses import FAILED
 
+#: Tables and pictures of a finished study, which `make demo-data` writes.
+DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
+
 commands = new_group()
 study = new_group("study", "Maintain and publish a study: retry, journal, plot, methods, archive.")
 commands.add_typer(study)
@@ -55,6 +59,38 @@ def init(
         f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
         "snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
+
+
+@commands.command(cls=Command)
+def demo(*, out: OutOption = Path("demo"), as_json: JsonOption = False) -> None:
+    """Write the report of a small stored study to a folder, in seconds.
+
+    It is the study of config/smoke.yaml: two variants of one bridge under three motions.
+
+    Example: skewbridge demo --out demo
+    """
+    from skewbridge.files.text import writable_folder
+    from skewbridge.report.html.page import write_report
+    from skewbridge.study.config import load_config
+    from skewbridge.study.folder import StudyFolder, starter_files
+
+    stored = StudyFolder(DEMO_STUDY)
+    page = writable_folder(out).resolve() / "report.html"
+    try:
+        with chdir(starter_files()):  # the configuration names its limit states relative to it
+            config = load_config(Path("config/smoke.yaml"), base=DEFAULT_CONFIG)
+            write_report(
+                tables=stored.report_inputs,
+                figures=stored.figures,
+                config=config.model_dump(mode="json", exclude={"batches"}),
+                output=page,
+            )
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"the stored study does not fit this version of the report ({error!r}); "
+            "`make demo-data` in a clone makes it again"
+        ) from error
+    emit({"report": str(page)}, [{"report": str(page)}], as_json=as_json)
 
 
 @commands.command(cls=Command)

@@ -91,6 +91,17 @@ class StudyFolder:
         """Return a table of the fits."""
         return self.root / "fragility" / f"{table}.{ending}"
 
+    @property
+    def report_inputs(self) -> dict[str, Path]:
+        """The files that the page is made from, by name; the figures are in their own folder."""
+        fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes")
+        return {
+            **{name: getattr(self, name) for name in ("captions", "demands", "suite")},
+            **{name: getattr(self, name) for name in ("contact_checks", "checks", "sensitivity")},
+            **{name: self.fragility(name) for name in (*fits, "system", "measures", "joint")},
+            "medians": self.fragility("median_effects"),
+        }
+
     def log(self, rule: str) -> Path:
         """Return the log of a rule."""
         return self.root / "logs" / f"{rule}.log"
