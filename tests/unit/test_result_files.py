@@ -23,8 +23,10 @@ from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.sensitivity import (
     REPEATS,
+    demands_for,
     in_window,
     sampled_rows,
+    sensitivity_table,
     write_sensitivity,
 )
 from skewbridge.study.task import Task, no_result, run_key
@@ -205,3 +207,18 @@ def test_a_solver_without_messages_leaves_no_log(
     (task,) = setup.tasks(SLUG)
     worker.analysed_row(task, "key", tmp_path / "logs")
     assert [path.read_text() for path in (tmp_path / "logs").iterdir()] == [said] * bool(said)
+
+
+def test_rows_that_fail_in_different_cycles_are_not_compared() -> None:
+    """Their demands are peaks up to different times: 0.8 s apart here."""
+    ends_s = {"default": 4.95, "reference": 4.17}
+    rows = pd.DataFrame(
+        {"row": row, "change": change, "status": "ok", "duration_s": 6.0}
+        | dict.fromkeys(demands_for("sensitivity"), 2.0 if change == "default" else 1.0 + row)
+        | {"beyond_model_s": ends_s.get(change, 4.95) if row == 0 else float("nan")}
+        for row in (0, 1)
+        for change in REPEATS
+    )
+    table = sensitivity_table(rows).set_index("demand").loc["unseating_m"]
+    assert table["reference_largest_change"] == 0.0
+    assert table["kn_half_largest_change"] == 1.0

@@ -23,6 +23,7 @@ from skewbridge.study.batch import Workers
 from skewbridge.study.task import Task
 
 AS_IN_STUDY: Final = "default"
+SAME_CYCLE_S: Final = 0.1  # failures this close are in the same cycle
 
 
 def _reference(task: Task) -> Task:
@@ -118,9 +119,11 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
 
     Args:
         rows: Demands rows with the columns ``row`` (of the study) and ``change``. Those that did
-            not finish are left out and counted.
+            not finish are left out and counted. Two rows whose columns fail in different cycles are
+            not compared: their demands are peaks up to different times.
     """
     ran = rows[rows["status"].isin(RAN)]
+    ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)
     table: list[dict[str, object]] = []
     for demand in demands_for("sensitivity"):
         values = ran.pivot_table(index="row", columns="change", values=demand)
@@ -132,7 +135,11 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
         }
         for change in list(REPEATS)[1:]:
             # zero over zero: a demand that this row does not have
-            ratio = (values[AS_IN_STUDY] / values[change]).dropna()
+            ends_alike = np.isclose(
+                ends_s[AS_IN_STUDY], ends_s[change], rtol=0.0, atol=SAME_CYCLE_S
+            )
+            alike = ends_s.index[ends_alike]
+            ratio = (values[AS_IN_STUDY] / values[change]).reindex(alike).dropna()
             if change == "reference":
                 row["reference_mean_ratio"] = float(ratio.mean())
             row[f"{change}_largest_change"] = float((ratio - 1.0).abs().max())
