@@ -152,7 +152,7 @@ def parse_yaml(text: str, where: str, **details: object) -> Any:
     except RecursionError:
         raise InputError(f"{where}: nested more than {MAX_DEPTH} levels deep", **details) from None
     except _Refusal as error:
-        line = error.problem_mark.line + 1
+        line = error.problem_mark.line + 1 if error.problem_mark else 0
         raise InputError(f"{where}, line {line}: {error.problem}", **details, line=line) from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # or a number such as 1:99:99
         problem = printable(getattr(error, "problem", None) or " ".join(str(error).split()))[:200]

@@ -368,7 +368,8 @@ class _DemandFits:
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         if not usable:
             return self._without_estimates(fits)
-        low, high, runs = (np.concatenate([ends[j][k] for j in usable]) for k in range(3))
+        low, high = (np.concatenate([ends[j][k] for j in usable]) for k in range(2))
+        runs = np.concatenate([ends[j][2] for j in usable])
         place = np.repeat(np.arange(len(usable)), [ends[j][0].size for j in usable])
         with np.errstate(divide="ignore"):
             logs = np.log(low), np.log(high)

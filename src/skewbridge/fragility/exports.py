@@ -229,10 +229,13 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
     The rows are those of the variant by state, fitted or not.
     """
     ordered = curves.sort_values("threshold", kind="stable")
-    states = ordered.groupby("damage_scale")["limit_state"].unique()
+    states = {
+        str(scale): [str(state) for state in rows["limit_state"].unique()]
+        for scale, rows in ordered.groupby("damage_scale")
+    }
     for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
         rows = part.set_index("limit_state", drop=False)
-        yield str(variant), str(scale), list(map(str, states[scale])), rows
+        yield str(variant), str(scale), states[str(scale)], rows
 
 
 def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> pd.DataFrame:

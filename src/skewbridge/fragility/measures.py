@@ -184,7 +184,8 @@ def measure_table(
         usable = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
         best = None
         if len(usable):
-            best = np.log(usable["efficiency"]).groupby(usable["im"]).mean().idxmin()
+            logs = pd.Series(np.log(usable["efficiency"].to_numpy(dtype=np.float64)))
+            best = logs.groupby(usable["im"].to_numpy()).mean().idxmin()
         tables.append(table.assign(recommended=(table["im"] == best)))
     if not tables:
         return pd.DataFrame(columns=list(MEASURE_COLUMNS))

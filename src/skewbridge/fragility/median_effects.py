@@ -89,7 +89,7 @@ def _group_rows(
                 counts = pd.DataFrame([each for _, each in found.values()])
                 rows.append(
                     {**place, "scope": "pooled", **effect_row(pooled, settings)}
-                    | counts.filter(regex="^n_").sum().to_dict()
+                    | {str(name): n for name, n in counts.filter(regex="^n_").sum().items()}
                     | {
                         "from_mean": float(np.exp(np.log(counts["from_mean"]).mean())),
                         "im_low": counts["im_low"].min(),
@@ -157,7 +157,7 @@ class _Model:
         values = np.where(np.isfinite(values), values, values[0])
         ends = np.exp([first[j, 0], other[j, 0]]).tolist()
         start, end = (self._ended[v] for v in pair)
-        columns = {
+        columns: dict[str, float] = {
             "from_mean": ends[0],
             "im_low": min(ends),
             "im_high": max(ends),

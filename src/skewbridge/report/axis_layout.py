@@ -1,7 +1,7 @@
 """Style of the figures: panels, colours and dashes by variant, ticks, units, samples of runs."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ type Units = Literal["si", "us"]
 
 
 @contextmanager
-def shown_in(units: Units) -> Iterator[None]:
+def shown_in(units: Units) -> Generator[None]:
     """Show all numbers of figures and page in these units; tables stay in SI."""
     token = _UNITS.set(units)
     try:

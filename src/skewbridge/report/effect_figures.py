@@ -73,8 +73,9 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis, *, with_lege
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     handles: list[Line2D] = []
     changes = list(rows.groupby(["from_value", "to_value"], sort=False))
-    for i, ((start, end), own) in enumerate(changes):
-        label = f"{value_text(changed, start)} to {value_text(changed, end)}"
+    for i, (_, own) in enumerate(changes):
+        ends = (float(own[name].iloc[0]) for name in ("from_value", "to_value"))
+        label = " to ".join(value_text(changed, value) for value in ends)
         line, colour = own.sort_values("im"), VARIANT_COLOURS[i % len(VARIANT_COLOURS)]
         if len(changes) - i <= MAX_BANDS:  # the largest changes
             axes.fill_between(
@@ -93,7 +94,7 @@ def _records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
     return table.to_dict("records")
 
 
-_COLOURS: Final = dict(zip(("choice", "axis"), VARIANT_COLOURS[:2], strict=True))
+_COLOURS: Final[dict[str, str]] = {"choice": VARIANT_COLOURS[0], "axis": VARIANT_COLOURS[1]}
 _KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"}
 _BAR_IN: Final = 0.21  # height of a bar in the figure, with the space between two
 _HEAD_IN: Final = 0.95  # title and axis of a panel

@@ -236,7 +236,9 @@ def _median_finding(ratios: pd.DataFrame, words: str) -> str:
     certain = ratios[ratios["verdict_family"].isin((LOWER, HIGHER))]
     if certain.empty:
         return f"No change of these medians by over {margin_text(ratios.iloc[0])} is certain."
-    row = records_of(certain)[int(np.abs(np.log(certain["ratio"])).to_numpy().argmax())]
+    row = records_of(certain)[
+        int(np.abs(np.log(certain["ratio"].to_numpy(dtype=np.float64))).argmax())
+    ]
     change = change_name(row["axis"], row["from_value"], row["to_value"])
     verb = "lowers" if row["ratio"] < 1.0 else "raises"
     size = change_text(row).lstrip("+-")

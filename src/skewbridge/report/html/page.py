@@ -392,8 +392,10 @@ def _explorer(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
     """Return data and plotting library of the explorer; empty without a curve."""
     if not (frames["curves"]["status"] == FITTED).any():
         return {}
-    names = ("demands", "curves", "effects", "medians")
-    return {"data": explorer_data(*(frames[name] for name in names), units), "library": library()}
+    data = explorer_data(
+        frames["demands"], frames["curves"], frames["effects"], frames["medians"], units
+    )
+    return {"data": data, "library": library()}
 
 
 def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
@@ -428,7 +430,7 @@ def _unbroken(text: str) -> str:
 # The files have 300 dots per inch for print, a screen shows half of them.
 # Lossless WebP with few shades is smaller than lossy WebP of quality 40, and its texts are sharp.
 # As SVG the figures of two bridges take 10 MB; files for papers lie in the folder of the figures.
-_PACKING: Final = {"format": "webp", "lossless": True, "quality": 60, "method": 2}
+_PACKING: Final[dict[str, Any]] = {"format": "webp", "lossless": True, "quality": 60, "method": 2}
 _STEP: Final = 255 / 11  # between two of the twelve shades of each primary colour
 _SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
 
