@@ -83,7 +83,7 @@ def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
 
 
 def test_a_row_says_what_speaks_against_it(pair, tmp_path):
-    """Three iterations are too few for most steps; the sound run has hardly any such step."""
+    """Two iterations are too few for most steps; the sound run has hardly any such step."""
     cut = ["--duration-s", "3", "--no-figures", "--json"]
     done = run(pair, tmp_path / "sound", *cut)
     sound = json.loads(done.stdout)
@@ -92,7 +92,7 @@ def test_a_row_says_what_speaks_against_it(pair, tmp_path):
     assert sound["contact_energy_ratio"] > -1e-3
     assert 0.0 < sound["contact_force_ratio"] < 0.5
 
-    changes = ["--set", "max_iterations=3", "--set", "tolerance_j=1.0e-14"]
+    changes = ["--set", "max_iterations=2", "--set", "tolerance_j=1.0e-14"]
     changes += ["--set", "reuse_tangent=false"]
     done = run(pair, tmp_path / "poor", *changes, *cut)
     poor = json.loads(done.stdout)
