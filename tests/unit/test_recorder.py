@@ -54,6 +54,13 @@ def test_records_have_the_values_of_every_step_to_the_bit() -> None:
         assert np.abs(moves).max() > 1e-3
 
 
+def test_a_response_that_an_element_does_not_have_is_refused() -> None:
+    with domain():
+        recorder, _ = record_an_oscillator(1)
+        with pytest.raises(ValueError, match=r"element 1 has no response \('rayleighForce',\)"):
+            recorder.elements("damping", (1,), "rayleighForce")
+
+
 def test_an_incomplete_record_names_the_disk() -> None:
     with domain():
         recorder, _ = record_an_oscillator(5)

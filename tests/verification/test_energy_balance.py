@@ -25,13 +25,15 @@ def variant(bridge: str = "osb1", abutment: str = "contact_friction") -> Variant
     return Variant(bridge=bridge, abutment=abutment, skew_deg=30, gap_mm=25, friction_pct=50)
 
 
-def run(abutment: str = "contact_friction", **settings) -> AnalysisResult:
+def run(
+    abutment: str = "contact_friction", options: ModelOptions | None = None, **settings
+) -> AnalysisResult:
     """Two contacts of each corner and a yielding column within 3 s."""
     return analyse(
         variant(abutment=abutment).normalised(),
         Excitation(motion=strong_motion(duration_s=3.0)),
         AnalysisSettings(**settings),
-        ModelOptions(),
+        options or ModelOptions(),
     )
 
 
@@ -46,6 +48,12 @@ def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(
     assert abs(result.demands["energy_residual_ratio"]) < limit
     assert result.demands["numerical_dissipation_ratio"] == 0.0
     assert all(terms[name] > 0.0 for name in ("input", "damping", "columns"))
+
+
+def test_elastic_columns_have_a_balance_too() -> None:
+    terms = run(options=ModelOptions(elastic_columns=True)).energy_kj
+    assert abs(terms["residual"]) < 4e-4 * terms["largest_input"]
+    assert terms["damping"] > 0.0
 
 
 @pytest.mark.parametrize(

@@ -228,9 +228,16 @@ class Recorder:
             ops.recorder("Node", *file, "-node", *tags, "-dof", *components, response)
 
     def elements(self, name: str, elements: Iterable[int], *response: str) -> None:
-        """Record a response of some elements, one after the other."""
+        """Record a response of some elements, one after the other.
+
+        Raises:
+            ValueError: An element does not have the response; OpenSees would record nothing.
+        """
         tags = tuple(elements)
-        self._widths[name] = sum(len(ops.eleResponse(tag, *response)) for tag in tags)
+        widths = [len(ops.eleResponse(tag, *response)) for tag in tags]
+        if not all(widths):
+            raise ValueError(f"element {tags[widths.index(0)]} has no response {response}")
+        self._widths[name] = sum(widths)
         if tags:
             file = ("-binary", str(self.path(name)), "-time")
             ops.recorder("Element", *file, "-ele", *tags, *response)

@@ -9,12 +9,11 @@ from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.column import (
     COLUMN_ITERATIONS,
-    build_elastic_column,
     build_integration,
     column_handle,
     shear_modulus_pa,
 )
-from skewbridge.bridge.deck import Deck, add_moment, add_weight, bent_positions_m
+from skewbridge.bridge.deck import Deck, add_moment, add_weight
 from skewbridge.bridge.gravity import column_weight_n, deck_reaction_n
 from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
 from skewbridge.errors import InputError
@@ -44,10 +43,8 @@ def build_bents(
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
-    for number, (bent, x) in enumerate(zip(bridge.bents, bent_positions_m(bridge), strict=True)):
-        integration, hinges = 0, tuple[int, ...]()
-        if not options.elastic_columns:
-            integration, hinges = build_integration(bridge, number, options, tags)
+    for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
+        integration, hinges = build_integration(bridge, number, options, tags)
         joints = _build_cap(bridge, number, spine, x, level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints)
@@ -56,12 +53,9 @@ def build_bents(
             ops.node(base, x, y, -bent.clear_height_m)
             nodes = base, joint
             foundations.extend(_support(bridge, base, options, tags))
-            if options.elastic_columns:
-                element = build_elastic_column(bridge.column, nodes, upright, tags)
-            else:
-                element = tags.element()
-                numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
-                ops.element("forceBeamColumn", element, *nodes, *numerics)
+            element = tags.element()
+            numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
+            ops.element("forceBeamColumn", element, *nodes, *numerics)
             columns.append(
                 column_handle(
                     bridge,

@@ -183,6 +183,7 @@ def build_shear_section(fiber: int, loss: ShearLoss, tributary_m: float, tags: T
     return section
 
 
+ELASTIC_POINTS = 3  # exact for an elastic column
 LOBATTO_POINTS = 5  # source: usual choice for force-based columns; the paper gives no number
 # Iterations and tolerance (work, J) of the equilibrium of a column between its sections; a
 # thousandth of the tolerance changes no demand by 1e-8.
@@ -254,16 +255,11 @@ def build_elastic_section(column: ColumnData, tags: TagAllocator) -> int:
     """Create the cracked elastic section of a column and return its tag."""
     section = tags.section()
     modulus, area = column.elastic_modulus_gpa * GPA, column.gross_area_m2
-    inertia, polar = _cracked_inertias_m4(column)
+    gross = gross_inertia_m4(column)
+    inertia, polar = column.cracked_stiffness_ratio * gross, column.torsion_ratio * 2 * gross
     shear = shear_modulus_pa(modulus)
     ops.section("Elastic", section, modulus, area, inertia, inertia, shear, polar)
     return section
-
-
-def _cracked_inertias_m4(column: ColumnData) -> tuple[float, float]:
-    """Return the cracked second moment of area and torsion constant."""
-    gross = gross_inertia_m4(column)
-    return column.cracked_stiffness_ratio * gross, column.torsion_ratio * 2 * gross
 
 
 def build_integration(
@@ -276,12 +272,16 @@ def build_integration(
     section carries the loss of shear strength.
 
     Returns:
-        Tag, and the integration points where plastic curvature is read.
+        Tag, and the integration points where plastic curvature is read; none if elastic.
 
     Raises:
         InputError: Distributed plasticity with a loss of shear strength, which needs a hinge.
     """
     column, is_pinned = bridge.column, bridge.base == "pinned"
+    if options.elastic_columns:
+        section, integration = build_elastic_section(column, tags), tags.integration()
+        ops.beamIntegration("Lobatto", integration, section, ELASTIC_POINTS)
+        return integration, ()
     fiber = build_fiber_section(column, options, tags)
     integration = tags.integration()
     if options.column_integration == "lobatto5":
@@ -337,18 +337,6 @@ def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float],
     two = np.sort(roots)
     shares = np.linalg.solve([[1.0, 1.0], two.tolist()], moments[:2])
     return two.tolist(), shares.tolist()
-
-
-def build_elastic_column(
-    column: ColumnData, nodes: tuple[int, int], transformation: int, tags: TagAllocator
-) -> int:
-    """Create a cracked elastic column and return its tag."""
-    element = tags.element()
-    modulus = column.elastic_modulus_gpa * GPA
-    inertia, polar = _cracked_inertias_m4(column)
-    section = (column.gross_area_m2, modulus, shear_modulus_pa(modulus), polar, inertia, inertia)
-    ops.element("elasticBeamColumn", element, *nodes, *section, transformation)
-    return element
 
 
 def column_handle(

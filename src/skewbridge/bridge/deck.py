@@ -146,20 +146,11 @@ class Deck:
     masses_kg: dict[int, float] = field(default_factory=lambda: defaultdict(float))
 
 
-def bent_positions_m(bridge: BridgeData) -> list[float]:
-    """Return x of the bents, origin at the middle of the deck."""
-    x, positions = -bridge.length_m / 2, list[float]()
-    for span in bridge.spans_m[:-1]:
-        x += span
-        positions.append(x)
-    return positions
-
-
 def mass_centre_m(bridge: BridgeData) -> float:
     """Return x of the mass centre of deck, caps and the upper halves of the columns."""
     line = bridge.deck.line_load_kn_per_m * KN * bridge.length_m
     total, moment = line + 2 * bridge.deck.diaphragm_weight_kn * KN, 0.0
-    for x, bent in zip(bent_positions_m(bridge), bridge.bents, strict=True):
+    for x, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True):
         weight = bent.cap_weight_kn * KN + bent.columns * column_weight_n(bridge, bent) / 2
         total += weight
         moment += weight * x
@@ -229,7 +220,7 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     spine = Deck(
         nodes=nodes,
         x_m=x,
-        bent_nodes=[nodes[_nearest(x, position)] for position in bent_positions_m(bridge)],
+        bent_nodes=[nodes[_nearest(x, position)] for position in bridge.bent_positions_m],
         centre_node=nodes[_nearest(x, mass_centre_m(bridge))],
         elements=elements,
     )

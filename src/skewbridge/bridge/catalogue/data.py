@@ -257,6 +257,15 @@ class BridgeData(_Part, frozen=True):
         """Total length."""
         return math.fsum(self.spans_m)
 
+    @property
+    def bent_positions_m(self) -> list[float]:
+        """Positions of the bents along x, origin at the middle of the deck."""
+        x, positions = -self.length_m / 2, list[float]()
+        for span in self.spans_m[:-1]:
+            x += span
+            positions.append(x)
+        return positions
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if len(self.bents) != len(self.spans_m) - 1:

@@ -77,13 +77,11 @@ def sketch(
     half, key = width / 2, thickness
     beyond = half + factor * key_m
     columns: list[tuple[float, float, float]] = []
-    x = -length / 2
-    for span, bent in zip(bridge.spans_m, bridge.bents, strict=False):
-        x += span
+    for x_m, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True):
         radius = round(scale * bridge.column.diameter_m / 2, 1)
         for number in range(bent.columns):
             y = (number - (bent.columns - 1) / 2) * bent.column_spacing_m
-            columns.append((*at(x, y), radius))
+            columns.append((*at(x_m, y), radius))
     middle = end(-1.0, 0.0, 0.0)
     upright = middle[0], 0.8 * half
     x, y = at(middle[0] - 0.8 * half * sin(radians(skew)), 0.8 * half * cos(radians(skew)))
