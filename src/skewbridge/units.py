@@ -4,7 +4,10 @@ Multiply by the factor on input and divide by it on output: ``gap_m = gap_mm * M
 signs are defined in docs/assumptions.md.
 """
 
-from typing import Final
+from typing import Final, Literal
+
+#: Units in which numbers are shown.
+Units = Literal["si", "us"]
 
 G_MPS2: Final = 9.80665  # source: standard gravity, CGPM 1901
 

@@ -4,7 +4,7 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from math import isfinite, isnan
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 
 import typer
 from rich.console import Console
@@ -14,14 +14,13 @@ from typer.core import TyperCommand
 
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import shortened
-from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
+from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
 
 LONGEST_LIST: Final = 3  # values in one cell of a table
 FILE_WIDTH: Final = 400  # characters of a line in a file or a pipe, so that nothing is cut off
 ROUNDING: Final = 1e-12  # a number smaller than this share of its column is the noise of zero
 NO_VALUE: Final = "-"  # printed for NaN; the reason follows below the table
 
-Units = Literal["si", "us"]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 UnitsOption = Annotated[
     Units,

@@ -7,7 +7,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from itertools import product
 from textwrap import fill
-from typing import Any, Final, Literal, Self
+from typing import Any, Final, Self
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from skewbridge.demands.columns import label_of, unit_of
 from skewbridge.fragility.settings import DEFAULTS
-from skewbridge.units import FOOT, INCH, KIP, KN, MM, MN
+from skewbridge.units import FOOT, INCH, KIP, KN, MM, MN, Units
 from skewbridge.variant.axes import Axis, axes_of
 
 #: Colours of variants, runs and motions in the order of their values, on the page too. They differ
@@ -59,7 +59,6 @@ _US_DIGITS: Final = 3  # of a value of the grid that is not a round number in US
 _UNITS: ContextVar[str] = ContextVar("units", default="si")
 
 type Values = tuple[float, ...]
-type Units = Literal["si", "us"]
 
 
 @contextmanager

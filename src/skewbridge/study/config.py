@@ -17,6 +17,7 @@ from skewbridge.files.text import read_mapping, shortened
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.folder import DEFAULT_ROOT, default_root
+from skewbridge.units import Units
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
@@ -83,7 +84,7 @@ class ModellingChoicesConfig:
 class FigureSettings:
     """Units of figures and page, width and font of the figures."""
 
-    units: Literal["si", "us"] = Field(
+    units: Units = Field(
         default="si",
         description="units of figures and page: si, or us for kip, in and ft; tables stay in SI",
     )
