@@ -113,8 +113,6 @@ mutants: setup
 # The site is in docs/_build/html; a warning is an error.
 docs: setup
 	$(BIN)/python docs/reference_pages.py
-	$(BIN)/python docs/commands_page.py
-	$(BIN)/python workflow/licences.py requirements.lock > docs/licences.md
 	$(BIN)/snakemake --rulegraph -- report | $(BIN)/python docs/rule_graph.py docs/images/rules.svg
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs . docs/_build/html
 

@@ -4,13 +4,19 @@ The source folder of Sphinx is the root of the repository, so that README, CONTR
 of configuration keys are pages of the site, and links work on the site and in a code browser.
 """
 
+from collections.abc import Iterator
 from importlib.metadata import version as version_of
+from pathlib import Path
 
+import typer
 from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
+from skewbridge.cli import build_app
 from skewbridge.study.processes import hush_exit_message
 
 hush_exit_message()
@@ -57,9 +63,31 @@ html_copy_source = False
 html_math_renderer = "mathml"
 
 
+COMMANDS_HEAD = """\
+# Commands
+
+Results go to stdout, with `--json` as one JSON object; messages go to stderr. Exit codes: 0
+success, 1 an analysis or a check failed, 2 bad input.
+"""
+
+
 def setup(app: Sphinx) -> None:
-    """Write equations as MathML, so that the site is complete without a network."""
+    """Write equations as MathML, so that the site needs no network, and the page of commands."""
     app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
+    page = Path(__file__).parent / "reference" / "commands.md"
+    page.write_text(COMMANDS_HEAD + "".join(_help(get_command(build_app()))), encoding="utf-8")
+
+
+def _help(command: TyperGroup | TyperCommand, parent: typer.Context | None = None) -> Iterator[str]:
+    """Yield the help of every command, by the groups of the command line."""
+    for given in command.commands if isinstance(command, TyperGroup) else ():
+        context = typer.Context(command, parent=parent, info_name=command.name or "skewbridge")
+        name, inner, _ = command.resolve_command(context, [given])
+        own = typer.Context(inner, parent=context, info_name=name)
+        if isinstance(inner, TyperGroup):
+            yield from _help(inner, context)
+        else:
+            yield f"\n## {own.command_path}\n\n```text\n{inner.get_help(own)}\n```\n"
 
 
 def _inline(translator: HTML5Translator, node: nodes.math) -> None:
