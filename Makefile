@@ -30,7 +30,7 @@ help:
 	@echo "make test-cluster run the smoke study through Slurm on this host   (root, slurm-wlm, munge)"
 	@echo "make test-exports read exported curves with pelicun and OpenQuake"
 	@echo "make smoke        run two variants x three motions with the full report"
-	@echo "make demo-data    store the smoke study again for skewbridge demo"
+	@echo "make demo-data    run config/demo.yaml and store it for skewbridge demo"
 	@echo "make verify       compare the paper's studies with references, run the stress cases and slow tests"
 	@echo "make verify-accuracy  effects at the default against the reference accuracy: 1 to 2 hours, can be resumed"
 	@echo "                  (WHOLE=1 for whole motions: 4 to 6 hours)"
@@ -62,9 +62,10 @@ headline: setup
 smoke: setup
 	@bash workflow/study.sh $(BIN) $(CORES) config/smoke.yaml
 
-# Tables and pictures of the smoke study, which `skewbridge demo` shows.
-demo-data: smoke
-	$(BIN)/python workflow/demo_data.py results/smoke
+# Tables and pictures that `skewbridge demo` shows.
+demo-data: setup
+	@bash workflow/study.sh $(BIN) $(CORES) config/demo.yaml
+	$(BIN)/python workflow/demo_data.py results/demo
 
 lint: setup
 	$(BIN)/ruff check .

@@ -43,6 +43,7 @@ go to `results/NAME` for `config/NAME.yaml`.
 | file | study |
 |---|---|
 | `smoke.yaml` | small study of the tests |
+| `demo.yaml` | what `skewbridge demo` shows |
 | `real.yaml` | recorded motions |
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; capacity of each motion |

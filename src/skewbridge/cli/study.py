@@ -65,7 +65,7 @@ def init(
 def demo(*, out: OutOption = Path("demo"), as_json: JsonOption = False) -> None:
     """Write the report of a small stored study to a folder, in seconds.
 
-    It is the study of config/smoke.yaml: two variants of one bridge under three motions.
+    It is the study of config/demo.yaml: eight variants of one bridge under 16 motions.
 
     Example: skewbridge demo --out demo
     """
@@ -78,7 +78,7 @@ def demo(*, out: OutOption = Path("demo"), as_json: JsonOption = False) -> None:
     page = writable_folder(out).resolve() / "report.html"
     try:
         with chdir(starter_files()):  # the configuration names its limit states relative to it
-            config = load_config(Path("config/smoke.yaml"), base=DEFAULT_CONFIG)
+            config = load_config(Path("config/demo.yaml"), base=DEFAULT_CONFIG)
             write_report(
                 tables=stored.report_inputs,
                 figures=stored.figures,

@@ -198,6 +198,8 @@ def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     layout = VariantLayout.of(tables.curves)
     for component, rows in shown.groupby("component", sort=False):
         drawn = rows[rows["preferred"]]
+        if drawn.empty:  # brackets alone are in the tables
+            continue
         by_exceedance = int((drawn["method"] != "cloud").sum())
         differ = int(drawn["methods_differ"].sum())
         words = str(component).replace("_", " ")
