@@ -7,6 +7,9 @@ CORES ?= 2
 CONFIG ?= config/config.yaml
 MOTIONS ?=
 RETRY ?=
+# true or false: draw random properties or not, whatever the configuration says
+UNCERTAINTY ?=
+export UNCERTAINTY
 RESULTS ?= results
 PROFILE ?=
 PYTHON_VERSION := $(shell cat .python-version)
@@ -21,6 +24,7 @@ export OMP_NUM_THREADS ?= 1
 help:
 	@echo "make study        install, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
 	@echo "                  RETRY=failed repeats failed analyses, RETRY=crash those that ended their process"
+	@echo "                  UNCERTAINTY=true draws random properties of the bridge for each motion, false does not"
 	@echo "                  PROFILE=slurm runs on a Slurm cluster: docs/cluster.md"
 	@echo "make choices      compare other modelling choices with friction, gap and skew"
 	@echo "make check-predict  error of predict inside the grid: three new variants, 16 motions each"

@@ -6,7 +6,9 @@ bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all} retry=${6:-} profile=$
 [ -f "$config" ] || { echo "study: there is no configuration $config" >&2 && exit 1; }
 [ -z "$retry" ] || "$bin/skewbridge" study retry --status "$retry" --config "$config"
 override=()
-[ -z "$motions" ] || override=(--config "motions={folder: \"$motions\"}")
+[ -z "$motions" ] || override+=("motions={folder: \"$motions\"}")
+[ -z "${UNCERTAINTY:-}" ] || override+=("uncertainty={enabled: $UNCERTAINTY}")
+[ "${#override[@]}" = 0 ] || override=(--config "${override[@]}")
 # On a cluster the profile says how many jobs there may be at once; here it is the processors.
 how=(-j"$cores")
 [ -z "$profile" ] || how=(--workflow-profile "workflow/profiles/$profile")

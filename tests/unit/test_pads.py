@@ -75,7 +75,7 @@ def test_two_pads_are_as_stiff_as_all_of_them(motion: dict[int, float]) -> None:
 @pytest.mark.parametrize("pads", ["two", "each"])
 @pytest.mark.parametrize("factor", [0.5, 1.0])
 def test_pads_yield_together_at_their_strength_in_every_direction(pads, factor: float) -> None:
-    scaled = PADS.with_strength(factor)
+    scaled = PADS.model_copy(update={"yield_force_kn": factor * PADS.yield_force_kn})
     ux, uy = 3 * YIELD_M, -4 * YIELD_M
     forces_n = pad_reactions(ModelOptions(pads=pads), {1: ux, 2: uy}, scaled)
     fx, fy = forces_n[:2] / PADS.count / 1e3

@@ -170,8 +170,9 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
 
 
 def damping_ratio(bridge: BridgeData, options: ModelOptions) -> float:
-    """Return the damping ratio of the options, or else that of the bridge file."""
-    return bridge.damping.ratio if options.damping_ratio is None else options.damping_ratio
+    """Return the damping ratio of the options or else of the bridge file, times its factor."""
+    ratio = bridge.damping.ratio if options.damping_ratio is None else options.damping_ratio
+    return ratio * options.damping_factor
 
 
 def rayleigh_factors(bridge: BridgeData, ratio: float) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
 from skewbridge.bridge.gravity import column_axial_n
 from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
 from skewbridge.bridge.hinge import bent_capacity, hinge_length_m, shear_span_m
-from skewbridge.bridge.materials import STEELS, Concrete, core_concrete, cover_concrete
+from skewbridge.bridge.materials import Concrete, core_concrete, cover_concrete, steel_of
 from skewbridge.bridge.moment_curvature import MomentCurvature, section_response
 from skewbridge.bridge.shear_capacity import ShearSection, hoop_strength_n, sdc_shear_strength
 from skewbridge.errors import InputError
@@ -50,7 +50,7 @@ def bar_material(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> in
     With ``has_end``, a bar breaks at the reduced ultimate tensile strain and buckles at the strain
     that breaks the hoops; a broken or buckled bar carries no force.
     """
-    steel = STEELS[column.steel]
+    steel = steel_of(column)
     material = tags.material()
     backbone = (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio)
     # source: transition parameters recommended in the OpenSees manual for Steel02
@@ -386,7 +386,7 @@ def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> 
         hoop_spacing_m=column.hoop_spacing_mm * MM,
         hoop_yield_pa=column.hoop_yield_mpa * MPA,
         concrete_strength_pa=column.concrete_strength_mpa * MPA,
-        expected_hoop_yield_pa=STEELS[column.steel].yield_pa,
+        expected_hoop_yield_pa=steel_of(column).yield_pa,
         expected_concrete_strength_pa=column.expected_concrete_strength_mpa * MPA,
         longitudinal_ratio=column.bar_count * column.bar_area_mm2 * MM**2 / gross,
         shear_span_m=span_m,

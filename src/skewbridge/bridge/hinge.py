@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.gravity import column_axial_n
-from skewbridge.bridge.materials import STEELS
+from skewbridge.bridge.materials import steel_of
 from skewbridge.bridge.moment_curvature import section_response
 from skewbridge.units import MM, MPA
 from skewbridge.variant.options import HingeRule
@@ -58,7 +58,7 @@ def hinge_length_m(bridge: BridgeData, bent_number: int, rule: HingeRule = "sdc"
     column = bridge.column
     if column.hinge_length_m is not None:
         return column.hinge_length_m
-    penetration_m = 0.022 * STEELS[column.steel].yield_pa / MPA * column.bar_diameter_mm * MM
+    penetration_m = 0.022 * steel_of(column).yield_pa / MPA * column.bar_diameter_mm * MM
     by_rule = 0.08 * shear_span_m(bridge, bent_number) + penetration_m
     return max(by_rule, 2 * penetration_m) if rule == "sdc" else by_rule
 

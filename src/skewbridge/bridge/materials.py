@@ -1,6 +1,6 @@
 """Stress-strain data of column concrete and reinforcement."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -34,6 +34,12 @@ STEELS: Final = {
     # source: PyPBEE examples, bridges A-C: A706 with mean properties
     "kaviani": Steel(yield_pa=476.7e6, modulus_pa=201.3e9),
 }
+
+
+def steel_of(column: ColumnData) -> Steel:
+    """Return the reinforcing steel of a column."""
+    steel = STEELS[column.steel]
+    return replace(steel, yield_pa=column.steel_strength_factor * steel.yield_pa)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +92,7 @@ def confinement_pressure_pa(column: ColumnData) -> float:
     bars_m2 = column.bar_count * column.bar_area_mm2 * 1e-6
     core_ratio = bars_m2 / (np.pi * circle_m**2 / 4)
     arching = max(1.0 - clear_m / (2 * circle_m), 0.0) ** 2 / (1.0 - core_ratio)
-    return 0.5 * arching * hoop_volume_ratio(column) * STEELS[column.steel].yield_pa
+    return 0.5 * arching * hoop_volume_ratio(column) * steel_of(column).yield_pa
 
 
 def hoop_volume_ratio(column: ColumnData) -> float:
@@ -108,7 +114,7 @@ def core_concrete(column: ColumnData) -> Concrete:
     gain = -1.254 + 2.254 * np.sqrt(1.0 + 7.94 * pressure) - 2.0 * pressure
     peak_pa = plain.peak_pa * float(gain)
     peak_strain = plain.peak_strain * (1.0 + 5.0 * (peak_pa / plain.peak_pa - 1.0))
-    hoop_energy = hoop_volume_ratio(column) * STEELS[column.steel].yield_pa
+    hoop_energy = hoop_volume_ratio(column) * steel_of(column).yield_pa
     hoop_strain = 0.09  # source: SDC 1.7 section 3.2.3, reduced ultimate strain of #8 bars
     return Concrete(
         peak_pa=peak_pa,

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import sqrt
 
 import openseespy.opensees as ops
 
@@ -21,7 +22,7 @@ from skewbridge.bridge.deck import DeckEnd, Line, Side, build_spine, deck_end
 from skewbridge.bridge.gravity import abutment_reactions_n, hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, TagAllocator
 from skewbridge.contact import ContactSet
-from skewbridge.units import G_MPS2
+from skewbridge.units import G_MPS2, MM
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -120,8 +121,56 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
     if variant.traits.has_contacts:
         is_updated = variant.traits.has_friction
         contacts = ContactSet(tags, update=is_updated, coupling=options.coupling)
-    bridge = load_bridge(variant.bridge)
+    bridge = scaled_bridge(load_bridge(variant.bridge), options)
     return Blueprint(variant=variant, bridge=bridge, options=options, tags=tags, contacts=contacts)
+
+
+def scaled_bridge(bridge: BridgeData, options: ModelOptions) -> BridgeData:
+    """Return a bridge with the factors of the options on materials, mass, pads and keys.
+
+    Those on damping and backfill act where they enter the model.
+    """
+    column, deck, abutment = bridge.column, bridge.deck, bridge.abutment
+    concrete, steel = options.concrete_strength_factor, options.steel_strength_factor
+    mass, pads = options.deck_mass_factor, abutment.pads
+    columns = {
+        "concrete_strength_mpa": concrete * column.concrete_strength_mpa,
+        "expected_concrete_strength_mpa": concrete * column.expected_concrete_strength_mpa,
+        "elastic_modulus_gpa": sqrt(concrete) * column.elastic_modulus_gpa,
+        "steel_strength_factor": steel * column.steel_strength_factor,
+        "hoop_yield_mpa": steel * column.hoop_yield_mpa,
+    }
+    decks = {
+        "line_load_kn_per_m": mass * deck.line_load_kn_per_m,
+        "diaphragm_weight_kn": mass * deck.diaphragm_weight_kn,
+    }
+    # ASSUME a softer rubber leaves the vertical stiffness, which hardly moves demands
+    rubber = {
+        "shear_stiffness_kn_per_m": options.pad_stiffness_factor * pads.shear_stiffness_kn_per_m,
+        "yield_force_kn": options.pad_strength_factor * pads.yield_force_kn,
+    }
+    keys = {
+        name: key.model_copy(
+            update={"force_kn": tuple(options.key_strength_factor * f for f in key.force_kn)}
+        )
+        for name, key in (
+            ("sacrificial_key", abutment.sacrificial_key),
+            ("monolithic_key", abutment.monolithic_key),
+        )
+    }
+    bents = [
+        bent.model_copy(update={"cap_weight_kn": mass * bent.cap_weight_kn})
+        for bent in bridge.bents
+    ]
+    joint = {"pads": pads.model_copy(update=rubber), **keys}
+    return bridge.model_copy(
+        update={
+            "column": column.model_copy(update=columns),
+            "deck": deck.model_copy(update=decks),
+            "bents": tuple(bents),
+            "abutment": abutment.model_copy(update=joint),
+        }
+    )
 
 
 def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
@@ -131,7 +180,7 @@ def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
         side, bridge.length_m, plan.variant.skew_deg, deck.width_m, deck.diaphragm_thickness_m
     )
     arms = build_arms(end, deck_node, _stations(end, plan), plan.options, plan.tags)
-    pads = bridge.abutment.pads.with_strength(plan.options.pad_strength_factor)
+    pads = bridge.abutment.pads
     has_pads = plan.variant.traits.has_pads
     if has_pads:
         bearings = build_pads(end, arms, pads, plan.options, plan.tags)
@@ -146,7 +195,10 @@ def build_supports(side: Side, deck_node: int, plan: Blueprint) -> SideContext:
         data=bridge.abutment,
         options=plan.options,
         tags=plan.tags,
-        gap_m=plan.variant.normal_gap_m(plan.options.gap_measured),
+        gap_m=max(
+            plan.variant.normal_gap_m(plan.options.gap_measured) + plan.options.gap_offset_mm * MM,
+            0.0,
+        ),
         friction=plan.variant.friction,
         contacts=plan.contacts,
     )

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from skewbridge.bridge.catalogue.data import ColumnData
-from skewbridge.bridge.materials import STEELS, FloatArray, core_concrete, cover_concrete
+from skewbridge.bridge.materials import FloatArray, core_concrete, cover_concrete, steel_of
 
 STRIPS = 160  # across the diameter: moments change by less than 0.1 % when halved
 STRAIN_TOLERANCE = 1e-10
@@ -97,7 +97,7 @@ class _Section:
 
     def __init__(self, column: ColumnData) -> None:
         self._core, self._cover = core_concrete(column), cover_concrete(column)
-        self._steel = STEELS[column.steel]
+        self._steel = steel_of(column)
         self._radius_m, self._core_radius_m = column.diameter_m / 2, column.hoop_circle_m / 2
         edges = np.linspace(-self._radius_m, self._radius_m, STRIPS + 1)
         self._height_m = (edges[1:] + edges[:-1]) / 2

@@ -211,5 +211,7 @@ def predict(
     ]
     messages.print("left out: error of theta when a variant is left out of the model")
     reason = "not enough variants with this state to estimate it"
+    if (drawn := rows[0]["random_properties"]) != "none":
+        messages.print(f"each motion of the study has its own draw of: {drawn}")
     title = f"theta in {rows[0]['im']}"
     emit({"rows": rows}, printed, as_json=as_json, title=title, missing=reason)

@@ -7,7 +7,9 @@ from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, Role
 from skewbridge.demands.suspect import SEPARATOR, SUSPECT
 from skewbridge.statuses import STATUSES
+from skewbridge.units import split_unit
 from skewbridge.variant.axes import AXES, Axis, axes_of
+from skewbridge.variant.random_properties import DRAW_PREFIX
 from skewbridge.variant.variant import Variant
 
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
@@ -93,14 +95,22 @@ _BY_NAME: Final = {column.name: column for column in COLUMNS}
 
 
 def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of the table of a study, including modelling options that are axes.
+    """Return the columns of the table of a study, including further axes and random properties.
 
     Args:
         present: Columns of a row; modelling options among them are axes.
     """
-    extra = tuple(axis_column(axis) for axis in axes_of(present) if axis.name not in _BY_NAME)
+    names = list(present)
+    extra = tuple(axis_column(axis) for axis in axes_of(names) if axis.name not in _BY_NAME)
     after = 1 + next(i for i, column in enumerate(COLUMNS) if column.name == AXES[-1].name)
-    return (*COLUMNS[:after], *extra, *COLUMNS[after:])
+    draws = [_draw_column(name) for name in names if name.startswith(DRAW_PREFIX)]
+    return (*COLUMNS[:after], *extra, *COLUMNS[after:-1], *draws, COLUMNS[-1])
+
+
+def _draw_column(name: str) -> Column:
+    what = name.removeprefix(DRAW_PREFIX)
+    unit = split_unit(what)[1]
+    return Column(name, unit=unit, description=f"random property of the motion: {what}")
 
 
 def key_values(

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.files.tables import read_frame, records_of
+from skewbridge.files.tables import frame_of, read_table, records_of, texts_of
 from skewbridge.fragility.columns import FloatArray
 from skewbridge.fragility.demand_table import (
     axis_names,
@@ -50,6 +50,7 @@ from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, state
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, axis
+from skewbridge.variant.random_properties import RANDOM_PROPERTIES
 
 TOO_FEW_MOTIONS: Final = "too_few_motions"
 NO_AXIS: Final = "no_axis_varies"
@@ -513,7 +514,7 @@ def predict_states(
     Returns:
         Rows of component, state, theta, ci_theta, beta (record-to-record), beta_total (including
         the capacity), p and p_records (probability of exceedance with beta_total and with beta),
-        loo_error and im.
+        loo_error, im and random_properties (those drawn for each motion, or none).
 
     Raises:
         InputError: The table, bridge, abutment model or state does not exist, or the point is
@@ -528,7 +529,9 @@ def predict_states(
         )
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
-    table = _chosen(read_frame(path), "bridge", bridge)
+    stored = read_table(path)
+    drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
+    table = _chosen(frame_of(stored), "bridge", bridge)
     model_name = None if abutment is None else abutment.replace("-", "_")
     table = _chosen(table, "abutment", model_name, usual=_USUAL_ABUTMENT)
     for column, name in (("component", component), ("limit_state", state)):
@@ -549,6 +552,7 @@ def predict_states(
         found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
         found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": [low, high]}
         found |= {"p": p, "p_records": p_records, "loo_error": row["loo_error"], "im": row["im"]}
+        found |= {RANDOM_PROPERTIES: drawn}
         rows.append(found)
     return rows
 

@@ -41,6 +41,7 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
 from skewbridge.fragility.verdicts import NEEDED_COLUMNS, needed_motions
 from skewbridge.variant.axes import AXES, axes_of
+from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
 #: Degree of damage whose median is the intensity at which effects on demands are stated.
@@ -98,7 +99,7 @@ def fragility_tables(
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
     needed = needed_motions(pd.concat([effects, medians], ignore_index=True), rows)
     ranked = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
-    return ranked | {
+    tables = ranked | {
         "curves": curves,
         "median_effects": medians,
         "effects": effects,
@@ -109,6 +110,9 @@ def fragility_tables(
         PAPER_TABLE: paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
     }
+    for table in tables.values():
+        table.attrs[RANDOM_PROPERTIES] = ", ".join(drawn_properties(map(str, demands))) or "none"
+    return tables
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
@@ -129,7 +133,8 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
 def write_described(frame: pd.DataFrame, path: Path, descriptions: Mapping[str, str]) -> None:
     """Write a table with its provenance and the descriptions of its columns, axes included."""
     axes = {axis.name: f"{axis.description}, {axis.unit}" for axis in axes_of(map(str, frame))}
-    write_frame(frame, path, provenance(), axes | dict(descriptions))
+    texts = provenance(**{RANDOM_PROPERTIES: str(frame.attrs.get(RANDOM_PROPERTIES, "none"))})
+    write_frame(frame, path, texts, axes | dict(descriptions))
 
 
 def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:

@@ -33,6 +33,7 @@ from skewbridge.report.axis_layout import shown_value, value_text
 from skewbridge.report.verdict_style import demand_name, signed
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of, axis
+from skewbridge.variant.random_properties import drawn_properties
 
 #: Columns of `answer_table`.
 ANSWER_COLUMNS: Final[dict[str, str]] = {
@@ -473,6 +474,17 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
         low, high = known["first_im"].min(), known["last_im"].max()
         parts.append(f"complete pairs of runs exist from {low:.2g} to {intensity(high)}")
     return "; ".join(parts) + "."
+
+
+def properties_sentence(demands: pd.DataFrame) -> str:
+    """Return whether properties of the bridge were drawn at random, and which."""
+    drawn = drawn_properties(map(str, demands))
+    if not drawn:
+        return "All properties of the bridges have the values of their files."
+    return (
+        "Each motion has its own random properties of the bridge, the same in every variant "
+        f"({', '.join(drawn)})."
+    )
 
 
 def _sentence(text: str) -> str:

@@ -24,6 +24,12 @@ from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axis
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.random_properties import (
+    BLOCK,
+    DIRECTION,
+    UncertaintyConfig,
+    property_name,
+)
 
 #: Full references by their key in the text.
 REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(
@@ -31,7 +37,7 @@ REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(
 )
 #: Sections that change no number of a study, or that other sentences describe in full.
 _NO_METHOD: Final = {"results", "accuracy", "grid", "figures", "batches", "checks",
-                     "max_unfinished_share", "modelling_choices"}  # fmt: skip
+                     "max_unfinished_share", "modelling_choices", "uncertainty"}  # fmt: skip
 #: Heads of the table of limit states.
 STATE_HEADS: Final = ("component", "demand", "median", "dispersion", "source")
 _CONTACT: Final = (
@@ -82,7 +88,8 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     paragraphs = {
         "Bridges": _bridges(bridges, config.analysis.model_options(config.model)),
         "Abutments": _abutments(config),
-        "Ground motions": _motions(config.motions, suite, "; ".join(filter(None, sources))),
+        "Ground motions": _motions(config, suite, "; ".join(filter(None, sources))),
+        "Random properties": _random_properties(config.uncertainty),
         "Analyses": _analyses(config),
         "Statistics": _statistics(config.fragility, config.motions),
         "Settings": _changed_settings(config),
@@ -170,7 +177,8 @@ def _abutments(config: StudyConfig) -> Iterator[str]:
     )
 
 
-def _motions(motions: MotionsConfig, suite: pd.DataFrame | None, source: str) -> Iterator[str]:
+def _motions(config: StudyConfig, suite: pd.DataFrame | None, source: str) -> Iterator[str]:
+    motions = config.motions
     count = "All" if motions.count is None else f"{motions.count}"
     cited = f" ({_cited_source(source)})" if source else ""
     low, high = motions.level_range_g
@@ -189,13 +197,32 @@ def _motions(motions: MotionsConfig, suite: pd.DataFrame | None, source: str) ->
         "Sa_avg (Eads et al. 2015)",
     }
     whole = " of the suite" if count == "All" else ""
+    angle = f"at an incidence of {_listed(motions.incidence_deg)} degrees"
+    if DIRECTION in config.uncertainty.drawn:
+        angle = "each from a random direction"
     yield (
         f"{count} two-component ground motions{whole}{cited} act on every variant, "
-        f"{scaled[motions.design]}, at an incidence of {_listed(motions.incidence_deg)} degrees."
+        f"{scaled[motions.design]}, {angle}."
     )
     if motions.shaking_s is not None:
         yield f"The strongest {motions.shaking_s:g} s of each motion are used."
     yield "Intensities are RotD50 (Boore 2010)."
+
+
+def _random_properties(uncertainty: UncertaintyConfig) -> Iterator[str]:
+    if not uncertainty.drawn:
+        yield "No property of a bridge is random: every analysis has the values of its file."
+        return
+    yield (
+        "Properties are drawn once per motion by Latin hypercubes of "
+        f"{BLOCK} motions (Nielson and DesRoches 2007), seed {uncertainty.seed}. Every variant has "
+        "the draw of the motion, so effects stay paired; the scatter of the properties is part of "
+        "that between motions. Factors multiply the values of the bridge's file, offsets are added."
+    )
+    yield from (
+        f"{property_name(name).capitalize()}: {what.as_text} ({what.source})."
+        for name, what in uncertainty.drawn.items()
+    )
 
 
 def _analyses(config: StudyConfig) -> Iterator[str]:

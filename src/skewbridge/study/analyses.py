@@ -6,7 +6,7 @@ The journal of a job is its cache: an analysis that a journal of the study has i
 import logging
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, Self
@@ -28,6 +28,7 @@ from skewbridge.study.journal import open_journal, read_content, read_journals
 from skewbridge.study.task import Task, run_key
 from skewbridge.study.worker import Row
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.random_properties import DIRECTION, with_draw
 from skewbridge.variant.variant import parse_slug
 
 logger = logging.getLogger(__name__)
@@ -55,6 +56,7 @@ class StudySetup:
         incidence_deg: Angles of incidence.
         settings: Settings of the integration.
         options: Modelling options.
+        draws: Random properties by motion; empty where they are not drawn.
         search: Target of an IDA; None where the factors are given.
     """
 
@@ -64,6 +66,7 @@ class StudySetup:
     incidence_deg: tuple[float, ...]
     settings: AnalysisSettings
     options: ModelOptions
+    draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     search: Search | None = None
 
     @classmethod
@@ -83,16 +86,19 @@ class StudySetup:
         search = Search(
             demand=motions.ida_demand, threshold=motions.ida_threshold, low_g=low_g, high_g=high_g
         )
+        measures = {
+            (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
+            for row in read_table(folder.intensities).to_pylist()
+        }
         return cls(
             folder=folder,
             suite=tuple(read_suite(folder.suite)),
-            measures={
-                (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
-                for row in read_table(folder.intensities).to_pylist()
-            },
+            measures=measures,
             incidence_deg=motions.incidence_deg,
             settings=study.analysis,
             options=study.model,
+            # in the order of the suite, whatever the design leaves out or repeats
+            draws=study.uncertainty.draws([*dict.fromkeys(name for _, name in measures)]),
             search=search if motions.design == "ida" else None,
         )
 
@@ -111,17 +117,21 @@ class StudySetup:
             raise InputError(f"{slug}: the study has the bridges {', '.join(files)}")
         variant = replace(variant, bridge=files[variant.bridge])
         options = replace(self.options, **dict(variant.options))
-        return [
-            Task(
-                variant=variant,
-                motion=self._for_bridge(variant.bridge, motion),
-                incidence_deg=angle,
-                settings=self.settings,
-                options=options,
-            )
-            for motion in self.suite
-            for angle in self.incidence_deg
-        ]
+        tasks: list[Task] = []
+        for motion in self.suite:
+            draw = self.draws.get(motion.motion.motion_id, {})
+            tasks += [
+                Task(
+                    variant=variant,
+                    motion=self._for_bridge(variant.bridge, motion),
+                    incidence_deg=(angle + draw.get(DIRECTION, 0.0)) % 360.0,
+                    settings=self.settings,
+                    options=with_draw(options, draw),
+                    draw=draw,
+                )
+                for angle in self.incidence_deg
+            ]
+        return tasks
 
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
         """Return the analysis of a row of the demands; None if the study does not have it.

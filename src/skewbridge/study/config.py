@@ -21,6 +21,7 @@ from skewbridge.units import Units
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.random_properties import UncertaintyConfig
 from skewbridge.variant.variant import Variant, parse_slug
 
 #: The bridge whose conditioning period sets the factors of every study: they belong to a motion
@@ -124,6 +125,7 @@ class StudyConfig(BaseModel):
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelOptions = Field(default_factory=ModelOptions)
+    uncertainty: UncertaintyConfig = Field(default_factory=UncertaintyConfig)
     analysis: AnalysisSettings = Field(default_factory=AnalysisSettings)
     suspect: SuspectLimits = Field(default_factory=SuspectLimits)
     fragility: FitSettings = Field(default_factory=FitSettings)

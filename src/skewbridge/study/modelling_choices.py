@@ -55,9 +55,11 @@ class Choice:
     when_null: Callable[["Task"], Value] | None = None
 
     def configured_in(self, task: "Task") -> Value:
-        """Return the value of the option in an analysis."""
+        """Return the value of the option in an analysis, without the draw of the motion."""
         part = task.settings if self.section == "analysis" else _effective_options(task)
-        value: Value | None = getattr(part, self.key)
+        value: Any = getattr(part, self.key)
+        if self.key in task.draw:
+            return round(value / task.draw[self.key], 9)
         if value is not None:
             return value
         if self.when_null is None:
@@ -65,8 +67,10 @@ class Choice:
         return self.when_null(task)
 
     def set_in(self, task: "Task", value: Value) -> "Task":
-        """Return an analysis with another value of the option."""
+        """Return an analysis with another value of the option, times the draw of the motion."""
         part = _PARTS[self.section]
+        if self.key in task.draw and isinstance(value, float):
+            value *= task.draw[self.key]
         return replace(task, **{part: replace(getattr(task, part), **{self.key: value})})
 
     def alternatives(self, task: "Task") -> list[Value]:

@@ -71,20 +71,20 @@ RECIPES: Final[Mapping[str, Recipe]] = {
     "verification": Recipe(sources=_VERIFICATION, inputs=("opensees",)),
     "analyse": Recipe(
         sources=_ANALYSES,
-        sections=("motions", "model", "analysis", "suspect"),
+        sections=("motions", "model", "uncertainty", "analysis", "suspect"),
         after=("prepare_motions",),
         inputs=("bridges", "opensees"),
     ),
     "collect_demands": Recipe(sources=_TABLES, after=("analyse",), inputs=("variants",)),
     "sensitivity": Recipe(
         sources=(*_ANALYSES, "study/sensitivity.py"),
-        sections=("motions", "model", "analysis", "sensitivity"),
+        sections=("motions", "model", "uncertainty", "analysis", "sensitivity"),
         after=("prepare_motions",),
         inputs=("bridges", "opensees", "variants"),
     ),
     "modelling_choices": Recipe(
         sources=(*_ANALYSES, "study/modelling_choices.py"),
-        sections=("grid", "motions", "model", "analysis", "modelling_choices"),
+        sections=("grid", "motions", "model", "uncertainty", "analysis", "modelling_choices"),
         after=("prepare_motions",),
         inputs=("bridges", "opensees"),
     ),

@@ -5,7 +5,8 @@ that an edit runs all analyses again. Scheduling, journals and configuration are
 """
 
 import logging
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,8 @@ class Task:
         motion: The ground motion with its factor and its intensity measures at that factor.
         incidence_deg: Angle from bridge x to component 1.
         settings: Settings of the integration.
-        options: Modelling options.
+        options: Modelling options, with the random properties of the motion.
+        draw: These random properties by name, for the row of the analysis.
     """
 
     variant: Variant
@@ -43,6 +45,7 @@ class Task:
     incidence_deg: float
     settings: AnalysisSettings
     options: ModelOptions
+    draw: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def analysed_s(self) -> float:

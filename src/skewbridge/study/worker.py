@@ -22,6 +22,7 @@ from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
 from skewbridge.study.journal import Row
 from skewbridge.study.processes import end_with_parent, hush_exit_message
 from skewbridge.study.task import Task, analyse_task, no_result
+from skewbridge.variant.random_properties import DRAW_PREFIX
 
 #: Makes the rows of a task with a key; the folder is for messages of the solver.
 type Work = Callable[[Task, str, Path], list[Row]]
@@ -109,6 +110,7 @@ def identity_of(task: Task, key: str) -> Row:
     motion = task.motion
     return {
         **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
+        **{f"{DRAW_PREFIX}{name}": value for name, value in task.draw.items()},
         **{column.name: motion.measures[column.name] for column in INTENSITY_COLUMNS},
         "run_key": key,
     }

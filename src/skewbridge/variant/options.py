@@ -161,6 +161,35 @@ class ModelOptions:
         default=1.0,
         description="factor on the yield force of pads",
     )
+    pad_stiffness_factor: _Factor = Field(
+        default=1.0, description="factor on the shear stiffness of pads"
+    )
+    concrete_strength_factor: _Factor = Field(
+        default=1.0,
+        description="factor on the strength of column concrete; its modulus follows the root",
+    )
+    steel_strength_factor: _Factor = Field(
+        default=1.0, description="factor on the yield strength of bars and hoops"
+    )
+    damping_factor: _Factor = Field(default=1.0, description="factor on the damping ratio")
+    deck_mass_factor: _Factor = Field(
+        default=1.0, description="factor on mass and weight of deck, diaphragms and caps"
+    )
+    backfill_strength_factor: _Factor = Field(
+        default=1.0, description="factor on the strength of backfill and wing walls"
+    )
+    backfill_stiffness_factor: _Factor = Field(
+        default=1.0, description="factor on the stiffness of backfill and wing walls"
+    )
+    key_strength_factor: _Factor = Field(
+        default=1.0, description="factor on the forces of shear keys"
+    )
+    gap_offset_mm: Number = Field(
+        default=0.0,
+        ge=-1.0e3,
+        le=1.0e3,
+        description="opening of the joints at rest minus that of the variant; none opens below 0",
+    )
     # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
     fiber_end: Literal["loss", "none"] = Field(
         default="loss",

@@ -54,10 +54,11 @@ class Passive:
         closures = np.tan(steps) ** 2 / ratio * yield_m
         return closures, self.force_n(closures)
 
-    def scaled(self, factor: float) -> "Passive":
-        """Return the curve with strength and stiffness times a factor."""
+    def scaled(self, factor: float, stiffness_factor: float | None = None) -> "Passive":
+        """Return the curve with strength and stiffness times a factor, or a factor for each."""
+        on_stiffness = factor if stiffness_factor is None else stiffness_factor
         return Passive(
-            stiffness_n_per_m=self.stiffness_n_per_m * factor,
+            stiffness_n_per_m=self.stiffness_n_per_m * on_stiffness,
             ultimate_n=self.ultimate_n * factor,
             failure_ratio=self.failure_ratio,
         )

@@ -71,7 +71,7 @@ def _hold_wall_point(
     end, options, tags = context.end, context.options, context.tags
     ratio, mass_kg = options.wall_dashpot_ratio, context.wall_mass_kg * share
     weak = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
-    stiffness, wing = passive.stiffness_n_per_m, wing_wall(context.data).scaled(share)
+    stiffness, wing = passive.stiffness_n_per_m, context.soil(wing_wall(context.data)).scaled(share)
     # ASSUME towards the deck the stem of the wall is as stiff as the soil initially: shaking
     # alone does not swing the wall into the gap
     leaning = stiffness + weak

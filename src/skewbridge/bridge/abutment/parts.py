@@ -53,10 +53,15 @@ class SideContext:
             return self.data.monolithic_key
         return self.data.sacrificial_key
 
+    def soil(self, passive: Passive) -> Passive:
+        """Return the resistance of a soil with the factors of the options."""
+        options = self.options
+        return passive.scaled(options.backfill_strength_factor, options.backfill_stiffness_factor)
+
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return position, share of the wall and backfill of each wall point."""
         options, end = self.options, self.end
-        whole = wall_backfill(self.data, options.backfill, end.skew_rad)
+        whole = self.soil(wall_backfill(self.data, options.backfill, end.skew_rad))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(

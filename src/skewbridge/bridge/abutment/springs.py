@@ -42,10 +42,10 @@ def build_simplified(context: SideContext) -> SideParts:
     """Create the springs at both ends of the bar, each with half of the resistance."""
     end, data, tags = context.end, context.data, context.tags
     parts = SideParts()
-    straight = sdc_backfill(data.wall_width_m, data.wall_height_m)
+    straight = context.soil(sdc_backfill(data.wall_width_m, data.wall_height_m))
     longitudinal = straight.scaled(0.5 * skew_reduction(end.skew_rad))
     # ASSUME the transverse springs have no gap, as in the published model
-    transverse = wing_wall(data).scaled(0.5)
+    transverse = context.soil(wing_wall(data)).scaled(0.5)
     ends = [-end.wall_length_m / 2, end.wall_length_m / 2]
     factors = variation_factors(
         ends, end.skew_rad, context.options.backfill_variation, end.acute_sign
@@ -103,7 +103,7 @@ def _build_body(context: SideContext, parts: SideParts) -> int:
     end, data, tags = context.end, context.data, context.tags
     embankment_kg = embankment_mass_kg(context) if context.options.embankment_mass else 0.0
     mass_kg = context.wall_mass_kg + embankment_kg
-    wing = wing_wall(data)
+    wing = context.soil(wing_wall(data))
     ratio = context.options.wall_dashpot_ratio
     # ASSUME across the wall the body is held by its initial backfill stiffness
     across = context.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)

@@ -87,7 +87,8 @@ class ColumnData(_Part, frozen=True):
     """The circular reinforced concrete column that all bents of a bridge share.
 
     ``hinge_length_m`` overrides the length of the plastic hinges of all bents, which otherwise
-    follows from their height and base (`skewbridge.bridge.hinge`).
+    follows from their height and base (`skewbridge.bridge.hinge`). ``steel_strength_factor``
+    multiplies the yield strength of ``steel``.
     """
 
     diameter_m: Metres
@@ -102,6 +103,7 @@ class ColumnData(_Part, frozen=True):
     expected_concrete_strength_mpa: Megapascals
     elastic_modulus_gpa: Gigapascals
     steel: Literal["a706", "grade40", "kaviani"]
+    steel_strength_factor: Factor = 1.0
     hoop_yield_mpa: Megapascals
     hinge_length_m: Metres | None = None
     cracked_stiffness_ratio: Ratio
@@ -163,10 +165,6 @@ class PadData(_Part, frozen=True):
     hardening_ratio: Annotated[float, Field(ge=1.0e-4, le=0.9)]
     vertical_stiffness_mn_per_m: Stiffness
     height_m: Metres
-
-    def with_strength(self, factor: float) -> Self:
-        """Return pads that yield at a multiple of their force."""
-        return self.model_copy(update={"yield_force_kn": factor * self.yield_force_kn})
 
 
 class KeyData(_Part, frozen=True):

@@ -164,7 +164,8 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         ],
         "answer": answer_rows(table, counts),
         "failures": answer.failure_sentences(counts),
-        "motions_line": answer.motions_sentence(frames["suite"], table),
+        "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
+        f"{answer.properties_sentence(demands)}",
         "at_intensity": _at_intensity(table),
     }
 

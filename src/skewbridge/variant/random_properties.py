@@ -1,0 +1,240 @@
+"""Random properties of a bridge: their distributions, and one draw of all of them per motion.
+
+Material strengths, mass, damping, soil, pads, keys, gap and direction of the motion are drawn once
+per motion, and every variant has the draw of the motion. Effects stay paired, and no analysis is
+added: the scatter of the properties enters the scatter between motions.
+
+Properties are modelling options (factors and offsets) of the same name, so that a draw is a part of
+the key of its analyses, and any of them can be an axis of the grid instead.
+
+References:
+    Nielson and DesRoches (2007), Earthquake Eng. Struct. Dyn. 36:823-839: one sample of the
+    properties of a bridge per motion, by Latin hypercube.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, replace
+from math import exp, inf, log
+from statistics import NormalDist
+from typing import Annotated, Any, Final, Literal, Self
+
+import numpy as np
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.dataclasses import dataclass
+
+from skewbridge.files.checking import Number, Whole
+from skewbridge.variant.options import ModelOptions
+
+#: Draws of a property in the demands table are in columns with this prefix.
+DRAW_PREFIX: Final = "draw_"
+#: Entry in the provenance of a table of fits: the properties that were drawn, or none.
+RANDOM_PROPERTIES: Final = "random_properties"
+DIRECTION: Final = "incidence_deg"
+#: Motions whose draws form one Latin hypercube. A draw does not depend on later motions.
+BLOCK: Final = 16
+_TRIALS: Final = 200  # hypercubes of a block, of which the least correlated one is used
+_NORMAL: Final = NormalDist()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class RandomProperty:
+    """Distribution of one property, as a factor on its value in the model or an offset from it.
+
+    Raises:
+        ValidationError: The limits leave no values, or those of a uniform property are not finite.
+    """
+
+    distribution: Literal["normal", "lognormal", "uniform"] = Field(
+        description="distribution between the limits low and high"
+    )
+    median: Number = Field(default=1.0, description="median before truncation; not of uniform")
+    spread: Annotated[Number, Field(gt=0.0, le=100.0)] = Field(
+        default=1.0,
+        description="standard deviation, of the logarithm if lognormal; not of uniform",
+    )
+    low: Number = Field(ge=-1.0e3, description="lower end of the values (truncation)")
+    high: Number = Field(le=1.0e3, description="upper end of the values (truncation)")
+    source: Annotated[str, Field(min_length=1, max_length=500)] = Field(
+        description="where the distribution comes from"
+    )
+
+    @model_validator(mode="after")
+    def _has_values(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"low must be below high, got {self.low:g} and {self.high:g}")
+        if self.distribution == "lognormal" and min(self.low, self.median) <= 0.0:
+            raise ValueError("low and median of a lognormal property must be positive")
+        if self.distribution != "uniform" and not self.low < self.median < self.high:
+            raise ValueError(f"median must be between low and high, got {self.median:g}")
+        return self
+
+    def quantile(self, share: float) -> float:
+        """Return the value that a share (0 to 1) of all draws does not exceed."""
+        if self.distribution == "uniform":
+            value = self.low + share * (self.high - self.low)
+        else:
+            low, high = self._normal(self.low), self._normal(self.high)
+            middle = min(max(low + share * (high - low), 1.0e-12), 1.0 - 1.0e-12)
+            value = self._value(_NORMAL.inv_cdf(middle))
+        # the last digits of exp differ between processors, and with them the keys of analyses
+        return float(f"{min(max(value, self.low), self.high):.6g}")
+
+    def _normal(self, value: float) -> float:
+        is_log = self.distribution == "lognormal"
+        off = log(value / self.median) if is_log else value - self.median
+        return _NORMAL.cdf(off / self.spread)
+
+    def _value(self, score: float) -> float:
+        if self.distribution == "lognormal":
+            return self.median * exp(score * self.spread)
+        return self.median + score * self.spread
+
+    @property
+    def as_text(self) -> str:
+        """Distribution in words, for methods and page."""
+        limits = f"{self.low:g} to {self.high:g}"
+        if self.distribution == "uniform":
+            return f"uniform, {limits}"
+        return f"{self.distribution}, median {self.median:g}, spread {self.spread:g}, {limits}"
+
+
+def _of(distribution: str, low: float, high: float, source: str, **shape: float) -> Any:
+    what = RandomProperty(distribution=distribution, low=low, high=high, source=source, **shape)  # pyright: ignore[reportArgumentType]
+    return Field(default=what, description="null for its value in the model")
+
+
+_NIELSON: Final = "Nielson and DesRoches (2007), from memory"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class UncertaintyConfig:
+    """Random properties: one draw per motion, the same in every variant.
+
+    The values of the bridge's file and of ``model`` are the centre: a factor multiplies them, an
+    offset is added.
+    """
+
+    enabled: bool = Field(
+        default=False,
+        strict=True,
+        description="whether properties are drawn at random, one draw per motion for all variants; "
+        "false: the values of the model",
+    )
+    seed: Whole = Field(default=1, ge=0, le=2**31, description="seed of the draws")
+    # 33.8 +- 4.3 MPa; two standard deviations, as in the other rows without limits in the source
+    concrete_strength_factor: RandomProperty | None = _of(
+        "normal", 0.75, 1.25, f"{_NIELSON}: 33.8 +- 4.3 MPa", spread=0.127
+    )
+    steel_strength_factor: RandomProperty | None = _of(
+        "lognormal", 0.85, 1.18, f"{_NIELSON}: mean 463 MPa, dispersion 0.08", spread=0.08
+    )
+    damping_factor: RandomProperty | None = _of(
+        "normal", 0.44, 1.56, f"{_NIELSON}: 4.5 +- 1.25 % of critical", spread=0.28
+    )
+    deck_mass_factor: RandomProperty | None = _of("uniform", 0.9, 1.1, f"{_NIELSON}: 0.9 to 1.1")
+    # ASSUME a friction angle known within 3 degrees changes the passive strength by 25 %
+    backfill_strength_factor: RandomProperty | None = _of(
+        "lognormal", 0.6, 1.65, "assumed: friction angle 38 +- 3 degrees", spread=0.25
+    )
+    backfill_stiffness_factor: RandomProperty | None = _of(
+        "uniform", 0.57, 1.43, f"{_NIELSON}: passive stiffness 11.5 to 28.8 kN/mm per m of wall"
+    )
+    pad_stiffness_factor: RandomProperty | None = _of(
+        "uniform", 0.48, 1.52, f"{_NIELSON}: shear modulus 0.66 to 2.07 MPa"
+    )
+    pad_strength_factor: RandomProperty | None = _of(
+        "lognormal", 0.82, 1.22, f"{_NIELSON}: friction of pads, dispersion 0.1", spread=0.1
+    )
+    # ASSUME thermal movement of 4 mm (8 K over half of a 90 m deck) and 3 mm of construction
+    gap_offset_mm: RandomProperty | None = _of(
+        "normal", -10.0, 10.0, "assumed: temperature and construction", median=0.0, spread=5.0
+    )
+    # ASSUME the shear friction of a broken construction joint scatters by 20 %
+    key_strength_factor: RandomProperty | None = _of(
+        "lognormal", 0.67, 1.5, "assumed: shear friction of the construction joint", spread=0.2
+    )
+    incidence_deg: RandomProperty | None = _of(
+        "uniform", 0.0, 360.0, f"{_NIELSON}: any direction is as likely as another"
+    )
+
+    @model_validator(mode="after")
+    def _factors_are_positive(self) -> Self:
+        for name, what in self.properties.items():
+            if what is not None and name.endswith("_factor") and what.low < 0.01:
+                raise ValueError(f"{name}.low must be at least 0.01, got {what.low:g}")
+        return self
+
+    @property
+    def properties(self) -> dict[str, RandomProperty | None]:
+        """Distributions by name, in the order of the columns of a hypercube."""
+        names = [field.name for field in fields(self)]
+        return {name: getattr(self, name) for name in names if name not in ("enabled", "seed")}
+
+    @property
+    def drawn(self) -> dict[str, RandomProperty]:
+        """Distributions of the properties that are drawn; none if not enabled."""
+        listed = self.properties.items() if self.enabled else ()
+        return {name: what for name, what in listed if what is not None}
+
+    def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, float]]:
+        """Return the drawn properties of each motion, empty if not enabled.
+
+        A draw belongs to the number of the motion in its suite: more motions, other variants and
+        properties that are not drawn change none. Each 16 motions are a Latin hypercube.
+
+        Args:
+            motion_ids: The motions of a suite, in its order.
+            suite: Name of the suite; another name gives other draws.
+        """
+        drawn = self.drawn
+        if not drawn:
+            return {}
+        columns = [list(self.properties).index(name) for name in drawn]
+        blocks = range(-(-len(motion_ids) // BLOCK))
+        label = int.from_bytes(suite.encode()) if suite else 0
+        width = len(self.properties)
+        shares = np.vstack([_hypercube(width, (self.seed, label, each)) for each in blocks])
+        return {
+            motion_id: {
+                name: what.quantile(float(row[column]))
+                for (name, what), column in zip(drawn.items(), columns, strict=True)
+            }
+            for motion_id, row in zip(motion_ids, shares, strict=False)
+        }
+
+
+def drawn_properties(columns: Iterable[str]) -> tuple[str, ...]:
+    """Return the random properties that a demands table has, without units and endings."""
+    names = (name.removeprefix(DRAW_PREFIX) for name in columns if name.startswith(DRAW_PREFIX))
+    return tuple(property_name(name) for name in names)
+
+
+def property_name(name: str) -> str:
+    """Return a random property in words: ``deck_mass_factor`` is deck mass."""
+    words = {DIRECTION: "direction of the motion", "gap_offset_mm": "joint gap"}
+    return words.get(name, name.removesuffix("_factor").replace("_", " "))
+
+
+def _hypercube(width: int, seed: tuple[int, ...]) -> Any:
+    """Return a Latin hypercube of shape (BLOCK, width), the least correlated of many."""
+    rng = np.random.default_rng(seed)
+    steps = np.tile(np.arange(BLOCK), (width, 1))
+    best, lowest = steps, inf
+    for _ in range(_TRIALS):
+        trial = rng.permuted(steps, axis=1)
+        largest = float(np.abs(np.corrcoef(trial) - np.eye(width)).max())
+        if largest < lowest:
+            best, lowest = trial, largest
+    return ((best + rng.random(best.shape)) / BLOCK).T
+
+
+def with_draw(options: ModelOptions, draw: Mapping[str, float]) -> ModelOptions:
+    """Return options with the drawn properties: factors multiply, offsets are added."""
+    changed = {
+        name: getattr(options, name) * value
+        if name.endswith("_factor")
+        else getattr(options, name) + value
+        for name, value in draw.items()
+        if name != DIRECTION
+    }
+    return replace(options, **changed)

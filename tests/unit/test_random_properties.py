@@ -1,0 +1,209 @@
+"""Random properties: their distributions, one draw per motion in every variant, and the setting."""
+
+from dataclasses import replace
+from math import erf, log, sqrt
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from skewbridge.bridge.abutment.backfill import Passive
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.materials import core_concrete, steel_of
+from skewbridge.bridge.model import build, domain, scaled_bridge
+from skewbridge.demands.columns import columns_with
+from skewbridge.errors import InputError
+from skewbridge.report.answer import properties_sentence
+from skewbridge.report.methods import methods_of
+from skewbridge.study.config import parse_config
+from skewbridge.study.modelling_choices import CHOICES
+from skewbridge.study.task import run_key
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.random_properties import (
+    BLOCK,
+    DIRECTION,
+    RandomProperty,
+    UncertaintyConfig,
+    drawn_properties,
+    with_draw,
+)
+from study_parts import row_of, study_of, wave
+
+ON = UncertaintyConfig(enabled=True)
+NAMES = list(ON.properties)
+IDS = [f"m{number:04d}" for number in range(2000)]
+
+
+def expected(what: RandomProperty, value: float) -> float:
+    """Share of a truncated distribution below a value, in closed form."""
+
+    def normal(at: float) -> float:
+        off = (
+            log(at / what.median) if what.distribution == "lognormal" else at - what.median
+        ) / what.spread
+        return 0.5 * (1.0 + erf(off / sqrt(2.0)))
+
+    if what.distribution == "uniform":
+        return (value - what.low) / (what.high - what.low)
+    low, high = normal(what.low), normal(what.high)
+    return (normal(value) - low) / (high - low)
+
+
+@pytest.fixture(scope="module")
+def draws() -> dict[str, dict[str, float]]:
+    return ON.draws(IDS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_draws_have_their_distribution(name: str, draws) -> None:
+    values = np.array([draw[name] for draw in draws.values()])
+    what = ON.drawn[name]
+    assert what.low <= values.min()
+    assert values.max() <= what.high
+    found = stats.kstest(values, np.vectorize(lambda value: expected(what, value)))
+    assert found.pvalue > 0.01
+    # draws that are off by a tenth of the range do not pass
+    shifted = values + 0.1 * (what.high - what.low)
+    assert stats.kstest(shifted, np.vectorize(lambda v: expected(what, v))).pvalue < 1e-6
+
+
+def test_each_block_is_a_latin_hypercube(draws) -> None:
+    rows = np.array([list(draw.values()) for draw in draws.values()])
+    for start in (0, BLOCK):
+        block = rows[start : start + BLOCK]
+        for name, column in zip(NAMES, block.T, strict=True):
+            shares = [expected(ON.drawn[name], value) for value in column]
+            # six digits of a value are kept
+            steps = np.floor(np.array(shares) * BLOCK * (1.0 - 1e-9))
+            assert sorted(steps) == list(range(BLOCK)), name
+    assert np.abs(np.corrcoef(rows.T) - np.eye(len(NAMES))).max() < 0.08
+
+
+def test_more_motions_and_fewer_properties_change_no_draw(draws) -> None:
+    few = ON.draws(IDS[:5])
+    assert few == {name: draws[name] for name in IDS[:5]}
+    without = replace(ON, deck_mass_factor=None, gap_offset_mm=None).draws(IDS[:5])
+    for name, draw in without.items():
+        assert draw == {key: value for key, value in few[name].items() if key in draw}
+        assert len(draw) == len(NAMES) - 2
+    assert replace(ON, seed=2).draws(IDS[:5]) != few
+    assert ON.draws(IDS[:5], suite="far") != few
+    assert UncertaintyConfig().draws(IDS) == {}
+
+
+def test_every_variant_has_the_draw_of_the_motion(tmp_path) -> None:
+    motions = [wave(f"w{number}", number=number) for number in (1, 2, 3)]
+    draws = ON.draws([each.motion.motion_id for each in motions])
+    setup = study_of(tmp_path, *motions, draws=draws)
+    slugs = ("osb1_cf_skew00_gap025_mu000", "osb1_cf_skew60_gap051_mu050")
+    first, second = (setup.tasks(slug) for slug in slugs)
+    for one, other, draw in zip(first, second, draws.values(), strict=True):
+        assert one.options == other.options == with_draw(ModelOptions(), draw)
+        assert one.incidence_deg == other.incidence_deg == draw[DIRECTION]
+        row = row_of(one)
+        assert {name: row[f"draw_{name}"] for name in NAMES} == draw
+        found = setup.task_of(row)
+        assert found is not None
+        assert run_key(found) == run_key(one)
+    plain = study_of(tmp_path, *motions).tasks(slugs[0])
+    assert len({run_key(task) for task in (*first, *plain)}) == 6
+    columns = [column.name for column in columns_with(row)]
+    assert set(columns) >= {f"draw_{name}" for name in NAMES}
+    assert columns[-1] == "run_key"
+    assert drawn_properties(columns)[0] == "concrete strength"
+
+
+def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
+    for name in ("osb1", "osb1_fixed", "bridge_a", "osb2s"):
+        assert scaled_bridge(load_bridge(name), ModelOptions()) == load_bridge(name)
+    passive = Passive(stiffness_n_per_m=3.0e7, ultimate_n=4.0e6, failure_ratio=0.7)
+    assert passive.scaled(1.0, 1.0) == passive
+    (task,) = study_of(tmp_path).tasks("osb1_cf_skew30_gap025_mu050")
+    assert task.options == ModelOptions()
+    assert task.incidence_deg == 0.0
+    assert not drawn_properties(row_of(task))
+
+
+def test_factors_act_on_the_model() -> None:
+    options = ModelOptions(
+        concrete_strength_factor=1.21,
+        steel_strength_factor=1.1,
+        deck_mass_factor=0.9,
+        pad_stiffness_factor=0.5,
+        pad_strength_factor=0.8,
+        key_strength_factor=1.3,
+        gap_offset_mm=-5.0,
+    )
+    usual, scaled = load_bridge("osb1"), scaled_bridge(load_bridge("osb1"), options)
+    assert scaled.column.elastic_modulus_gpa == pytest.approx(
+        1.1 * usual.column.elastic_modulus_gpa
+    )
+    assert steel_of(scaled.column).yield_pa == pytest.approx(1.1 * steel_of(usual.column).yield_pa)
+    assert core_concrete(scaled.column).peak_pa > 1.15 * core_concrete(usual.column).peak_pa
+    assert scaled.abutment.sacrificial_key.force_kn[1] == pytest.approx(
+        1.3 * usual.abutment.sacrificial_key.force_kn[1]
+    )
+    with domain():
+        model = build(study_of("x").tasks("osb1_cf_skew30_gap025_mu050")[0].variant, options)
+        weight_n, gaps_m = model.weight_n, [side.gap_m for side in model.abutments]
+    with domain():
+        plain = build(study_of("x").tasks("osb1_cf_skew30_gap025_mu050")[0].variant, ModelOptions())
+        assert 0.9 < weight_n / plain.weight_n < 0.92  # columns keep their weight
+    assert gaps_m == pytest.approx([0.020, 0.020])
+
+
+def test_a_choice_keeps_the_draw_of_the_motion(tmp_path) -> None:
+    choice = next(each for each in CHOICES if each.key == "pad_strength_factor")
+    setup = study_of(tmp_path, draws=ON.draws(["wave"]))
+    (task,) = setup.tasks("osb1_cf_skew30_gap025_mu050")
+    assert choice.configured_in(task) == 1.0
+    changed = choice.set_in(task, 2.0)
+    assert changed.options.pad_strength_factor == pytest.approx(
+        2.0 * task.draw["pad_strength_factor"]
+    )
+
+
+def test_methods_and_page_state_the_setting() -> None:
+    off, on = (
+        methods_of(parse_config({"uncertainty": {"enabled": enabled}})) for enabled in (False, True)
+    )
+    assert "No property of a bridge is random" in off.parts["Random properties"]
+    text = on.parts["Random properties"]
+    assert "Deck mass: uniform, 0.9 to 1.1" in text
+    assert "each from a random direction" in on.parts["Ground motions"]
+    assert any("Nielson" in work for work in on.references)
+    assert "values of their files" in properties_sentence(pd.DataFrame(columns=["variant"]))
+    assert "(deck mass)" in properties_sentence(pd.DataFrame(columns=["draw_deck_mass_factor"]))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"fc": None}, r"uncertainty\.fc: unknown key"),
+        ({"enabled": "on"}, r"uncertainty\.enabled: .*got 'on'"),
+        ({"deck_mass_factor": {"distribution": "uniform", "low": 0.9, "high": 1.1}}, "source"),
+        (
+            {"deck_mass_factor": {"distribution": "uniform", "low": 2, "high": 1, "source": "x"}},
+            "low must be below high, got 2 and 1",
+        ),
+        (
+            {
+                "key_strength_factor": {
+                    "distribution": "lognormal",
+                    "low": 0,
+                    "high": 1.1,
+                    "source": "x",
+                }
+            },
+            "must be positive",
+        ),
+        (
+            {"damping_factor": {"distribution": "normal", "low": -1, "high": 2, "source": "x"}},
+            r"damping_factor\.low must be at least 0\.01, got -1",
+        ),
+    ],
+)
+def test_bad_settings_are_refused_in_one_line(given, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        parse_config({"uncertainty": given})
