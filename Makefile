@@ -32,7 +32,7 @@ help:
 	@echo "make headline     write sentences, table and picture of the README from a finished study   (RESULTS=folder)"
 	@echo "make test-browser test the page in a browser   (needs chromium)"
 	@echo "make test-cluster run the smoke study through Slurm on this host   (root, slurm-wlm, munge)"
-	@echo "make test-exports read exported curves with pelicun and OpenQuake"
+	@echo "make test-exports read exported curves with pelicun and OpenQuake; validate the archive"
 	@echo "make smoke        run two variants x three motions with the full report"
 	@echo "make demo-data    run config/demo.yaml and store it for skewbridge demo"
 	@echo "make verify       compare the paper's studies with references, run the stress cases and slow tests"
@@ -92,10 +92,10 @@ test-browser: setup
 test-cluster: setup
 	$(BIN)/pytest -rs -m cluster tests/cluster
 
-# pelicun and OpenQuake are installed in .exports; what cannot be installed is skipped.
+# pelicun, OpenQuake and the RO-Crate validator go into .exports; what cannot be installed is skipped.
 test-exports: setup
 	bash tests/exports/setup.sh "$$(command -v uv || echo .uv/bin/uv)" $(abspath $(BIN))/python .exports
-	$(BIN)/pytest -rs -m exports tests/exports
+	$(BIN)/pytest -rs -m exports tests/exports tests/unit/test_publish.py
 
 verify: setup
 	$(BIN)/skewbridge verify

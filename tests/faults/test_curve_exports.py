@@ -139,6 +139,19 @@ def test_limit_states_keep_their_number_where_a_milder_one_has_no_estimate(tmp_p
     assert described["LimitStates"]["LS2"]["DS1"]["Reference"] == "test"
 
 
+def test_dlml_folder_has_curves_general_information_and_references(tmp_path):
+    path, _ = curves_file(tmp_path, "im_pga_rotd50_g")
+    _, report = run("export", path, "--format", "dlml", "--out", tmp_path / "library")
+    assert report["files"] == [
+        str(tmp_path / f"library/fragility.{end}") for end in ("csv", "json")
+    ]
+    described = json.loads((tmp_path / "library/fragility.json").read_text())
+    about = described.pop("_GeneralInformation")
+    assert about["ComponentGroups"] == ["column_drift"]
+    assert about["References"] == ["test"]
+    assert set(described) == set(pd.read_csv(tmp_path / "library/fragility.csv")["ID"])
+
+
 def test_nrml_writes_a_file_per_set_of_states(tmp_path):
     path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
     first = curves["variant"].iloc[0]

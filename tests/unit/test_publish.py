@@ -2,12 +2,15 @@
 
 import hashlib
 import json
+import subprocess
 import zipfile
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from rocrate.rocrate import ROCrate
 from typer.testing import CliRunner
 
 from fragility_tables import synthetic_demands
@@ -18,6 +21,7 @@ from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 
+ROOT = Path(__file__).parents[2]
 RUNNER = CliRunner()
 SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
 
@@ -51,55 +55,65 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def archived(out: str) -> dict:
     arguments = ["study", "archive", "--study", "own.yaml", "--out", out, "--json"]
-    result = RUNNER.invoke(build_app(), arguments)
+    result = RUNNER.invoke(build_app(), [*arguments, "--author", "A. Engineer"])
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
 
 
-def test_archive_has_all_inputs_and_valid_digests(study: Path) -> None:
+def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> None:
     found = archived("a.zip")
-    content = (study / "a.zip").read_bytes()
-    assert found["sha256"] == hashlib.sha256(content).hexdigest()
+    crate = ROCrate(study / "a.zip")
     with zipfile.ZipFile(study / "a.zip") as packed:
-        files = {name.removeprefix("study/"): packed.read(name) for name in packed.namelist()}
-    assert sorted(files) == found["files"]
+        content = {name: packed.read(name) for name in packed.namelist()}
+    described = {entity.id: entity for entity in crate.data_entities if entity.type != "Dataset"}
+    assert sorted(described) == found["files"]
+    assert set(content) - set(described) == {"ro-crate-metadata.json"}
     assert {
         "METHODS.md",
         "config/bridges/mine.yaml",
         "config/bridges/base.yaml",
         "config/config.yaml",
         "config/limit_states.yaml",
-        "licences/packages.md",
-        "licences/skewbridge.txt",
         "motions.csv",
         "own.yaml",
         "results/demands.parquet",
         "results/fragility/curves.parquet",
-    } <= set(files)
-    told = files["SHA256SUMS"].decode().splitlines()
-    assert {line.split("  ")[1] for line in told} == set(files) - {"SHA256SUMS"}
-    for line in told:
-        digest, name = line.split("  ")
-        assert hashlib.sha256(files[name]).hexdigest() == digest
-    assert b"make study CONFIG=" in files["README.md"]
-    assert b"openseespy" in files["licences/packages.md"]
-    assert b"accel" not in files["motions.csv"]
-    assert SOURCE.encode() in files["motions.csv"]
+        "workflow/Snakefile",
+    } <= set(content)
+    for name, entity in described.items():
+        assert hashlib.sha256(content[name]).hexdigest() == entity["sha256"]
+    assert crate.mainEntity.id == "workflow/Snakefile"
+    assert crate.root_dataset["author"]["name"] == "A. Engineer"
+    assert b"openseespy==" in content["requirements.txt"]
+    assert b"accel" not in content["motions.csv"]
+    assert SOURCE.encode() in content["motions.csv"]
+
+
+@pytest.mark.exports
+def test_the_validator_of_crates_has_no_finding(study: Path) -> None:
+    python = ROOT / ".exports/rocrate/bin/python"
+    if not python.exists():
+        pytest.skip("the validator is not installed: make test-exports")
+    archived("a.zip")
+    context = files("rocrate") / "data/ro-crate.jsonld"
+    asked = {"files": [str(study / "a.zip")], "context": str(context)}
+    done = subprocess.run(
+        [python, ROOT / "tests/exports/read_rocrate.py"],
+        input=json.dumps(asked),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1]) == {"issues": []}
 
 
 def test_the_configuration_in_an_archive_is_that_of_the_study(study: Path) -> None:
     archived("a.zip")
     with zipfile.ZipFile(study / "a.zip") as packed:
-        (study / "whole.yaml").write_bytes(packed.read("study/whole_config.yaml"))
+        (study / "whole.yaml").write_bytes(packed.read("whole_config.yaml"))
     base = Path("config/config.yaml")
     assert load_config(Path("whole.yaml")) == load_config(Path("own.yaml"), base=base)
-
-
-def test_equal_studies_give_equal_bytes(study: Path) -> None:
-    first = archived("a.zip")
-    for path in (study / "results/own").rglob("*.parquet"):
-        path.touch()
-    assert archived("b.zip")["sha256"] == first["sha256"]
 
 
 def test_tables_of_different_origin_are_reported(study: Path) -> None:

@@ -89,7 +89,7 @@ def fit(
 def export(
     curves: Annotated[Path, typer.Argument(help="Table of curves of a study (.parquet, .csv).")],
     form: Annotated[
-        str, typer.Option("--format", metavar="[nrml|pelicun|csv|latex]", help="File format.")
+        str, typer.Option("--format", metavar="[nrml|pelicun|dlml|csv|latex]", help="File format.")
     ],
     out: Annotated[Path, typer.Option(help="File to write.")],
     *,

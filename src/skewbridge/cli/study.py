@@ -442,33 +442,37 @@ def archive(
     out: Annotated[Path, typer.Option(help="ZIP file to write.", metavar="FILE.zip")] = Path(
         "study.zip"
     ),
+    author: Annotated[list[str] | None, typer.Option(help="Author; can be repeated.")] = None,
+    licence: Annotated[
+        str, typer.Option("--license", help="Web address of the licence of the results.")
+    ] = "https://creativecommons.org/licenses/by/4.0/",
     as_json: JsonOption = False,
 ) -> None:
-    """Put a finished study into one ZIP file for the supplement of a paper.
+    """Put a finished study into one RO-Crate (ZIP) for the supplement of a paper.
 
-    Contains configuration, tables, report, methods, digests, licences and instructions to repeat
-    the study, but no accelerations, because recorded motions may not be redistributed. Equal
-    studies give identical files.
+    Contains workflow, configuration, tables, report and methods, and describes them with digests,
+    versions and licences. No accelerations: recorded motions may not be redistributed.
 
-    Example: skewbridge study archive --study results --out study.zip
+    Example: skewbridge study archive --author "A. Engineer" --out study.zip
     """
     from skewbridge.report.archive import write_archive
 
     if out.suffix != ".zip":
         raise InputError(f"--out must end with .zip, got {out.name}")
-    written = write_archive(config_of(study), DEFAULT_CONFIG, out)
-    size = written.path.stat().st_size
+    written = write_archive(
+        config_of(study), DEFAULT_CONFIG, out, licence=licence, authors=author or ()
+    )
+    size = out.stat().st_size
     answer = {
-        "archive": str(written.path),
+        "archive": str(out),
         "bytes": size,
-        "sha256": written.sha256,
         "files": list(written.names),
         "doubts": list(written.doubts),
     }
     emit(answer, [{"in the archive": name} for name in written.names], as_json=as_json)
     for doubt in written.doubts:
         messages.print(f"warning: {doubt}", style="yellow")
-    messages.print(f"{out}: {size / 1e6:.1f} MB, sha256 {written.sha256}")
+    messages.print(f"{out}: {size / 1e6:.1f} MB")
 
 
 def _forecast(config: Any, profile: str | None = None) -> tuple[dict[str, Any], dict[str, int]]:

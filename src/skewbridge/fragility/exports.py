@@ -1,9 +1,9 @@
-"""Fragility curves for other tools: OpenQuake (NRML), pelicun, CSV and LaTeX.
+"""Fragility curves for other tools: OpenQuake (NRML), pelicun and its library, CSV and LaTeX.
 
 References:
     OpenQuake engine manual, fragility models (NRML 0.5, format ``continuous``, shape ``logncdf``;
     its mean and stddev are those of the lognormal variable, not of its logarithm).
-    pelicun 3, fragility database.
+    pelicun 3, fragility database; Damage and Loss Model Library (DLML) of the SimCenter.
     FEMA (2022), Hazus 6.1, section 7: medians have the factor sqrt(sin(90 deg - skew)).
     Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533 (frequencies).
 """
@@ -12,6 +12,7 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
@@ -36,7 +37,7 @@ from skewbridge.fragility.demand_table import (
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table
 
-FORMATS: Final = ("nrml", "pelicun", "csv", "latex")
+FORMATS: Final = ("nrml", "pelicun", "dlml", "csv", "latex")
 _NEEDED: Final = (
     "variant", "component", "limit_state", "demand", "threshold", "method", "status", "im", "theta",
     "beta", "beta_total",
@@ -130,7 +131,7 @@ def export_curves(
     Returns:
         ``format``, ``files`` (written), ``curves`` and ``left_out`` (numbers of curves with and
         without an estimate), ``unfitted`` (those without), ``notes`` (sentences); nrml adds
-        ``models``, pelicun ``holes``.
+        ``models``, pelicun and dlml ``holes``. The file of dlml is a folder.
 
     Raises:
         InputError: The format, its content or the table is unusable, or an intensity measure has no
@@ -174,8 +175,8 @@ def export_curves(
                     f"curves cross in {crossing} functions (their dispersions differ): OpenQuake "
                     "gets negative fractions of damage there"
                 )
-        elif form == "pelicun":
-            report |= write_pelicun(curves, out)
+        elif form in ("pelicun", "dlml"):
+            report |= write_pelicun(curves, out / "fragility.csv" if form == "dlml" else out)
             if report["holes"]:
                 notes.append(f"{len(report['holes'])} rows lack states without an estimate")
         elif form == "latex":
@@ -433,6 +434,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
         OSError: A file cannot be written.
     """
     names_file = out.with_suffix(".json")
+    out.parent.mkdir(parents=True, exist_ok=True)
     if names_file == out:
         raise InputError(
             f"{out.name}: the parameters are CSV; a JSON file next to it has the names"
@@ -485,6 +487,15 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
             "LimitStates": described,
         }
         rows.append(row)
+    about = {
+        "ShortName": "skewbridge",
+        "Description": f"Fragility of {len(curves['variant'].unique())} bridge variants with "
+        "seat-type abutments (skew, joint gap, friction) in " + str(curves["im"].iloc[0]),
+        "Version": version("skewbridge"),
+        "ComponentGroups": list(dict.fromkeys(row["ID"].split(".")[-1] for row in rows)),
+        "References": sorted({str(text) for text in curves.get("citation", ())} - {""}),
+    }
     write_csv(pd.DataFrame(rows), out)
-    write_text(names_file, json.dumps(names, indent=1, allow_nan=False) + "\n")
+    content = {"_GeneralInformation": about, **names}
+    write_text(names_file, json.dumps(content, indent=1, allow_nan=False) + "\n")
     return {"files": [str(out), str(names_file)], "holes": holes}
