@@ -293,8 +293,7 @@ class ContactSet:
     def soft_tangents(self, ratio: float = 1e-9) -> Generator[None]:
         """Make the friction springs soft inside a `with` block, around an eigenvalue analysis.
 
-        A friction spring that has never been in an analysis shows its full stiffness to `eigen`
-        although it has no strength.
+        An unused friction spring shows its full stiffness to `eigen` although it has no strength.
         """
         try:
             for unit in self._units:

@@ -1,8 +1,9 @@
 """Contact laws beyond Coulomb and the linear penalty, as drives of the declared parameters.
 
-Each law is a pure function and a `Drive` that applies it. A drive acts in the coming step, so it
-uses the opening and its rate predicted to the end of that step; the error is of second order in
-the time step while the contact lasts and of first order at its ends.
+Each law is a pure function and a `Drive` that applies it; values outside their limits are an
+`InputError`. A drive acts in the coming step, so it uses the opening and its rate predicted to
+the end of that step; the error is of second order in the time step while the contact lasts and
+of first order at its ends.
 """
 
 from functools import partial
@@ -38,11 +39,7 @@ def stribeck_drive(
     stribeck_speed_mps: float,
     viscous_s_per_m: float = 0.0,
 ) -> Drive:
-    """Return a drive of the friction coefficient by the slip speed of the last step.
-
-    Raises:
-        InputError: The coefficients are not 0 <= kinetic <= static, or the speed is not positive.
-    """
+    """Return a drive of the friction coefficient by the slip speed of the last step."""
     if not 0.0 <= kinetic <= static:
         raise InputError(
             f"friction must be 0 <= kinetic <= static, got kinetic {kinetic}, static {static}"
@@ -64,11 +61,7 @@ def stribeck_drive(
 
 
 def power_law_drive(*, stiffness_n_per_m_p: float, exponent: float) -> Drive:
-    """Return a drive of the secant stiffness of F = k x^p; Hertz's sphere has p = 3/2.
-
-    Raises:
-        InputError: A value is not positive.
-    """
+    """Return a drive of the secant stiffness of F = k x^p; Hertz's sphere has p = 3/2."""
     return hunt_crossley_drive(
         stiffness_n_per_m_p=stiffness_n_per_m_p, exponent=exponent, damping=0.0
     )
@@ -77,13 +70,7 @@ def power_law_drive(*, stiffness_n_per_m_p: float, exponent: float) -> Drive:
 def hunt_crossley_drive(*, stiffness_n_per_m_p: float, exponent: float, damping: float) -> Drive:
     """Return a drive of the secant stiffness of F = k x^p (1 + d / v0 x'), clipped at zero.
 
-    Args:
-        stiffness_n_per_m_p: The stiffness k in N/m^p.
-        exponent: The exponent p.
-        damping: The damping d for the approach speed v0, of `hunt_crossley_damping`.
-
-    Raises:
-        InputError: A stiffness or exponent is not positive, or the damping is negative.
+    Stiffness k in N/m^p; damping d for the approach speed v0, of `hunt_crossley_damping`.
     """
     _require_positive("stiffness_n_per_m_p", stiffness_n_per_m_p)
     _require_positive("exponent", exponent)
@@ -109,9 +96,6 @@ def approach_stiffness_drive(
     """Return a drive Kn = k (v / v_ref)^q, v the speed at which the pair approaches.
 
     The stiffness is set while the pair is open and kept until it opens again.
-
-    Raises:
-        InputError: The stiffness or the reference speed is not positive.
     """
     _require_positive("kn_n_per_m", kn_n_per_m)
     _require_positive("reference_speed_mps", reference_speed_mps)
@@ -133,9 +117,6 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
     step: the impulse is then right. When the sum would pull, spring and dashpot are switched off
     until the pair opens or approaches again: this is what makes the restitution that of
     `kelvin_voigt_restitution`.
-
-    Raises:
-        InputError: The stiffness is not positive or the dashpot negative.
     """
     _require_positive("kn_n_per_m", kn_n_per_m)
     if dashpot_n_s_per_m < 0.0:

@@ -26,11 +26,7 @@ _VERTICAL_LIMIT: Final = 1e-6
 
 
 def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Direction:
-    """Return a vector of length one.
-
-    Raises:
-        InputError: The vector has a wrong number of components, is zero or not finite.
-    """
+    """Return a vector of length one; `InputError` if it has a wrong size, is zero or not finite."""
     values = tuple(float(value) for value in vector)
     if len(values) != ndm:
         raise InputError(
@@ -125,11 +121,7 @@ class Tags(Protocol):
 
 
 class TagSource:
-    """Hands out tags above those that the domain has at the time of asking.
-
-    Args:
-        first_material: Materials get tags above this one.
-    """
+    """Hands out tags above those of the domain when asked, materials above a first one."""
 
     def __init__(self, first_material: int = FIRST_FREE_MATERIAL) -> None:
         self._first = first_material
@@ -193,11 +185,7 @@ class Springs:
 
 
 def require_nodes(nodes: tuple[int, int], ndm: int) -> None:
-    """Refuse nodes that cannot form a contact.
-
-    Raises:
-        InputError: A node is not in the domain, or the two do not suit each other.
-    """
+    """Refuse nodes that are not in the domain or do not suit each other (`InputError`)."""
     existing = set(ops.getNodeTags())
     for field, node in zip(("node_i", "node_j"), nodes, strict=True):
         if node not in existing:
@@ -222,11 +210,7 @@ def make_springs(
     has_dashpot: bool = False,
     is_gap_driven: bool = False,
 ) -> Springs:
-    """Create the element and its parameters, and prove that each parameter acts.
-
-    Raises:
-        ContactError: A parameter is not attached to the material it was meant for.
-    """
+    """Create the element and its parameters; `ContactError` if a parameter does not act."""
     directions = len(frame) - 1
     normal = _normal_material(tags, law, is_gap_driven=is_gap_driven)
     tangential = _tangential_material(tags, law.kt_n_per_m, is_elastic=is_elastic)

@@ -33,11 +33,7 @@ def kelvin_voigt_restitution(damping_ratio: float) -> float:
 
 
 def kelvin_voigt_damping_ratio(restitution: float) -> float:
-    """Return the damping ratio that gives a restitution when the force is clipped at zero.
-
-    Raises:
-        InputError: The restitution is not in (0, 1].
-    """
+    """Return the damping ratio for a restitution in (0, 1] with the force clipped at zero."""
     _require_restitution(restitution)
     if restitution == 1.0:
         return 0.0
@@ -52,13 +48,10 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
 
 
 def hunt_crossley_damping(restitution: float) -> float:
-    """Return d of F = k x^p (1 + d / v0 x') for a restitution, for any exponent p.
+    """Return d of F = k x^p (1 + d / v0 x') for a restitution in (0, 1], for any exponent p.
 
     Solves ln((1 + d) / (1 - e d)) = d (1 + e) for the approach speed v0. The force becomes zero
     together with the penetration or later, so nothing has to be clipped before separation.
-
-    Raises:
-        InputError: The restitution is not in (0, 1].
     """
     _require_restitution(restitution)
     if restitution == 1.0:

@@ -58,12 +58,7 @@ class Account:
 
 @dataclass(slots=True, kw_only=True)
 class UnitLedger(Account):
-    """Ledger of one contact unit since it was added.
-
-    Attributes:
-        name: Name given by the caller.
-        normal_potential_j: Energy stored in the normal spring at the end.
-    """
+    """Ledger of one named contact unit since it was added, with the energy in its normal spring."""
 
     name: str
     normal_potential_j: float
@@ -181,11 +176,7 @@ class Drive:
                 raise InputError(f"a drive may set {', '.join(DRIVEN_PARAMETERS)}; got {name!r}")
 
     def values(self, state: UnitState, time_s: float) -> Mapping[str, float]:
-        """Call the function and check the returned values.
-
-        Raises:
-            InputError: An undeclared name, or a value that is not finite or negative.
-        """
+        """Call the function; `InputError` for an undeclared name or an impossible value."""
         values = self.function(state, time_s)
         for name, value in values.items():
             if name not in self.parameters:

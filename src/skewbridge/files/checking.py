@@ -26,13 +26,8 @@ _NO_KEYS: Final = {"dataclass_type", "model_type", "model_attributes_type", "dic
 def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     """Return plain values as an instance of a pydantic model or dataclass.
 
-    Args:
-        kind: The class.
-        raw: Values from YAML or a command line.
-        where: Name of their source in a message; a path is also named in the details.
-
     Raises:
-        InputError: One line per finding: key, limit, value given.
+        InputError: One line per finding: source `where`, key, limit, value given.
     """
     adapter = TypeAdapter(kind)
     try:

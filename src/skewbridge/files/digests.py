@@ -36,15 +36,7 @@ _LONGEST_LICENCE: Final = 80  # characters of a licence that is given as text
 
 
 def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
-    """Return 16 hex digits over all sources and data files of some parts of the package.
-
-    Args:
-        parts: Packages or files, relative to the package.
-        package: Folder of the package.
-
-    Raises:
-        FileNotFoundError: A part does not exist.
-    """
+    """Return 16 hex digits over sources and data files of parts, relative to the package."""
     digest = hashlib.sha256()
     for part in parts:
         for path in _sources_of(package / part):

@@ -42,16 +42,7 @@ def write_table(table: pa.Table, path: Path) -> None:
 
 
 def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, str]) -> None:
-    """Write tables of one schema below each other atomically, one row group at a time.
-
-    Args:
-        tables: The parts, at least one; only one row group is in memory.
-        path: The file.
-        metadata: Metadata of the file; the version of the format is added.
-
-    Raises:
-        ValueError: The parts have different columns.
-    """
+    """Write tables of equal columns below each other atomically, one row group at a time."""
     rest = iter(tables)
     first = next(rest)
     texts: dict[bytes | str, bytes | str] = {_FORMAT_KEY: str(TABLE_FORMAT)}
@@ -104,12 +95,8 @@ def texts_of(schema: pa.Schema) -> dict[str, str]:
 def read_table(path: Path) -> pa.Table:
     """Return a table of this version of the program, or one that another program wrote.
 
-    The table is as it was written: checksums of pages hold, texts are UTF-8.
-
-    Raises:
-        InputError: The file does not exist, is not parquet, is damaged, has too many cells, or was
-            written by another version of this program in another format; the message states what
-            to do.
+    Checksums of pages are verified. `InputError` if the file is missing, not parquet, damaged, too
+    large, or of another format of this program; the message states what to do.
     """
     content = pa.BufferReader(read_bytes(path, MAX_TABLE_BYTES))
     try:
@@ -138,11 +125,7 @@ def read_table(path: Path) -> pa.Table:
 
 
 def read_frame(path: Path) -> pd.DataFrame:
-    """Return a table as `read_table` does, as a data frame.
-
-    Raises:
-        InputError: As `read_table`.
-    """
+    """Return a table as `read_table` does, as a data frame."""
     return frame_of(read_table(path))
 
 
@@ -161,25 +144,14 @@ def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:
-    """Return provenance as the argument ``metadata`` of matplotlib's ``savefig``, for PNG and SVG.
-
-    Args:
-        metadata: Texts by name.
-    """
+    """Return provenance as the ``metadata`` of matplotlib's ``savefig``, for PNG and SVG."""
     return {"Description": json.dumps(dict(metadata))}
 
 
 def stamp(path: Path, metadata: Mapping[str, str]) -> None:
     """Write provenance into a file: Parquet, a JSON object or HTML; other files are left unchanged.
 
-    Figures have it from `figure_metadata` when they are saved.
-
-    Args:
-        path: The file.
-        metadata: Texts by name; they replace those of the same name.
-
-    Raises:
-        ValueError: A page has no head.
+    Texts replace those of the same name. Figures have theirs from `figure_metadata` when saved.
     """
     if path.suffix == ".parquet":
         write_table(_with_texts(pq.read_table(path), metadata), path)
@@ -197,11 +169,7 @@ def stamp(path: Path, metadata: Mapping[str, str]) -> None:
 
 
 def read_stamp(path: Path) -> dict[str, str]:
-    """Return the provenance in a file, by name.
-
-    Raises:
-        InputError: The file does not exist, or it has no provenance.
-    """
+    """Return the provenance in a file, by name; `InputError` if it has none."""
     try:
         texts = _read_stamp(path)
     except (OSError, ValueError, pa.ArrowException) as error:

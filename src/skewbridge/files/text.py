@@ -57,22 +57,12 @@ def printable(text: str) -> str:
 
 
 def file_fault(path: Path, problem: str, **details: object) -> InputError:
-    """Return the error of a file: its path, then the problem, which begins with a blank or colon.
-
-    Args:
-        path: The file, also named in the details of the error.
-        problem: Continuation of the path.
-        details: Further details.
-    """
+    """Return the error of a file: its path, then the problem (begins with a blank or colon)."""
     return InputError(f"{shown_path(path)}{problem}", file=str(path), **details)
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a file of at most `most` bytes.
-
-    Raises:
-        InputError: The file does not exist, is a folder or a device, or is too large.
-    """
+    """Return the content of a file of at most `most` bytes; `InputError` if it is not one."""
     try:
         state = path.stat()
         if not S_ISREG(state.st_mode):
@@ -92,11 +82,7 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def read_text(path: Path, most: int) -> str:
-    """Return the UTF-8 text of a file of at most `most` bytes, without a byte order mark.
-
-    Raises:
-        InputError: As `read_bytes`, or a byte is not UTF-8; names its line.
-    """
+    """Return UTF-8 text without a byte order mark; the error of a bad byte names its line."""
     content = read_bytes(path, most)
     try:
         return content.decode("utf-8-sig")
@@ -133,14 +119,9 @@ class _Loader(yaml.SafeLoader):
 def parse_yaml(text: str, where: str, **details: object) -> Any:
     """Return the plain value of a YAML text, None if it is empty.
 
-    Args:
-        text: The text.
-        where: Name of its source in a message.
-        details: Particulars of the error.
-
     Raises:
         InputError: Invalid YAML, a repeated key, a key that is not text, or more than the limits
-            of this module; names the line.
+            of this module; names the source `where` and the line.
     """
     try:
         loader = _Loader(text)
@@ -211,20 +192,12 @@ def _too_long(text: str, *, whole: bool) -> str:
 
 
 def read_yaml(path: Path) -> Any:
-    """Return the plain content of a YAML file, None if it is empty.
-
-    Raises:
-        InputError: The file cannot be read, is too large, or as `parse_yaml`.
-    """
+    """Return the plain content of a YAML file, None if it is empty; errors as `parse_yaml`."""
     return parse_yaml(read_text(path, MAX_YAML_BYTES), shown_path(path), file=str(path))
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """Return the keys and values of a YAML file; an empty file has none.
-
-    Raises:
-        InputError: As `read_yaml`, or the file has no keys at the top level.
-    """
+    """Return the keys and values of a YAML file; an empty file has none, a list is refused."""
     raw = read_yaml(path)
     if raw is None:
         return {}
@@ -237,8 +210,7 @@ def read_json(path: Path) -> Any:
     """Return the content of a JSON file.
 
     Raises:
-        InputError: The file cannot be read or is too large; invalid JSON, too many levels, a
-            repeated key or a number that is too long.
+        InputError: Unreadable or too large, invalid JSON, too deep, a repeated key, a long number.
     """
 
     def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -267,15 +239,11 @@ def read_json(path: Path) -> Any:
 
 
 def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
-    """Return a CSV table with one header line.
-
-    Args:
-        path: The file, UTF-8.
-        options: Options of `pandas.read_csv`, for the types of the cells.
+    """Return a CSV table with one header line; options are those of `pandas.read_csv`.
 
     Raises:
-        InputError: The file cannot be read or is too large, a column appears twice, or a row has
-            more or fewer cells than the header; names the line.
+        InputError: Unreadable or too large, a column appears twice, or a row has more or fewer
+            cells than the header; names the line.
     """
     import pandas as pd  # here: pandas takes longer to import than everything else
 
@@ -339,13 +307,10 @@ def write_text(path: Path, text: str) -> None:
 
 
 def writable_folder(folder: Path) -> Path:
-    """Return a folder in which files can be written, and create it if necessary.
+    """Return a folder in which files can be written, made if necessary; `InputError` if it cannot.
 
     A file is written as a test, because access rights alone do not suffice (the superuser,
     read-only file systems, a file of that name).
-
-    Raises:
-        InputError: The folder cannot be created or written.
     """
     probe = folder / f".write-test-{_writer()}"
     try:
@@ -358,11 +323,7 @@ def writable_folder(folder: Path) -> Path:
 
 
 def writable_file(path: Path) -> Path:
-    """Return the path of a file that can be written, and create its folder if necessary.
-
-    Raises:
-        InputError: The folder cannot be made or written, or the path is a folder.
-    """
+    """Return the path of a file that can be written, and create its folder if necessary."""
     writable_folder(path.parent)
     if path.is_dir():
         raise InputError(f"cannot write the file {str(path)!r}: it is a folder")

@@ -36,14 +36,12 @@ type FileVerdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FileCheck:
-    """Result of the check of one file.
+    """Result of the check of one file; what the file does not give is None.
 
     Attributes:
-        file: Path as given.
         verdict: ``ok``, ``warn`` (usable, but doubtful), ``error`` (unusable), ``needs_dt``
             (values only: the time step must be given) or ``pair_error`` (does not match its other
             component).
-        format: Name of the format; this and the numbers are None if the file can't be read.
     """
 
     file: str
@@ -65,10 +63,8 @@ def check_paths(
 ) -> list[FileCheck]:
     """Check files and folders; files that form pairs by name are also checked as pairs.
 
-    A folder with an `index.csv` is compared with it. If `strict`, warnings are errors.
-
-    Raises:
-        InputError: A path that does not exist, or an index that can't be read.
+    A folder with an `index.csv` is compared with it; `InputError` if that or a path is unreadable.
+    If `strict`, warnings are errors.
     """
     checks: list[FileCheck] = []
     loose: list[Path] = []
@@ -89,9 +85,7 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
     """Write the `index.csv` of a folder, or update the digests of an existing one.
 
     The time step and unit given for files that have none are stored where the index has none.
-
-    Raises:
-        InputError: A motion that can't be read, an unpaired file.
+    `InputError` for a motion that can't be read or an unpaired file.
     """
     given = given or Given()
     missing = {"dt_s_if_missing": given.dt_s_if_missing, "unit_if_missing": given.unit_if_missing}

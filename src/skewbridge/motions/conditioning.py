@@ -20,11 +20,7 @@ EFFECT_PERIODS_S: Final = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
 
 
 def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
-    """Return the strongest part of a motion; its digest and messages state the cut.
-
-    Raises:
-        InputError: As `cut_to_strongest`.
-    """
+    """Return the strongest part of a motion; its digest and messages state the cut."""
     part = cut_to_strongest(motion, shaking_s, free_vibration_s=0.0)
     share = effect_on_measures(motion, part)["arias_ratio"]
     digest = hashlib.sha256(f"{motion.sha256} strongest {shaking_s} s".encode()).hexdigest()
@@ -40,10 +36,7 @@ def cut_to_strongest(
     The window of the given length with the most Arias intensity (of both components) is kept, its
     ends are tapered by half a cosine, and the velocity and displacement at its end are removed by
     two smooth accelerations over the window, a symmetric and an antisymmetric one. A shorter motion
-    is kept whole.
-
-    Raises:
-        InputError: A length that is not positive.
+    is kept whole. `InputError` for a length that is not positive.
     """
     if not shaking_s > 4.0 * TAPER_S:
         raise InputError(f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}")
@@ -64,11 +57,7 @@ def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
 
 
 def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
-    """Return the motion with zeros added at its end.
-
-    Raises:
-        InputError: A negative length.
-    """
+    """Return the motion with zeros added at its end."""
     if not 0.0 <= seconds <= 600.0:
         raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
     tail = round(seconds / motion.dt_s)
@@ -76,11 +65,7 @@ def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
 
 
 def effect_on_measures(before: GroundMotion, after: GroundMotion) -> dict[str, float]:
-    """Return measures of a motion after a treatment, as ratios to those before.
-
-    Returns:
-        ``arias_ratio`` and ``psa_<period>_ratio`` of RotD50 at a few periods.
-    """
+    """Return ratios after over before: ``arias_ratio``, ``psa_<period>_ratio`` of RotD50."""
     both = (before, after)
     arias = [float(pair_arias_build_up(motion)[-1]) for motion in both]
     psa = [pair_psa(*m.components, m.dt_s, EFFECT_PERIODS_S).rotd50_mps2 for m in both]

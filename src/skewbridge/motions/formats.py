@@ -44,12 +44,10 @@ class DtMissingError(InputError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """Properties of a file stated by the caller or the index.
+    """Properties of a file stated by the caller or the index; dt_s and unit override the header.
 
     Attributes:
-        dt_s: Time step in s; overrides the header.
-        unit: One of ``g``, ``cm/s2``, ``m/s2`` (other common spellings are converted); overrides
-            the header.
+        unit: One of ``g``, ``cm/s2``, ``m/s2``; other common spellings are converted.
         channel: Channel of a file with several, counted from 1.
         dt_s_if_missing: Time step in s of a file that does not state it.
         unit_if_missing: Unit of a file that does not state it.
@@ -82,14 +80,9 @@ class Trace:
     """One acceleration component read from one file.
 
     Attributes:
-        path: The file.
-        format: Name of the file format.
         accel_mps2: Accelerations in m/s2, shape (npts,).
-        dt_s: Time step in s.
         unit: Unit of the values in the file.
         sha256: Digest of the bytes of the file.
-        event: Earthquake of the header.
-        station: Station of the header.
         azimuth_deg: Compass direction, nan if the header has none.
         warnings: Doubts about the values; errors under strict checks.
         notes: Assumptions of the reader, such as the unit.
@@ -115,16 +108,11 @@ class Trace:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FileContent:
-    """Content of a file, in its own unit.
+    """Content of a file, values in its own unit, shape (npts,).
 
     Attributes:
-        format: Name of the file format.
-        values: Accelerations, shape (npts,).
-        dt_s: Time step in s, None if the file does not state it.
-        unit: Unit of the values, None if the file does not state it.
+        dt_s: Time step in s, None if the file does not state it; likewise the unit.
         is_calibrated: Whether the format itself sets the unit, so that a given one does not count.
-        event: Earthquake of the header.
-        station: Station of the header.
         direction: Compass direction as the header writes it.
         warnings: Doubts about the values.
         notes: Assumptions of the reader.
@@ -177,11 +165,7 @@ def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
 
 
 def _unit(given: Given, in_file: str | None) -> tuple[str, list[str]]:
-    """Return the unit to use and notes about it.
-
-    The first that is known of: the given unit, that of the file, that given for files without
-    one, g.
-    """
+    """Return the unit (given, of the file, given for files without one, g) and notes about it."""
     if given.unit is not None:
         clash = in_file is not None and in_file != given.unit
         note = f"unit {given.unit} as given" + (f", the header says {in_file}" if clash else "")
@@ -242,13 +226,10 @@ def _head(lines: list[str], count: int) -> list[str]:
 
 
 def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vector:
-    """Return every number of some lines, in order.
+    """Return every number of some lines, in order; `InputError` names file and line of a bad one.
 
     Numbers are separated by blanks, commas or semicolons; Fortran ``D`` exponents and numbers that
     touch at a sign (``.12E-01-.76E-02``) are also read.
-
-    Raises:
-        InputError: Something that is not a finite number; names file and line.
     """
     text = "\n".join(lines)
     if "." not in text and _DECIMAL_COMMA.search(text):

@@ -114,9 +114,6 @@ def block_factors(
     In each block of 8 consecutive motions the targets go to the motions in the order of their own
     levels, which keeps the factors near 1. A block does not depend on the others: a longer suite
     keeps the factors of its full blocks.
-
-    Raises:
-        InputError: A range that is not ascending and positive.
     """
     low_g, high_g = level_range_g
     if not 0.0 < low_g < high_g:
@@ -140,12 +137,8 @@ def striped(
 ) -> "pd.DataFrame":
     """Return a suite with a row for each motion and level of Sa_avg within the factor limits.
 
-    Returns:
-        The rows of `prepare_suite`, repeated, with their `scale` and a column `stripe_g`; by
-        stripe, then in suite order. `attrs["left_out"]` counts the rows outside the limits.
-
-    Raises:
-        InputError: No row left.
+    The rows of `prepare_suite` are repeated, by stripe, with their `scale` and a column `stripe_g`.
+    `attrs["left_out"]` counts the rows outside the limits; `InputError` if no row is left.
     """
     import pandas as pd  # here: workers that read the configuration do without pandas
 
@@ -185,12 +178,8 @@ def bracket_capacity(
 
     The number of analyses is at most `most_trials`: nine halvings of a range of 100 leave 0.9 %,
     and an end of the range that the search reached is tried once. Where the response is not
-    monotonic (resurrection), one of the crossings is found. A run that collapses exceeds.
-
-    Args:
-        exceeds: Whether the record exceeds the limit with a factor.
-        limits: Lowest and highest factor.
-        tolerance: Width of the bracket relative to its lower end.
+    monotonic (resurrection), one of the crossings is found. A run that collapses exceeds. The
+    tolerance is the width of the bracket relative to its lower end.
 
     Returns:
         Highest factor known not to exceed, 0 if the lowest one exceeds, and lowest factor known to

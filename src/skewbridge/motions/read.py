@@ -185,9 +185,6 @@ def read_motion(
     """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
     Without a `motion_id` the motion is named by what the file names share.
-
-    Raises:
-        InputError: A file can't be read, or the time steps differ.
     """
     one, two = (read_trace(path, given) for path in (first, second))
     return join_traces(one, two, motion_id=motion_id or motion_name(first, second))
@@ -196,9 +193,7 @@ def read_motion(
 def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     """Return the motion of two components; the shorter one gets zeros at its end.
 
-    Raises:
-        PairError: The time steps differ.
-        FalseClaimError: The motion claims to be the WAHO record but is not.
+    `PairError` for different time steps, `FalseClaimError` as `refuse_false_waho`.
     """
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
         raise PairError(
@@ -248,11 +243,7 @@ def different_records(first: Trace, second: Trace) -> str:
 
 
 def refuse_false_waho(motion: GroundMotion) -> None:
-    """Refuse a motion that claims to be WAHO but does not have its published peak.
-
-    Raises:
-        FalseClaimError: RotD50 PGA more than 2 % off.
-    """
+    """Raise `FalseClaimError` for a WAHO record whose RotD50 PGA is over 2 % off the published."""
     names = (motion.motion_id, motion.station, *motion.files)
     if SURROGATE_ID in names or not any(_WAHO.search(name) for name in names):
         return

@@ -23,23 +23,16 @@ class GroundMotion:
     """Two horizontal acceleration components of equal length and time step.
 
     Component 1 is applied along the bridge axis x (longitudinal) and component 2 along y
-    (transverse) at incidence 0. The arrays are read-only.
+    (transverse) at incidence 0. The arrays, shape (npts,), are read-only. Numbers of the header
+    are nan where unknown.
 
     Attributes:
-        motion_id: Name of the motion, unique in a suite.
-        dt_s: Time step in s.
-        accel_1_mps2: First component in m/s2, shape (npts,).
-        accel_2_mps2: Second component in m/s2, shape (npts,).
         event: Name of the earthquake, or of the model for a synthetic motion.
-        magnitude: Moment magnitude, nan if unknown.
-        distance_km: Closest distance to the rupture in km, nan if unknown.
-        vs30_mps: Average shear-wave velocity of the upper 30 m, nan if unknown.
-        station: Name of the recording station.
-        azimuth_1_deg: Compass direction of component 1, nan if unknown.
-        azimuth_2_deg: Compass direction of component 2, nan if unknown.
+        distance_km: Closest distance to the rupture.
+        vs30_mps: Average shear-wave velocity of the upper 30 m.
+        azimuth_1_deg: Compass direction of component 1.
         source: Licence and origin.
         sha256: Digest of the bytes of the component files, first then second.
-        files: Names of the component files.
         messages: Messages of the reader.
 
     Raises:
@@ -101,24 +94,16 @@ class GroundMotion:
         return (self.npts - 1) * self.dt_s
 
     def scaled(self, factor: float) -> "GroundMotion":
-        """Return the motion with both components multiplied by one factor.
-
-        Raises:
-            InputError: The factor is not positive and finite.
-        """
+        """Return the motion times one factor; `InputError` unless that is positive and finite."""
         if not (np.isfinite(factor) and factor > 0.0):
             raise InputError(f"scale must be a positive number, got {factor}")
         return self.mapped(lambda accel: accel * factor)
 
     def along_axes(self, incidence_deg: float = 0.0) -> tuple[Vector, Vector]:
-        """Return the accelerations along the bridge axes x and y in m/s2.
+        """Return the accelerations along the bridge axes x and y in m/s2, each of shape (npts,).
 
-        Args:
-            incidence_deg: Angle by which the motion is turned counter-clockwise, seen from above:
-                component 1 points along x at 0 and along y at 90.
-
-        Returns:
-            ``(ax, ay)``, each of shape (npts,).
+        The motion is turned counter-clockwise by the incidence, seen from above: component 1 points
+        along x at 0 degrees and along y at 90.
         """
         quarter = incidence_deg % 360.0 / 90.0
         if quarter == int(quarter):  # exact at right angles: no 6e-17 of the other component
@@ -145,13 +130,7 @@ class GroundMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SuiteMotion:
-    """One motion of a study.
-
-    Attributes:
-        motion: The motion as recorded, not scaled.
-        scale: Scale factor, the same for all variants.
-        measures: Intensity measures of the scaled motion by column name.
-    """
+    """A motion as recorded, its factor in all variants, and the measures of the scaled motion."""
 
     motion: GroundMotion
     scale: float

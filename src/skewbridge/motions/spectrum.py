@@ -33,12 +33,7 @@ _SINES: Final = np.sin(_ANGLES_RAD)
 class PairSpectrum:
     """Pseudo-spectral accelerations of a pair of components, all of shape (periods,).
 
-    Attributes:
-        periods_s: Natural periods in s.
-        psa_1_mps2: PSA of component 1.
-        psa_2_mps2: PSA of component 2.
-        rotd50_mps2: Median of the PSA over all orientations.
-        rotd100_mps2: Maximum of the PSA over all orientations.
+    RotD50 and RotD100 are the median and the maximum over all orientations.
     """
 
     periods_s: Vector

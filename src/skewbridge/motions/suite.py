@@ -60,11 +60,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
 
 
 def read_entries(entries: Sequence[IndexEntry]) -> list[GroundMotion]:
-    """Read listed motions.
-
-    Raises:
-        InputError: As `read_entry`; names every motion that is wrong.
-    """
+    """Read listed motions; the `InputError` names every motion that is wrong."""
     motions: list[GroundMotion] = []
     faults: list[InputError] = []
     for entry in entries:
@@ -96,9 +92,6 @@ def prepare_suite(
     Returns:
         One row per motion in suite order: metadata, scale, the intensity columns at factor 1,
         accel_1_mps2 and accel_2_mps2 (lists), messages.
-
-    Raises:
-        InputError: Fewer motions than asked for, or anything wrong with one of them, by name.
     """
     entries, wanted = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     motions = read_entries(entries)
@@ -145,9 +138,6 @@ def _entries_to_read(
     """Return the motions to read for a suite of the first `count`, and how many are kept.
 
     Where factors are computed, whole blocks are read: a factor must not depend on the count.
-
-    Raises:
-        InputError: Fewer motions than asked for, no folder, a broken index.
     """
     entries = list_motions(folder)
     wanted = len(entries) if count is None else count
@@ -173,9 +163,6 @@ def content_digest(
     Other files of the folder and times do not count. The motions are read, and refused where they
     are wrong, only if a name, a size or a time in the folder, or a reader, has changed since the
     digest was kept in the file `cache`, if there is one.
-
-    Raises:
-        InputError: Fewer motions than asked for, or motions that cannot be read; names each.
     """
     states = [_state_of(path) for path in files_below(folder)]
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
@@ -222,11 +209,7 @@ def write_suite(suite: pd.DataFrame, path: Path) -> None:
 
 
 def read_suite(path: Path) -> list[SuiteMotion]:
-    """Return the motions of a table written by `write_suite`, in suite order.
-
-    Raises:
-        InputError: No such table, or one of another version of the program.
-    """
+    """Return the motions of a table written by `write_suite`, in suite order."""
     motions: list[SuiteMotion] = []
     for row in read_frame(path).to_dict("records"):
         metadata: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}

@@ -93,13 +93,10 @@ def read_components(files: list[Path], given: Given) -> tuple[str, float, dict[s
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SuiteTable:
-    """RotD50 spectra of a folder of motions, and those of a ground-motion model.
+    """RotD50 spectra of a folder of motions in g, shape (motions, periods).
 
-    Attributes:
-        periods_s: Periods in s, shape (periods,).
-        rotd50_g: RotD50 PSA in g, shape (motions, periods).
-        model: Name, median in g and dispersion of BSSA14 at the same periods, where all motions
-            belong to one synthetic scenario; else None.
+    The model has name, median in g and dispersion of BSSA14 at the same periods, where all motions
+    belong to one synthetic scenario; else it is None.
     """
 
     periods_s: Vector
@@ -108,11 +105,7 @@ class SuiteTable:
 
 
 def suite_table(folder: Path) -> SuiteTable:
-    """Return the spectra of the motions of a folder.
-
-    Raises:
-        InputError: The folder or one of its motions can't be read.
-    """
+    """Return the spectra of the motions of a folder."""
     motions = [read_entry(entry) for entry in list_motions(folder)]
     periods_s = np.array([period for period in SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5])
     rotd50_g = [

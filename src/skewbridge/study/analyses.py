@@ -50,12 +50,8 @@ class StudySetup:
     """Settings and motions that all variants of a study share.
 
     Attributes:
-        folder: Folder of the study.
         suite: The ground motions with their factors.
         measures: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
-        incidence_deg: Angles of incidence.
-        settings: Settings of the integration.
-        options: Modelling options.
         draws: Random properties by motion; empty where they are not drawn.
         search: Target of an IDA; None where the factors are given.
     """
@@ -71,15 +67,7 @@ class StudySetup:
 
     @classmethod
     def of(cls, study: StudyConfig, folder: StudyFolder | None = None) -> Self:
-        """Return the setup of a study whose motions are prepared.
-
-        Args:
-            study: Its configuration.
-            folder: Folder with the prepared motions; by default that of the study.
-
-        Raises:
-            InputError: The motions are not prepared, or by another version of the program.
-        """
+        """Return the setup of a study; `InputError` unless this version prepared its motions."""
         folder = folder or StudyFolder(Path(study.results))
         motions = study.motions
         low_g, high_g = motions.level_range_g
@@ -103,13 +91,10 @@ class StudySetup:
         )
 
     def tasks(self, slug: str) -> list[Task]:
-        """Return the analyses of one variant.
+        """Return the analyses of one variant; `InputError` without motions for its bridge.
 
         In an IDA there is one per motion, at the first factor of its search. The values of a
         variant on the axes of modelling options override the configured ones.
-
-        Raises:
-            InputError: The motions are not prepared for the bridge of the variant.
         """
         variant = parse_slug(slug)
         files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
@@ -134,11 +119,7 @@ class StudySetup:
         return tasks
 
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
-        """Return the analysis of a row of the demands; None if the study does not have it.
-
-        Raises:
-            InputError: The bridge of the row is not in the study.
-        """
+        """Return the analysis of a row of the demands; None if the study does not have it."""
         wanted = row["motion_id"], row["scale"], row["incidence_deg"]
         for task in self.tasks(row["variant"]):
             # a search chooses its factors
@@ -173,13 +154,6 @@ def analyse_variant(
 ) -> None:
     """Run the analyses of a variant that its journal does not have, and write its demands.
 
-    Args:
-        setup: Settings and motions that the variants of the study share.
-        slug: Name of the variant.
-        workers: The worker processes.
-        limits: Limits above which a row is suspect.
-        output: Parquet file of its demands.
-
     Raises:
         InputError: Another process analyses this variant, or its files cannot be written.
     """
@@ -210,11 +184,8 @@ def run_in_journal(
 ) -> list[Row]:
     """Run the tasks that no journal of the study has; return the rows of all in order.
 
-    Args:
-        setup: Settings and motions of the study.
-        name: Name of the journal for new rows and of the folder for messages of the solver.
-        tasks: Tasks of any variants; equal ones are analysed once.
-        workers: The worker processes.
+    The name is that of the journal for new rows and of the folder for messages of the solver.
+    Equal tasks are analysed once.
 
     Raises:
         InputError: The journal is being written by another process, or cannot be written.
@@ -236,13 +207,7 @@ def run_in_journal(
 
 
 class JobProgress:
-    """Logs the progress of one job: a line a minute, and one at its end.
-
-    Args:
-        name: Name of the job.
-        keys: Keys of its analyses; analyses that a search adds do not count.
-        done: Analyses that were done when it began.
-    """
+    """Logs a line a minute on one job, and one at its end, without analyses that a search adds."""
 
     def __init__(self, name: str, keys: Sequence[str], done: int) -> None:
         self._name, self._keys = name, frozenset(keys)

@@ -29,12 +29,7 @@ _ONE_THREAD: Final = dict.fromkeys(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Workers:
-    """The worker processes of a batch.
-
-    Attributes:
-        count: Number of processes.
-        no_progress_s: Time without a step after which a worker is ended.
-    """
+    """Number of worker processes, and the time without a step after which a worker is ended."""
 
     count: int
     no_progress_s: float = 120.0
@@ -64,9 +59,6 @@ def run_tasks(
         on_finished: Called with each new row.
         search: Function that makes the rows of a task which is the beginning of several analyses,
             whatever the journals have. By default a task is one analysis, run if it is new.
-
-    Raises:
-        InputError: The journal cannot be written.
     """
     keys = [run_key(task) for task in tasks]
     rows: dict[int, list[Row]] = {}
@@ -110,14 +102,7 @@ def run_tasks(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Pool:
-    """The workers of a batch.
-
-    Attributes:
-        workers: Number of workers, and the time that one may take without a step.
-        log_folder: Folder for the messages of the solver.
-        search: See `run_tasks`.
-        ended: Processes that were ended because they had been stopped.
-    """
+    """The workers of a batch; `ended` has the processes ended because they had been stopped."""
 
     workers: Workers
     log_folder: Path
@@ -125,11 +110,7 @@ class _Pool:
     ended: set[int] = field(default_factory=set[int])
 
     def stream(self, pending: Sequence[Pending]) -> Iterator[tuple[int, list[Row]]]:
-        """Yield the rows of tasks as they are finished, with their numbers.
-
-        Raises:
-            BrokenProcessPool: A worker died.
-        """
+        """Yield rows of finished tasks with their numbers; `BrokenProcessPool` if a worker died."""
         count = min(self.workers.count, len(pending))
         executor = _loky().get_reusable_executor(
             max_workers=count,

@@ -151,26 +151,18 @@ class StudyConfig(BaseModel):
 
 
 def parse_config(raw: Mapping[str, Any], files: Sequence[str | Path] = ()) -> StudyConfig:
-    """Return the validated configuration.
+    """Return the validated configuration; an omitted section has its defaults.
 
-    Args:
-        raw: Mapping from Snakemake or YAML; an omitted section has its defaults.
-        files: Files that it was read from, without the default one; the first names the folder of
-            the results where the configuration does not.
+    The first of `files`, from which it was read, names the folder of the results if no key does.
 
     Raises:
-        InputError: A key is unknown or a value is outside its limits; every finding is one line
-            with the key, the limit and the value given.
+        InputError: One line per unknown key or value outside its limits, with the limit.
     """
     return _checked(raw, files, "the configuration")
 
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:
-    """Read a configuration file, merged over a base file as Snakemake merges ``--configfile``.
-
-    Raises:
-        InputError: The file is missing, no YAML mapping, or invalid.
-    """
+    """Read a configuration file, merged over a base file as Snakemake merges ``--configfile``."""
     raw = read_mapping(base) if base is not None and base != path else {}
     return _checked(merged(raw, read_mapping(path)), (path,), path)
 
@@ -185,14 +177,7 @@ def _checked(raw: Mapping[str, Any], files: Sequence[str | Path], where: str | P
 
 
 def check_font(name: str) -> None:
-    """Check that there is a font.
-
-    Args:
-        name: A generic family or the name of a font.
-
-    Raises:
-        InputError: It is not installed; the message lists fonts with a similar name.
-    """
+    """Refuse a font that is not installed, with fonts of a similar name; generic families pass."""
     if name in GENERIC_FONTS:
         return
     from matplotlib.font_manager import (
@@ -208,13 +193,10 @@ def check_font(name: str) -> None:
 
 
 def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
-    """Return the variants to change: those named, or two of each bridge of a grid.
+    """Return the variants to change: those named (`InputError` if unknown), or two of each bridge.
 
     These are the most complete abutment model with the largest friction and the smallest gap, at
     the middle and the largest skew.
-
-    Raises:
-        InputError: A name is not that of a variant, or its bridge is not in the grid.
     """
     by_bridge: dict[str, list[Variant]] = {}
     for variant in variants:

@@ -28,8 +28,8 @@ _LEFT_OUT: Final = shutil.ignore_patterns("__pycache__", ".*")
 def default_root(configuration: str | Path) -> str:
     """Return the folder of a study whose configuration does not name it.
 
-    It is `results`, and for a file `config/NAME.yaml` other than `config/config.yaml` it is
-    `results/NAME`, so that a copy of a configuration writes to another folder.
+    It is `results/NAME` for `config/NAME.yaml`, so that a copy of a configuration has its own
+    folder, and `results` otherwise.
     """
     path = Path(configuration).resolve()
     is_named = path.parent.name == "config" and path.stem != "config"
@@ -37,11 +37,7 @@ def default_root(configuration: str | Path) -> str:
 
 
 class StudyFolder:
-    """The paths of a study.
-
-    Args:
-        root: The folder.
-    """
+    """The paths of a study below its folder."""
 
     def __init__(self, root: Path = Path(DEFAULT_ROOT)) -> None:
         self.root: Final = root
@@ -112,14 +108,7 @@ class StudyFolder:
 
 
 def starter_files(package: Path = PACKAGE) -> Path:
-    """Return the folder of the files: next to an installed package, or the root of a clone.
-
-    Args:
-        package: Folder of the package.
-
-    Raises:
-        InputError: They are in neither.
-    """
+    """Return the folder of the files: next to an installed package, or the root of a clone."""
     for folder in (package.parent / "skewbridge_starter", package.parents[1]):
         if all((folder / part).exists() for part in STARTER_PARTS):
             return folder
@@ -129,13 +118,7 @@ def starter_files(package: Path = PACKAGE) -> Path:
 
 
 def write_starter(folder: Path) -> list[Path]:
-    """Write the files of a study into a folder, which is made where there is none.
-
-    Args:
-        folder: May hold other files.
-
-    Returns:
-        The written files and folders.
+    """Write the files of a study into a folder, and return the files and folders written.
 
     Raises:
         InputError: One of the files exists already; nothing is written then.

@@ -20,13 +20,7 @@ TYPICAL_QUANTILE: Final = 0.75
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionPair:
-    """Two histories that differ by friction only.
-
-    Attributes:
-        variants: Variant without friction, and variant with the largest friction.
-        motion_id: Their motion.
-        by_friction: History tables by a label for legends, such as ``friction 0.5``.
-    """
+    """Histories of one motion by a legend like ``friction 0.5``; variants without and with it."""
 
     variants: tuple[Variant, ...]
     motion_id: str
@@ -36,11 +30,7 @@ class FrictionPair:
 def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
     """Return the most skewed bridge with the smallest gap, without and with the largest friction.
 
-    Args:
-        demands: Demands table.
-
-    Returns:
-        Two variants, or None where the study has one friction only.
+    None where the study has one friction only.
     """
     by_bridge_and_gap: dict[Variant, list[Variant]] = {}
     for slug in demands["variant"].unique():
@@ -64,11 +54,8 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
 def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
     """Repeat one analysis without and one with friction, and write their histories.
 
-    Args:
-        setup: What the variants of the study share.
-        demands: Demands table of the study.
-        output: Parquet file: variant, motion_id, and the columns of the histories; without rows
-            where the study has one friction only. A run that diverged has no rows.
+    The table has variant, motion_id and the histories. It has no rows where the study has one
+    friction only, and none of a run that diverged.
     """
     # Here, because the processes that draw the figures do without OpenSees.
     from skewbridge.analysis.transient import analyse

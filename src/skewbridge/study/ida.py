@@ -20,14 +20,7 @@ _PATIENCE_S: Final = 60.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Search:
-    """Target and range of an incremental dynamic analysis.
-
-    Attributes:
-        demand: Column of the demands table.
-        threshold: Its limit; a collapse always exceeds it.
-        low_g: Lowest Sa_avg tried.
-        high_g: Highest Sa_avg tried.
-    """
+    """Target of an IDA (demand and its limit) and the range of Sa_avg tried, in g."""
 
     demand: str
     threshold: float
@@ -45,10 +38,9 @@ class Search:
         return sqrt(low * high)
 
     def exceeds(self, row: Row) -> bool:
-        """Return whether an analysis exceeds the limit.
+        """Return whether an analysis exceeds the limit; a failed or incomplete one does as well.
 
-        A collapse does, and so does an analysis that failed or continued after a column failure:
-        the search then continues at lower levels, where the model is valid, and the fit uses the
+        The search then continues at lower levels, where the model is valid, and the fit uses the
         row with its status.
         """
         is_complete = completed(row["status"], row.get(BEYOND_MODEL) or "")
@@ -73,9 +65,6 @@ def search_capacity(
         task: The first analysis of the search; this and what follows is given by the batch.
         first_key: Its `run_key`.
         log_folder: Folder for the messages of the solver.
-
-    Raises:
-        InputError: The journal cannot be written.
     """
     rows: list[Row] = []
 

@@ -25,9 +25,7 @@ logger = logging.getLogger(__name__)
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     """Read bridges, motions and limit states of a study, look up columns and fonts that it names.
 
-    Args:
-        config: The configuration.
-        cache: File that remembers which motions have been read (`content_digest`).
+    The file `cache` remembers which motions have been read (`content_digest`).
 
     Raises:
         InputError: Something is missing or wrong; the message has a line for each fault.
@@ -54,11 +52,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
-    """Return the digest of the contents of the motions of a study, see `content_digest`.
-
-    Raises:
-        InputError: A folder or a motion is missing or malformed.
-    """
+    """Return the digest of the contents of the motions of a study, see `content_digest`."""
     low_g, high_g = config.motions.level_range_g
     return content_digest(
         Path(config.motions.folder),
@@ -96,11 +90,7 @@ def prepare_motions(
 ) -> None:
     """Read the motions, fix their factors, measure them for every bridge, write both tables.
 
-    Args:
-        motions: The section of the configuration.
-        conditioning_t1_s: Period that the factors are made with.
-        t1_s: Conditioning period of each bridge of the study.
-        folder: Folder of the study.
+    The factors are made with `conditioning_t1_s`; `t1_s` has the period of each bridge.
 
     Raises:
         InputError: A folder or motion is missing or malformed.

@@ -119,23 +119,14 @@ def _line(row: Mapping[str, Any]) -> bytes:
 
 
 class JournalWriter:
-    """Writer of a journal, which holds its lock.
-
-    Args:
-        descriptor: File descriptor of the open journal.
-        path: Path of the journal.
-    """
+    """Writer of an open journal, which holds its lock."""
 
     def __init__(self, descriptor: int, path: Path) -> None:
         self._descriptor = descriptor
         self.path: Final = path
 
     def append(self, row: Mapping[str, Any]) -> None:
-        """Write one row and make sure that it is on the disk.
-
-        Raises:
-            InputError: The disk is full or cannot be written; the journal is as before.
-        """
+        """Write one row to the disk; `InputError` if it is full, and the journal is as before."""
         size = os.fstat(self._descriptor).st_size
         # The newline in front closes a line that a kill cut short.
         line = b"\n" + _line(row)
@@ -155,13 +146,8 @@ class JournalWriter:
 def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter]:
     """Lock a journal and open it for writing.
 
-    Args:
-        path: The journal.
-        patience_s: Time to wait for another process to release it.
-
     Raises:
-        InputError: Another process runs the same job in the same folder, or the file cannot be
-            written.
+        InputError: Another process still holds it after `patience_s`, or it cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -176,11 +162,7 @@ def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter
 
 
 def compact(path: Path, keep: Callable[[Row], bool]) -> JournalContent:
-    """Rewrite a journal with the last line of every key, and return its previous content.
-
-    Args:
-        path: The journal.
-        keep: Returns whether to keep a row.
+    """Rewrite a journal with the last line of every key to keep; return its previous content.
 
     Raises:
         InputError: Another process writes it.
@@ -194,9 +176,8 @@ def compact(path: Path, keep: Callable[[Row], bool]) -> JournalContent:
 def _lock(descriptor: int, path: Path, patience_s: float) -> None:
     """Lock a journal against other processes, including those on other nodes of a cluster.
 
-    NFS (from version 4 without a daemon, Linux) makes a lock of the whole file by `fcntl` of it. It
-    is not asked for by `fcntl` here, since that one ends when this process closes any descriptor of
-    the file, as reading the journals does.
+    `flock`, which NFS 4 makes a lock of the whole file, because a lock by `fcntl` ends when this
+    process closes any descriptor of the file, as reading the journals does.
     """
     until_s = time.monotonic() + patience_s
     while True:
@@ -217,11 +198,7 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
 
 
 def compact_journals(folder: StudyFolder) -> JournalContent:
-    """Drop all lines that are not used, and return the previous content of the journals.
-
-    Raises:
-        InputError: The study runs.
-    """
+    """Drop all unused lines, and return the previous content; `InputError` if the study runs."""
     content = read_content(folder.journals)
     for path in folder.journals:
         compact(path, lambda _row: True)
@@ -229,17 +206,9 @@ def compact_journals(folder: StudyFolder) -> JournalContent:
 
 
 def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
-    """Remove analyses from the journals, so that the study repeats them.
+    """Remove analyses of some statuses from the journals and return their rows.
 
-    The table of demands goes, too: it is what the study then makes again, from the journals and
-    these analyses.
-
-    Args:
-        folder: Folder of the study.
-        statuses: Statuses of the analyses to remove.
-
-    Returns:
-        Their rows.
+    The table of demands goes as well, so that the study makes it again with these analyses.
 
     Raises:
         InputError: The study runs.

@@ -37,8 +37,6 @@ class Choice:
     """One option and the values to try.
 
     Attributes:
-        key: Key of the section.
-        label: Short name in figures and on the page.
         values: Values to try; the configured one is skipped.
         source: Reason for these values.
         section: Section of the configuration.
@@ -255,16 +253,7 @@ _NAMES: Final = [name for name in CHOICE_COLUMNS if name not in _RESULT]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskPair:
-    """Two analyses that differ in one thing.
-
-    Attributes:
-        kind: ``choice`` or ``axis``.
-        name: The option or the axis.
-        from_value: Its configured or lowest value, as text.
-        to_value: The other one.
-        before: Analysis with the one value.
-        after: Analysis with the other.
-    """
+    """Two analyses that differ in one option (kind ``choice``) or axis, values as text."""
 
     kind: str
     name: str
@@ -330,9 +319,7 @@ def write_choices(
     workers: "Workers",
     output: Path,
 ) -> None:
-    """Run the missing analyses and write the table of `CHOICE_COLUMNS`.
-
-    Analyses in a journal of the study are not repeated.
+    """Run the analyses that no journal has and write the table of `CHOICE_COLUMNS`.
 
     Args:
         setup: Settings that the variants share.
@@ -355,11 +342,9 @@ def write_choices(
 
 
 def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the ratios of the demands, one row per compared value and demand.
+    """Return the ratios of the demands, one row per value compared and demand.
 
-    Args:
-        pairs: Pairs to compare; a repeated pair counts once.
-        rows: Rows of the demands table by `run_key`.
+    The rows are those of the demands table by `run_key`; a repeated pair counts once.
     """
     from skewbridge.study.task import run_key
 

@@ -66,13 +66,7 @@ def write_predict_check(
 ) -> None:
     """Run the missing analyses of the inner variants and write the table of `CHECK_COLUMNS`.
 
-    Args:
-        setup: Motions, options and settings of the study.
-        axes: Values on every axis of its grid.
-        tables: Files ``demands``, ``joint`` and ``limit_states``.
-        settings: Settings of the fits.
-        workers: Worker processes.
-        output: Parquet file.
+    The tables are the files ``demands``, ``joint`` and ``limit_states``.
     """
     study = read_frame(tables["demands"])
     models = study[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
@@ -139,9 +133,6 @@ def check_predict(
 
     Returns:
         A row per new variant and limit state with the columns `CHECK_COLUMNS`.
-
-    Raises:
-        InputError: The study lacks a motion of the new analyses.
     """
     loading = list(LOADING_COLUMNS)
     same = study.merge(inner[loading].drop_duplicates(), on=loading)

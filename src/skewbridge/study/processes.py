@@ -64,13 +64,7 @@ def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
     """Context in which workers of this process that stay stopped (SIGSTOP) are ended.
 
     Only time during which this process runs counts, so that a study that is stopped as a whole
-    (Ctrl-Z) loses nothing.
-
-    Args:
-        limit_s: Time that a worker may be stopped.
-
-    Yields:
-        Process numbers of the workers that were ended, added as they are.
+    (Ctrl-Z) loses nothing. Yields the set of the processes ended so far.
     """
     stopped_s: dict[int, float] = {}
     ended: set[int] = set()
@@ -105,13 +99,10 @@ def worker_processes() -> list[psutil.Process]:
 
 
 def hold_tree(folder: Path) -> None:
-    """Take the lock of a tree for the rest of this process: one study at a time in a tree.
+    """Take the lock of a tree (in its ``.snakemake``) for the rest of this process.
 
     The kernel releases the lock when the process ends, unlike Snakemake's own lock files, which a
     killed run leaves behind.
-
-    Args:
-        folder: ``.snakemake`` of the tree.
 
     Raises:
         InputError: Another study runs there.
@@ -134,12 +125,9 @@ def hold_tree(folder: Path) -> None:
 
 
 def cancel_left_behind(prefix: str) -> None:
-    """Cancel the Slurm jobs that a killed workflow of this tree left in the queue.
+    """Cancel the Slurm jobs with a prefix that a killed workflow of this tree left in the queue.
 
     They would compete with the new jobs. Their finished analyses are in their journals.
-
-    Args:
-        prefix: Beginning of the names of the jobs of this tree.
     """
     listed = subprocess.run(
         ["squeue", "--me", "--noheader", "--format=%i %j"],

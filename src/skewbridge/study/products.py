@@ -119,10 +119,7 @@ def made_from(study: StudyConfig) -> dict[str, MadeFrom]:
     """Return the digests of everything that the outputs of each rule depend on, by name.
 
     Equal digests mean equal outputs. They are parameters of the rules, so that Snakemake repeats
-    the rules that changed, and are stored in the outputs.
-
-    Raises:
-        InputError: An input of the study is missing or wrong.
+    the rules that changed, and are stored in the outputs. `InputError` for a wrong input.
     """
     inputs = _input_digests(study)
     values = study.model_dump(mode="json")
@@ -158,13 +155,7 @@ def rule_digest(made: Mapping[str, str]) -> str:
 
 
 def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str, str]:
-    """Return the provenance of the outputs of a rule, by name.
-
-    Args:
-        rule: Name of the rule.
-        made: Digests of their dependencies, see `made_from`.
-        study: The configuration.
-    """
+    """Return the provenance of the outputs of a rule made from these digests, by name."""
     values = study.model_dump(mode="json", exclude=_NO_RESULT)
     return provenance(
         rule=rule,
@@ -176,13 +167,7 @@ def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
-    """Provenance of a file, compared with that of a new result.
-
-    Attributes:
-        recorded: Provenance in the file, by name.
-        now: Provenance that the file would have if it were made now, where known.
-        is_current: Whether the present sources and configuration would give the file.
-    """
+    """Provenance recorded in a file, that which it would have now, and whether it is current."""
 
     recorded: dict[str, str]
     now: dict[str, str]
@@ -200,11 +185,6 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
     A product of the workflow is current if its rule would make it from the same sources, motions
     and sections of the configuration; what its rule does not use may differ. A result of
     ``skewbridge run`` is current if the sources of an analysis and OpenSees are the same.
-
-    Args:
-        path: The file.
-        config: Configuration of the study.
-        base: Configuration that it is merged over.
 
     Raises:
         InputError: The file has no provenance, or the configuration is bad.

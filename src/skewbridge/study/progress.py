@@ -39,13 +39,10 @@ class StudyState:
     """Progress of a study.
 
     Attributes:
-        variants: Bridge variants.
-        analyses: Analyses in all.
         done: Analyses with a row, whatever its status.
         failed: Those without a usable result.
         cpu_s: Processor time of the finished analyses.
         recovery_steps: Analyses by the highest recovery step they used.
-        statuses: Analyses by status.
         suspect: Analyses that a user should check.
         variants_left: Variants with analyses that are not done.
         notes: Sentences about lines of the journals that do not count, and about analyses that
@@ -72,13 +69,7 @@ class StudyState:
 def study_state(
     run_keys: Mapping[str, Sequence[str]], content: JournalContent, limits: SuspectLimits = LIMITS
 ) -> StudyState:
-    """Count the finished analyses of a study.
-
-    Args:
-        run_keys: Keys of the analyses by variant name.
-        content: Content of the journals of the study.
-        limits: Limits above which a row is suspect.
-    """
+    """Count the finished analyses of a study, from its `run_keys` by variant and its journals."""
     done = content.rows
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
     return StudyState(
@@ -111,25 +102,16 @@ def _counts(values: Iterable[Any]) -> dict[Any, int]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSize:
-    """Size of the jobs of a cluster, one for each variant.
-
-    Attributes:
-        cores: Its processors.
-        jobs: Largest number in the queue at once.
-    """
+    """Processors of a cluster's jobs, one for each variant, and most jobs in the queue at once."""
 
     cores: int
     jobs: int
 
     @classmethod
     def of_profile(cls, name: str) -> Self | None:
-        """Return the size of the jobs of a profile of Snakemake; None for a profile of one machine.
+        """Return the size of a Snakemake profile's jobs; None for a profile of one machine.
 
-        Args:
-            name: A folder of `PROFILES`, or a path.
-
-        Raises:
-            InputError: The profile does not exist or is invalid.
+        The profile is a folder of `PROFILES` or a path; `InputError` if it is missing or invalid.
         """
         folders = [Path(name), PROFILES / name]
         file = next((f / "config.yaml" for f in folders if (f / "config.yaml").is_file()), None)
@@ -163,13 +145,9 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
     """Return the cost of a study and its progress.
 
     An analysis is done if a journal has its key. The keys are those of the prepared motions; before
-    motions are prepared nothing is done, and their number is the configured one.
-
-    Args:
-        config: The study.
-        size: Size of the jobs of a cluster; the summary then has `jobs` and `job_cores`, and the
-            wall time of one job and of all, `job_hours` and `hours`, with as many at once as the
-            profile allows and no waiting in the queue.
+    motions are prepared nothing is done, and their number is the configured one. With the size of
+    a cluster's jobs the summary has `jobs`, `job_cores` and the wall time of one job and of all,
+    `job_hours` and `hours`, without waiting in the queue.
     """
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     folder = StudyFolder(Path(config.results))

@@ -51,12 +51,8 @@ def sampled_rows(
 ) -> list[Task]:
     """Return rows of the study, spread over its variants, each with another strong motion.
 
-    Args:
-        setup: Settings that the variants share.
-        slugs: Variants to choose from, in the order of the study.
-        count: Number of rows; the strongest motions by their largest scaled PGV, in turn.
-        window_s: Length that is left of each motion; a shorter analysis, and all with None, is
-            that of the study itself.
+    The motions are the strongest by their scaled PGV, in turn. Each is cut to its strongest
+    `window_s`; a shorter analysis, and all with None, is that of the study itself.
     """
     numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
     rows: list[Task] = []
@@ -86,19 +82,11 @@ def write_sensitivity(
     workers: Workers,
     output: Path,
 ) -> None:
-    """Run the changed analyses and write the changes of the demands.
+    """Run the changed analyses that no journal has and write the changes of the demands.
 
-    Analyses in a journal of the study are not repeated.
-
-    Args:
-        setup: Settings that the variants share.
-        slugs: Variants to choose from.
-        count: Rows of the study; 0 writes an empty table.
-        window_s: Length that is left of each motion; None for all.
-        workers: The worker processes.
-        output: Parquet file: one row per demand with the mean ratio of the study to the reference,
-            the largest change of a single row by each of `REPEATS`, and the seconds of motion that
-            both sides of these comparisons were analysed for (the longest of the rows).
+    The file has one row per demand with the mean ratio of the study to the reference, the largest
+    change of a single row by each of `REPEATS`, and the seconds of motion that both sides were
+    analysed for (the longest of the rows); it is empty with a count of 0.
     """
     tasks = sampled_rows(setup, slugs, count, window_s)
     longest_first = sorted(REPEATS, key=lambda name: name != "reference")
@@ -117,10 +105,9 @@ def write_sensitivity(
 def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the changes of the demands, one row per demand.
 
-    Args:
-        rows: Demands rows with the columns ``row`` (of the study) and ``change``. Those that did
-            not finish are left out and counted. Two rows whose columns fail in different cycles are
-            not compared: their demands are peaks up to different times.
+    The rows of the demands have the columns ``row`` (of the study) and ``change``. Those that did
+    not finish are left out and counted. Two rows whose columns fail in different cycles are not
+    compared: their demands are peaks up to different times.
     """
     ran = rows[rows["status"].isin(RAN)]
     ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)

@@ -30,16 +30,7 @@ _OF_THE_DISK: Final = frozenset(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """A job of the workflow, as its script sees it.
-
-    Attributes:
-        study: Configuration of the study.
-        folder: Its results.
-        inputs: Named inputs.
-        outputs: Named outputs.
-        workers: Worker processes that it may start.
-        stamp: Provenance of its outputs.
-    """
+    """A job of the workflow, as its script sees it; the stamp is the provenance of its outputs."""
 
     study: StudyConfig
     folder: StudyFolder
@@ -49,12 +40,7 @@ class Job:
     stamp: Mapping[str, str]
 
     def current(self, path: Path, made: Mapping[str, str]) -> Path | None:
-        """Return the path of an optional table if it exists and is current.
-
-        Args:
-            path: The table, of a rule that runs on request.
-            made: Digests that it would have now, see `made_from`.
-        """
+        """Return the path of an optional table, made on request, if its digests are current."""
         if not path.is_file() or read_stamp(path).get("rule_digest") != rule_digest(made):
             return None
         return path
@@ -64,15 +50,11 @@ class Job:
 def script_session(snakemake: Any) -> Generator[Job]:
     """Yield the job of a script; log to a file, and show warnings and progress in the terminal.
 
-    Bad input and a disk that is full or cannot be written end in one sentence. When the script is
-    through, its provenance is written into its outputs.
-
-    Args:
-        snakemake: The ``snakemake`` of the script.
+    When the script is through, its provenance is written into its outputs.
 
     Raises:
-        SystemExit: With 2 after an `InputError` and 1 after a `SolutionError`, whose message is
-            shown alone, and with 130 after Ctrl-C.
+        SystemExit: In one sentence: 2 after an `InputError` or a full disk, 1 after a
+            `SolutionError`, 130 after Ctrl-C.
     """
     hush_exit_message()
     end_with_parent()

@@ -29,15 +29,9 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """One analysis: everything a worker needs.
+    """One analysis: everything a worker needs, the motion with its factor and measures.
 
-    Attributes:
-        variant: The bridge.
-        motion: The ground motion with its factor and its intensity measures at that factor.
-        incidence_deg: Angle from bridge x to component 1.
-        settings: Settings of the integration.
-        options: Modelling options, with the random properties of the motion.
-        draw: These random properties by name, for the row of the analysis.
+    The options include the random properties of the motion; `draw` has them by name.
     """
 
     variant: Variant
@@ -75,14 +69,9 @@ def run_key(task: Task) -> str:
 def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, Any]:
     """Run one analysis in this process; a failure is recorded as its result.
 
-    Args:
-        task: The analysis.
-        log_path: File for the messages of the solver.
-        progress: Called at intervals with the time reached and the duration, in s.
-
-    Returns:
-        The columns that the analysis adds to its row of the demands table, see `outcome_of`;
-        without demands if it was refused or stopped with an error.
+    The solver's messages go to the log; `progress` is called with the time reached and the
+    duration, in s. Returns the columns that the analysis adds to its row (`outcome_of`); without
+    demands if it was refused or stopped with an error.
     """
     try:
         result = analyse(

@@ -55,13 +55,9 @@ class Proposal:
     """Proposed range of the levels of a study.
 
     Attributes:
-        level_range_g: The range proposed.
-        configured_g: The range of the configuration.
         share: Forecast share of the states in reach, of all variants, with outcomes on both sides
-            if the levels lie as proposed.
-        configured_share: The same if they lie as configured.
-        in_reach: Number of states of a variant that motions can reach.
-        n_states: How many there are.
+            if the levels lie as proposed; `configured_share` if they lie as configured.
+        in_reach: Number of states of a variant that motions can reach, of `n_states`.
         states: By bridge, component and limit state: of how many variants it is in reach, the
             median level of its median in g, and both shares.
     """
@@ -83,12 +79,7 @@ class Proposal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strengths:
-    """Intensities of the motions of a study at factor 1, arrays of shape (motions,).
-
-    Attributes:
-        level_g: Level of each motion.
-        measures: Its measures by bridge.
-    """
+    """Levels (g) and measures by bridge of the motions at factor 1, arrays of shape (motions,)."""
 
     level_g: Vector
     measures: Mapping[str, list[dict[str, float]]]
@@ -119,14 +110,7 @@ def corner_variants(grid: GridConfig) -> list[str]:
 
 
 def run_trials(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
-    """Run the missing trial runs, and propose the levels of the study.
-
-    Args:
-        config: The study.
-        motions: Number of its first motions, run on each of `corner_variants`.
-
-    Returns:
-        The proposal and the rows of the trial runs.
+    """Run the missing trial runs, the first motions on each of `corner_variants`; propose levels.
 
     Raises:
         InputError: A design without a range of levels, or more motions than the study has.
@@ -169,16 +153,8 @@ def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) ->
     as well: the probability that a motion exceeds the state follows from its intensity at its
     level. A state is in reach if its line rises, the level of its median is among those that are
     tried, and, where no trial run exceeds it, the line does not bend down and no outcome is unknown
-    (then the columns fail before the state is reached).
-
-    Args:
-        curves: Fits of the trial runs, see `fit_study`.
-        strengths: Of the motions of the study.
-        configured_g: The range as configured; it is proposed again if no other is better with
-            factors within their limits.
-
-    Raises:
-        InputError: No state in reach.
+    (then the columns fail before the state is reached). The configured range is proposed again if
+    no other is better with factors within their limits; `InputError` without a state in reach.
     """
     lowest_g = [float(f"{configured_g[0] * factor:.2g}") for factor in LOWEST]
     highest_g = [float(f"{configured_g[1] * factor:.3g}") for factor in HIGHEST]

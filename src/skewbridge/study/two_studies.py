@@ -34,8 +34,6 @@ class StudyComparison:
     """Changes from a first study to a second one; effects have the columns `effect_columns`.
 
     Attributes:
-        demands: Effects on demands, pooled rows first.
-        medians: Effects on median capacities, pooled rows first.
         counts: Pairs, runs of one study alone, variants and motions in both, equal pairs.
         other_motions: Motions that have one name in both studies but are not the same; their runs
             are left out.
@@ -55,17 +53,10 @@ def compare_studies(
     im: str = DEFAULTS.im,
     margin: float = DEFAULTS.margin,
 ) -> StudyComparison:
-    """Compare two studies, each given by its folder or by its table of demands.
+    """Compare two studies, each given by its folder or its demands; the first is divided by.
 
     Motions are matched by the digests of their files if both studies have a suite, otherwise by
-    name.
-
-    Args:
-        first: The study whose values are divided by.
-        second: The other study.
-        limit_states: File of the limit states whose medians are compared.
-        im: Column of the intensity of the medians.
-        margin: Relative change that counts as negligible.
+    name. The medians are those of the limit states, with intensity `im`.
 
     Raises:
         InputError: A table or column is missing, a value unusable, or nothing in common.
@@ -106,9 +97,6 @@ def compare_demands(
 
     Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree. Pairs
     in which one run ended early count as bounds, as in `demand_effects`.
-
-    Raises:
-        InputError: The tables have no run in common, or a run twice.
     """
     shared = set(first.columns) & set(second.columns)
     states = [s for s in with_column_failure(limit_states, shared) if s.demand in shared]

@@ -68,10 +68,7 @@ def one_analysis(task: Task, key: str, log_folder: Path) -> list[Row]:
 def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
     """Run one analysis in this process and return its row of the demands table.
 
-    Args:
-        task: The analysis.
-        key: Its `run_key`, made by the parent, whose sources may be older than this process.
-        log_folder: Folder for the messages of the solver, in a file named after motion and key.
+    The parent made the key: its sources may be older than this process.
     """
     log_folder.mkdir(parents=True, exist_ok=True)
     wall_s, cpu_s = time.perf_counter(), time.process_time()

@@ -76,9 +76,7 @@ class Axis:
         return f"must have at most {self.decimals} decimals" if self.decimals else "must be whole"
 
     def checked(self, value: float) -> float:
-        """Return a value of the axis, without rounding errors beyond its decimals.
-
-        Integers are returned where all values of the axis are whole numbers.
+        """Return a value of the axis without rounding errors, an integer on an axis of integers.
 
         Raises:
             InputError: It is outside the limits or has too many decimals.
@@ -88,11 +86,7 @@ class Axis:
         return float(value) if self.decimals is None else round(value, self.decimals or None)
 
     def count(self, value: float) -> float:
-        """Return a value times the factor of its name, as an integer where that is whole.
-
-        Raises:
-            InputError: It is outside the limits or has too many decimals.
-        """
+        """Return a valid value times the factor of its name, as an integer where that is whole."""
         count = round(self.checked(value) * self.name_factor, self.decimals)
         return int(count) if count == int(count) else float(count)
 
@@ -107,11 +101,7 @@ class Axis:
         return f"{self.code}{sign}{whole:0>{self.digits}}{end}"
 
     def from_name(self, text: str) -> float:
-        """Return the value in the part of a variant's name after the letters.
-
-        Raises:
-            InputError: It is outside the limits or has too many decimals.
-        """
+        """Return the value in the part of a variant's name after the letters, as `checked`."""
         number = float(text.replace("m", "-").replace("p", "."))
         return self.checked(number / self.name_factor)
 
@@ -161,11 +151,7 @@ OPTION_PATTERN: Final = r"[a-z]+(?:-[a-z]+)*-?\d+(?:p\d+)?(?:e-?\d+)?"
 
 
 def option_in_name(part: str) -> tuple[str, float]:
-    """Return the axis and the value in a part of a variant's name.
-
-    Raises:
-        InputError: The part does not name a numeric modelling option, or its value is invalid.
-    """
+    """Return the modelling option and the value in a part of a variant's name; errors as `axis`."""
     match = re.fullmatch(r"([a-z-]*[a-z])(-?\d.*)", part)
     if match is None:
         raise InputError(f"not a part of a variant name: {part!r}")
@@ -174,11 +160,7 @@ def option_in_name(part: str) -> tuple[str, float]:
 
 
 def axis(name: str) -> Axis:
-    """Return an axis by its name.
-
-    Raises:
-        InputError: Neither a core axis nor a numeric modelling option.
-    """
+    """Return an axis by its name; `InputError` unless a core axis or numeric modelling option."""
     if name not in _BY_NAME:
         raise InputError(f"axis must be one of {', '.join(_BY_NAME)}, got {name!r}")
     return _BY_NAME[name]

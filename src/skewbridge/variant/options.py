@@ -25,12 +25,7 @@ type ShearModel = Literal["sdc", "kowalsky_priestley"]
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class ModelOptions:
-    """Modelling options of one analysis; the defaults are those of the default study.
-
-    Raises:
-        ValidationError: A value is outside its limits (`files.checking.checked` turns it into
-            an `InputError`).
-    """
+    """Modelling options of one analysis; the defaults are those of the default study."""
 
     arrays: Literal["rigid", "corotational"] = Field(
         default="rigid",

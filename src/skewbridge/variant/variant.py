@@ -70,12 +70,7 @@ class Variant:
 
     @classmethod
     def at(cls, bridge: str, abutment: str, values: Mapping[str, float]) -> Self:
-        """Return the variant at these values of its axes.
-
-        Args:
-            bridge: Name of a bridge or path of its file.
-            abutment: Abutment model.
-            values: Every core axis, and the modelling options that are axes.
+        """Return the variant at these values of every core axis and of modelling options.
 
         Raises:
             InputError: An axis is unknown or a value is not on it.
@@ -94,8 +89,7 @@ class Variant:
     def normal_gap_m(self, measured: GapMeasured = "normal") -> float:
         """Return the opening of the joint at rest normal to the wall.
 
-        Args:
-            measured: Direction of ``gap_mm``; along the bridge it is wider than the opening.
+        ``gap_mm`` measured along the bridge is wider than the opening.
         """
         narrowing = cos(radians(self.skew_deg)) if measured == "longitudinal" else 1.0
         return self.gap_mm * MM * narrowing
@@ -136,11 +130,7 @@ class Variant:
 
 
 def parse_slug(slug: str) -> Variant:
-    """Return the variant that a slug names.
-
-    Raises:
-        InputError: The text is not the slug of a variant.
-    """
+    """Return the variant that a slug names; `InputError` if it names none."""
     match = re.fullmatch(_SLUG, slug)
     if match is None:
         raise InputError(

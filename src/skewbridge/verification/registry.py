@@ -50,18 +50,11 @@ def run_studies(
 
     The folder gets the comparisons of each study (`<study>.parquet`, `<study>.json`), its figures
     and further tables, all comparisons (`studies.parquet`) and the verdicts on the paper's
-    statements (`statements.parquet`).
-
-    Args:
-        names: Names of the studies; without names all run except the long ones.
-        out: The folder.
-        report_progress: Called with a line per study, and with further lines of a long one.
+    statements (`statements.parquet`). Without names all studies run except the long ones; lines on
+    their progress go to `report_progress`.
 
     Returns:
         The comparisons, then the verdicts with their `outcome`, `reason` and `case`.
-
-    Raises:
-        InputError: Unknown name, or the folder cannot be made.
     """
     known = STUDIES | LONG_STUDIES
     unknown = [name for name in names if name not in known]
@@ -96,10 +89,7 @@ def run_study(
 ) -> Study:
     """Run one study; statements without a verdict are undecidable.
 
-    A long study keeps finished analyses in the folder `kept`.
-
-    Raises:
-        RuntimeError: A solver could not finish.
+    A long study keeps finished analyses in the folder `kept`. `RuntimeError` if a solver fails.
     """
     study = Study(name, kept, report_progress)
     module, function = (STUDIES | LONG_STUDIES)[name].split(":")

@@ -43,12 +43,7 @@ def _table() -> pd.DataFrame:
 def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
     """Return median RotD50 PSA in g and total standard deviation of its logarithm.
 
-    Args:
-        scenario: Earthquake and site.
-        periods_s: Tabulated periods in s (0 is PGA; -1 is PGV, in cm/s), shape (n,).
-
-    Raises:
-        InputError: A period that is not in the table.
+    The periods, in s, are tabulated ones (0 is PGA; -1 is PGV, in cm/s), else `InputError`.
     """
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     unknown = [float(period) for period in periods if period not in _table().index]
@@ -136,9 +131,7 @@ def calibrate_pair(
 ) -> tuple[Vector, Vector]:
     """Return both components, zero-padded at both ends, calibrated to RotD50 PSA.
 
-    The periods of the target are `BSSA_PERIODS_S`.
-
-    At the end they are high-passed at the corner.
+    The periods of the target are `BSSA_PERIODS_S`. At the end they are high-passed at the corner.
     """
     npts = accel_1_g.size
     pair = np.stack([accel_1_g, accel_2_g])

@@ -119,12 +119,9 @@ class Background:
     """Parameters of the modulated filtered noise of one component.
 
     Attributes:
-        arias_cm_s: Arias intensity in cm/s.
         d5_95_s: Time between 5 and 95 % of the Arias intensity.
-        d0_5_s: Time to 5 %.
-        d0_30_s: Time to 30 %.
-        f_mid_hz: Filter frequency at 30 %.
-        f_slope_hz_per_s: Rate of change of the filter frequency.
+        d0_5_s: Time to 5 %, ``d0_30_s`` to 30 %.
+        f_mid_hz: Filter frequency at 30 %; the slope is its rate of change.
         damping_ratio: Damping ratio of the filter.
     """
 
@@ -139,15 +136,7 @@ class Background:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pulse:
-    """Parameters of the velocity pulse of component 1.
-
-    Attributes:
-        peak_cm_s: Amplitude of the velocity pulse.
-        period_s: Pulse period.
-        oscillations: Number of oscillations (gamma).
-        phase_rad: Phase (nu).
-        peak_time_s: Time of the peak of the envelope.
-    """
+    """Velocity pulse of component 1; oscillations are gamma, phase is nu of the model."""
 
     peak_cm_s: float
     period_s: float
@@ -243,14 +232,7 @@ def _beta(normal: float, alpha: float, beta: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Modulation:
-    """Envelope q(t): rises as c (t/peak)^power until the peak, then falls as exp(-decay t).
-
-    Attributes:
-        power: Exponent of the rise.
-        decay_per_s: Rate of the fall.
-        peak_s: Time of the peak.
-        amplitude_g: Value at the peak.
-    """
+    """Envelope q(t): rises as c (t/peak)^power until the peak, then falls as exp(-decay t)."""
 
     power: float
     decay_per_s: float

@@ -57,15 +57,11 @@ class Block:
 
     Attributes:
         mass_kg: Mass along x, and along y if `bounces`.
-        kn_n_per_m: Normal penalty.
-        kt_n_per_m: Tangential penalty.
-        friction: Coulomb coefficient.
         normal_load_n: Constant load onto the surface.
         spring_n_per_m: Spring along x to an anchor.
         x0_m: Initial position along x; the spring is free at zero.
         v0_mps: Initial velocity (x, y).
         bounces: The mass has inertia along y; otherwise it rests on the surface from the start.
-        drive: Drive of the contact.
     """
 
     mass_kg: float
@@ -83,15 +79,7 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class BlockHistory:
-    """Response of a block; n times.
-
-    Attributes:
-        position_m: Along x and y, shape (n, 2).
-        velocity_mps: Along x and y, shape (n, 2).
-        friction_n: With the sign of slip, shape (n,).
-        normal_n: Compression, shape (n,).
-        ledger: Ledger of the contact.
-    """
+    """Response of a block along x and y, shape (n, 2); friction has the sign of slip."""
 
     t_s: Array
     position_m: Array
@@ -111,7 +99,7 @@ def run_block(
     anchor_m: TimeFunction | None = None,
     integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
 ) -> BlockHistory:
-    """Run a block, with the trapezoidal rule unless another integrator is given.
+    """Run a block, with the trapezoidal rule unless another OpenSees integrator is given.
 
     Args:
         block: The block.
@@ -121,9 +109,6 @@ def run_block(
         base_mps2: Acceleration of the surface; the response is then relative to the surface.
         anchor_m: Displacement of the spring's anchor.
         integrator: Arguments of the OpenSees integrator.
-
-    Raises:
-        SolutionError: A step does not converge.
     """
     times = even_times(duration_s, dt_s)
     with clean_domain():
@@ -209,12 +194,9 @@ def falling_block() -> Block:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UprightHistory:
-    """Response of an upright block; n times.
+    """Response of an upright block; feet are the left and right corner, shape (n, 2).
 
-    Attributes:
-        angle_rad: Rotation including the initial angle, positive to the left (counter-clockwise).
-        feet_m: Horizontal displacement of the left and right corner, shape (n, 2).
-        openings_m: Shape (n, 2).
+    The angle includes the initial one, positive to the left (counter-clockwise).
     """
 
     t_s: Array
@@ -234,16 +216,8 @@ def run_upright(
 ) -> UprightHistory:
     """Run a block of 1000 kg on two corners that slides, tips or rocks, with large rotations.
 
-    Args:
-        block: The block; the penalty at its corners is 1e9 N/m.
-        dt_s: Time step.
-        duration_s: Duration.
-        friction: Coulomb coefficient of both corners.
-        angle_rad: Initial angle; the block starts at rest, leaning to the left if positive.
-        base_mps2: Horizontal acceleration of the floor.
-
-    Raises:
-        SolutionError: A step does not converge.
+    It starts at rest, leaning to the left if the angle is positive; the floor accelerates by
+    `base_mps2`. The penalty at the corners is 1e9 N/m.
     """
     times = even_times(duration_s, dt_s)
     with clean_domain():

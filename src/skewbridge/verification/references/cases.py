@@ -116,11 +116,7 @@ class DeckCase(_Case):
 
 
 def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
-    """Read a case file.
-
-    Raises:
-        InputError: The file is missing, is not a YAML mapping, or a field is wrong.
-    """
+    """Read a case file; `InputError` if it is missing, no YAML mapping, or a field is wrong."""
     return checked(kind, read_mapping(file), file)
 
 
@@ -133,9 +129,7 @@ def file_of_case(case_file: Path, name: str) -> Path:
 def read_path(file: Path) -> NDArray[np.float64]:
     """Read a displacement path: columns t_s, ux_m, uy_m, uz_m, one row per time.
 
-    Raises:
-        InputError: The file is missing, a column is missing, a value is not a number, or the time
-            does not increase.
+    `InputError` names a missing column, or the line of a bad value or of a time that falls.
     """
     table = read_csv(file, skipinitialspace=True)
     missing = [column for column in PATH_COLUMNS if column not in table.columns]

@@ -149,13 +149,9 @@ def make_deck(case: DeckCase) -> SkewDeck:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseAcceleration:
-    """Ground acceleration: a cosine pulse, or two sampled components.
+    """Ground acceleration: a cosine pulse along x and y, or two sampled components.
 
-    Attributes:
-        amplitude_mps2: Amplitudes of the pulse along x and y.
-        period_s: Period and duration of the pulse.
-        sample_dt_s: Time step of the record; zero for the pulse.
-        samples_mps2: Accelerations of the record, shape (2, n), linear between samples.
+    The samples, shape (2, n), are linear between the steps of `sample_dt_s`, zero for a pulse.
     """
 
     amplitude_mps2: tuple[float, float] = (0.0, 0.0)
@@ -205,12 +201,8 @@ def _mid(values: Array) -> Array:
 def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact_j: float) -> float:
     """Return input less works and stored energies at the end, over the largest input.
 
-    Args:
-        deck: The deck.
-        loads_n: Mean loads of the steps, shape (steps, 3).
-        q: Displacements, shape (steps + 1, 3).
-        v: Velocities, of the same shape.
-        contact_j: Work of all contact forces on the deck, positive if energy is lost.
+    The loads are means of the steps, shape (steps, 3). `contact_j` is the work of all contact
+    forces on the deck, positive if energy is lost.
     """
     step = np.diff(q, axis=0)
     given = np.cumsum(np.sum(loads_n * step, axis=1))
@@ -235,20 +227,13 @@ def _penalty_residual(deck: SkewDeck, rows: Array, openings_m: Array, accel_mps2
 
 
 def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> DeckHistory:
-    """Run a deck case with its solver, under its pulse unless another excitation is given.
-
-    Raises:
-        SolutionError: The solver could not finish.
-    """
+    """Run a deck case with its solver, under its pulse unless another excitation is given."""
     solver = {"opensees": run_opensees, "penalty": run_penalty, "lcp": run_lcp}[case.solver]
     return solver(case, excitation or pulse_of(case))
 
 
 def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
-    """Run a deck case file and write its histories as parquet.
-
-    Returns:
-        Peaks, time of the first contact, energy residual.
+    """Run a deck case file, write its histories as parquet and return peaks and first contact.
 
     Raises:
         InputError: The case, a motion or the output folder is wrong.
@@ -303,16 +288,10 @@ def run_opensees(
     connect: Callable[[DeckCase], None] | None = None,
     parts_on_change: int = 1,
 ) -> DeckHistory:
-    """Run a deck case in OpenSees.
+    """Run a deck case in OpenSees; `SolutionError` if a step does not converge.
 
-    Args:
-        case: The case.
-        excitation: Ground acceleration.
-        connect: Function that connects the centre to the corner nodes; rigid links by default.
-        parts_on_change: Number of sub-steps of a step in which a contact opens or closes.
-
-    Raises:
-        SolutionError: A step does not converge.
+    `connect` joins the centre to the corner nodes, by rigid links unless given. A step in which a
+    contact opens or closes is made in `parts_on_change`.
     """
     deck, contacts = make_deck(case), ContactSet(coupling=case.coupling)
     kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m
@@ -507,9 +486,6 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     """Run a deck case with rigid contacts, Newton restitution (1 unless given) and friction.
 
     The time stepping is of first order, so it divides the step of the case.
-
-    Raises:
-        SolutionError: A step has no solution.
     """
     deck = make_deck(case)
     parts = max(1, ceil(case.dt_s / _LARGEST_LCP_STEP_S - 1e-9))

@@ -44,17 +44,9 @@ def drive_unit(
     scheme: Scheme = "vector",
     coupling: Coupling = "extrapolated",
 ) -> PathResult:
-    """Drive one contact unit of an OpenSees model along a path.
+    """Drive one contact unit of an OpenSees model along a path, with some steps per row.
 
-    Args:
-        law: Parameters of the pair.
-        path: Shape (rows, 4). The first row is the state at rest: nothing has slipped.
-        substeps: Steps per row.
-        scheme: As in `ContactSet`.
-        coupling: As in `ContactSet`.
-
-    Raises:
-        SolutionError: OpenSees does not make a step.
+    The first row of the path, shape (rows, 4), is the state at rest: nothing has slipped.
     """
     forces = np.zeros((len(path), 3))
     with clean_domain():
@@ -164,10 +156,6 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
 
     The CSV has t_s, fx_n, fy_n, fz_n at the times of the path: forces with the sign of slip,
     compression positive.
-
-    Raises:
-        InputError: The case, the path or the output folder is wrong.
-        SolutionError: OpenSees does not make a step.
     """
     case = read_case(case_file, ContactCase)
     path = read_path(file_of_case(case_file, case.path))

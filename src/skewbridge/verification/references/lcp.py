@@ -36,15 +36,13 @@ _ROUNDING: Final = 1e-10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigidContacts:
-    """Contacts of a structure.
+    """Contacts of a structure, those of a group with one tangent; cohesion is that per contact.
 
     Attributes:
         normal_rows: Opening = gap + row . q, shape (contacts, dofs).
         gaps_m: Initial openings, shape (contacts,).
         tangent_rows: Slip = row . q, one row per group, shape (groups, dofs).
         groups: Group of each contact.
-        friction: Coulomb coefficient.
-        cohesion_n: Friction limit at zero normal force, per contact.
         restitution: Newton's coefficient.
     """
 
@@ -78,16 +76,9 @@ class _ImpactSolver:
     def solve(
         self, active: tuple[int, ...], u_free: Array, u_before: Array, h: float
     ) -> tuple[Array, Array]:
-        """Return the normal and tangential impulses (with the sign of slip) of a step.
+        """Return the normal and tangential impulses (with the sign of slip) of a step of length h.
 
-        Args:
-            active: Contacts whose gaps are closed.
-            u_free: Velocities after the step without contact; normals, then groups.
-            u_before: Velocities before the step.
-            h: Time step.
-
-        Raises:
-            SolutionError: No state fits.
+        Velocities (normals, then groups) are those after the step without contact and before it.
         """
         count = len(self._contacts.groups)
         for state in self._states(active):
@@ -160,14 +151,9 @@ class _ImpactSolver:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LcpHistory:
-    """Response; n times.
+    """Response: q and v, shape (n, dofs), impulses of the step that ends at the time.
 
-    Attributes:
-        q: Shape (n, dofs).
-        v: Shape (n, dofs).
-        normal_impulses_ns: Shape (n, contacts), of the step that ends at the time.
-        tangent_impulses_ns: Shape (n, groups), with the sign of slip.
-        contact_work_j: Energy taken by contact over all steps.
+    Friction impulses, shape (n, groups), have the sign of slip; contact takes `contact_work_j`.
     """
 
     t_s: Array
@@ -181,16 +167,10 @@ class LcpHistory:
 def moreau_jean(
     matrices: tuple[Array, Array, Array], contacts: RigidContacts, mean_loads_n: Array, h_s: float
 ) -> LcpHistory:
-    """Step a linear structure with rigid contacts from rest.
+    """Step a linear structure (mass, damping, stiffness) with rigid contacts from rest.
 
-    Args:
-        matrices: Mass, damping and stiffness.
-        contacts: The contacts.
-        mean_loads_n: Mean external load over each step, shape (steps, dofs).
-        h_s: Time step.
-
-    Raises:
-        SolutionError: A step has no solution.
+    The loads are means over the steps, shape (steps, dofs). `SolutionError` if a step has no
+    solution.
     """
     mass, damping, stiffness = matrices
     steps, dofs = mean_loads_n.shape

@@ -29,11 +29,7 @@ def clean_domain() -> Generator[None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solver:
-    """Arguments of the OpenSees solution commands, by default with the trapezoidal rule.
-
-    Attributes:
-        tolerance_m: Largest norm of the last displacement increment.
-    """
+    """OpenSees solution commands; the tolerance is on the norm of the last increment."""
 
     constraints: str = "Transformation"
     numberer: str = "Plain"
@@ -107,11 +103,7 @@ def even_times(duration_s: float, dt_s: float) -> Array:
 def march(
     contacts: ContactSet, times_s: Array, dt_s: float, parts_on_change: int = 1
 ) -> Generator[int]:
-    """Step to the given times; yield the number of each step after the contacts were updated.
-
-    Raises:
-        SolutionError: A step does not converge.
-    """
+    """Step to the given times; yield each step's number after the contacts were updated."""
     for k in range(1, len(times_s)):
         if not make_step(contacts, dt_s, parts_on_change=parts_on_change):
             raise SolutionError(f"OpenSees stopped at {times_s[k]:.6g} s of {times_s[-1]:.6g} s")

@@ -21,12 +21,7 @@ EARLIER_MODEL: Final = "this project's earlier model (regression only)"
 class ReferenceCheck:
     """A computed quantity compared with its reference.
 
-    Attributes:
-        quantity: What is compared, with its unit.
-        value: Computed value.
-        reference: Reference value.
-        tolerance: Largest allowed absolute difference; None: reported, not judged.
-        source: Source of the reference.
+    The tolerance is the largest absolute difference; None: reported, not judged.
     """
 
     quantity: str
@@ -56,9 +51,7 @@ class StatementCase:
 class Study:
     """Collects the results of a study: comparisons, verdicts on statements, figures, tables.
 
-    Attributes:
-        kept: Folder where a long study keeps finished analyses; None keeps nothing.
-        report_progress: Called with a line on the progress of a long study.
+    A long study keeps finished analyses in the folder `kept` and reports lines on its progress.
     """
 
     name: str
@@ -96,11 +89,7 @@ class Study:
         self.absolute(quantity, value, reference, None, source)
 
     def states(self, statement: str, case: str, *numbers: Any, **conditions: bool) -> None:
-        """Add the verdict on a statement of the paper in one case, from its computed numbers.
-
-        Raises:
-            KeyError: The table of statements does not have it.
-        """
+        """Add the verdict on a statement (a row of the table) in one case, from its numbers."""
         verdict = STATEMENTS[statement].verdict(*numbers, **conditions)
         self.verdicts.append(StatementCase(statement, case, verdict))
 

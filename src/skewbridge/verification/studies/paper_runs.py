@@ -58,12 +58,7 @@ SMALLEST_CYCLE: Final = 0.15
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperMotion:
-    """A motion of a study, longitudinal component first.
-
-    Attributes:
-        motion: The motion at the factor of the study.
-        label: Name for figures; names the stand-in if it is not the paper's record.
-    """
+    """A motion at the factor of the study, longitudinal component first; a label for figures."""
 
     motion: GroundMotion
     label: str
@@ -124,11 +119,7 @@ def _record(
 
 
 def embedded_entries() -> list[IndexEntry]:
-    """Return the index entries of the stored motions of the package's suite.
-
-    Raises:
-        InputError: The suite is not in the working folder.
-    """
+    """Return the index entries of the stored motions of the package's suite."""
     places = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
     if (index := next(filter(Path.is_file, places), None)) is None:
         raise InputError(
@@ -139,11 +130,7 @@ def embedded_entries() -> list[IndexEntry]:
 
 
 def embedded_motions() -> list[GroundMotion]:
-    """Return the stored motions of the package's suite, unscaled.
-
-    Raises:
-        InputError: The suite is not in the working folder.
-    """
+    """Return the stored motions of the package's suite, unscaled."""
     return [read_entry(entry) for entry in embedded_entries()]
 
 
@@ -214,11 +201,8 @@ def stick_slip_changes(
 ) -> int:
     """Return how often closed contacts change from sticking to slipping or back.
 
-    Args:
-        normal_n: Normal forces, shape (n, units).
-        friction_n: Resultants of friction, shape (n, units).
-        coefficient: Coulomb coefficient.
-        near_limit: Share of the limit from which a contact counts as slipping.
+    Forces have the shape (n, units). From `near_limit` of its limit on a contact counts as
+    slipping.
     """
     closed = normal_n > 0.0
     slipping = friction_n >= near_limit * coefficient * normal_n
@@ -228,12 +212,9 @@ def stick_slip_changes(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HalfCycle:
-    """One half cycle of the run without friction.
+    """One half cycle of the run without friction, between two zero crossings.
 
     Attributes:
-        start_s: First zero crossing.
-        end_s: Second zero crossing.
-        peak_without_m: Largest magnitude without friction.
         peak_with_m: Largest magnitude with friction, in the same time.
         together: Largest product of longitudinal and transverse displacement at one time, over
             the product of their largest values of the run: 1 when both peaks coincide.
@@ -258,12 +239,9 @@ def half_cycles(
 ) -> list[HalfCycle]:
     """Return the half cycles between zero crossings of a displacement without friction.
 
-    Args:
-        t_s: Times without friction, shape (n,).
-        without_m: Displacements along x and y without friction, shape (n, 2).
-        with_m: The same with friction, shape (m, 2); only times of both runs count.
-        axis: 0 along x, 1 along y.
-        in_contact: Arrays that are true where a backwall carries force, of n or m times.
+    Displacements along x and y have the shape (n, 2) without and (m, 2) with friction; only times
+    of both runs count. The axis is 0 along x, 1 along y; `in_contact` has arrays that are true
+    where a backwall carries force.
     """
     count = min(len(without_m), len(with_m))
     own, other = without_m[:count, axis], without_m[:count, 1 - axis]

@@ -59,13 +59,9 @@ NORMAL: Final = np.array([-TANGENT[1], TANGENT[0]])
 
 @dataclass(frozen=True, slots=True)
 class ParticleHistory:
-    """Response of the particle; n times.
+    """Response of the particle along x and y, shape (n, 2); columns of forces: lower, upper line.
 
-    Attributes:
-        position_m: Along x and y, shape (n, 2).
-        friction_n: Along the lines, with the sign of slip: lower and upper line, shape (n, 2).
-        normal_n: Compression of the lower and upper line, shape (n, 2).
-        ledgers: Ledgers of the two units.
+    Friction acts along the lines, with the sign of slip.
     """
 
     t_s: Array
@@ -76,13 +72,7 @@ class ParticleHistory:
 
 
 def run_particle(dt_s: float, duration_s: float, keep: Callable[[int], bool]) -> ParticleHistory:
-    """Run the particle in OpenSees by the trapezoidal rule; keep the steps that `keep` accepts.
-
-    The contact has a restitution of 0.6.
-
-    Raises:
-        SolutionError: A step does not converge.
-    """
+    """Run the particle in OpenSees by the trapezoidal rule; keep the steps that `keep` accepts."""
     times = even_times(duration_s, dt_s)
     with clean_domain():
         contacts = _model()

@@ -62,13 +62,7 @@ REPORT_EACH: Final = 10  # analyses between two lines on the progress
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaseSet:
-    """Variants and motions of a study: each combination.
-
-    Attributes:
-        motion_count: Number of motions.
-        window_s: Strongest part of each motion; None for the whole.
-        processes: Worker processes.
-    """
+    """Variants and motions of a study, each combination, cut to `window_s` unless None."""
 
     bridges: tuple[str, ...]
     abutments: tuple[str, ...] = ("contact_friction",)
