@@ -4,13 +4,15 @@ Figures from the project's reference page on bridge data, sections 5 and 6 (engi
 evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa.
 """
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from hand_made_column import SECTION
-from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.column import shear_section
+from skewbridge.bridge.catalogue import bridge_names, load_bridge
+from skewbridge.bridge.column import column_shear_section, shear_section
 from skewbridge.bridge.gravity import column_axial_n
 from skewbridge.bridge.materials import (
     Concrete,
@@ -28,7 +30,9 @@ from skewbridge.bridge.shear_capacity import (
     hoop_strength_n,
     kowalsky_priestley_strength,
     sdc_shear_strength,
+    shear_strength,
 )
+from skewbridge.variant.options import ShearModel
 
 PSI_PA = 6894.757293168
 OSB1_AXIAL_N, OSB2S_AXIAL_N = 5.997e6, 7.513e6
@@ -132,7 +136,7 @@ def test_concrete_shear_falls_with_ductility_down_to_a_tenth(ductility, factor_1
     )
 
 
-def test_concrete_shear_grows_with_compression_and_is_none_under_tension():
+def test_concrete_shear_grows_with_compression_and_falls_under_tension():
     axial_n = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
     steel = hoop_strength_n(SECTION)
     assert float(sdc_shear_strength(SECTION, axial_n, 8.0)) == pytest.approx(
@@ -141,12 +145,39 @@ def test_concrete_shear_grows_with_compression_and_is_none_under_tension():
     assert float(sdc_shear_strength(SECTION, 9.0 * axial_n, 8.0)) == pytest.approx(
         concrete_n(0.3, 1.5) + steel, rel=1e-6
     )
-    assert float(sdc_shear_strength(SECTION, -1.0, 8.0)) == pytest.approx(steel, rel=1e-9)
+    # tension over area: 250 psi is half of 500 psi
+    assert float(sdc_shear_strength(SECTION, -axial_n / 2, 8.0)) == pytest.approx(
+        concrete_n(0.3, np.exp(-0.5)) + steel, rel=1e-6
+    )
     assert float(sdc_shear_strength(SECTION, 9.0 * axial_n, 1.0)) == pytest.approx(
         concrete_n(4.0) + steel, rel=1e-6
     )
     away = sdc_shear_strength(SECTION, 0.0, 8.0, inside_hinge=False)
     assert float(away) == pytest.approx(concrete_n(3.0) + steel, rel=1e-6)
+
+
+@pytest.mark.parametrize("bridge", bridge_names())
+@pytest.mark.parametrize("model", get_args(ShearModel.__value__))
+def test_no_small_change_of_the_axial_force_moves_the_shear_capacity_much(bridge, model):
+    """0.1 MN moves it by at most 2 %, from full tension to half of the squash load."""
+    data = load_bridge(bridge)
+    squash_n = data.column.expected_concrete_strength_mpa * 1e6 * data.column.gross_area_m2
+    axial_n = np.arange(-0.2 * squash_n, 0.5 * squash_n, 1.0e4)
+    for bent in range(len(data.bents)):
+        section = column_shear_section(data, bent)
+        for ductility in (1.0, 2.5, 4.0, 15.0):
+            capacity = shear_strength(section, model, axial_n, ductility, ductility)
+            assert np.abs(capacity[10:] / capacity[:-10] - 1.0).max() <= 0.02
+
+
+def test_expected_materials_carry_more_shear():
+    nominal, expected = (
+        float(shear_strength(SECTION, model, 0.0, 1.0, 1.0))
+        for model in ("sdc_nominal", "sdc_expected")
+    )
+    steel = hoop_strength_n(SECTION)
+    concrete = (nominal - steel) * np.sqrt(35.85 / 27.6)
+    assert expected == pytest.approx(concrete + steel * 469 / 414, rel=1e-9)
 
 
 def test_hoops_carry_what_their_force_and_number_give():

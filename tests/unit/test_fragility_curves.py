@@ -28,7 +28,12 @@ from skewbridge.fragility.limit_states import LimitState, demand_unit
 from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.outcomes import demand_outcomes
-from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables, write_described
+from skewbridge.fragility.study_tables import (
+    DESCRIPTIONS,
+    fragility_tables,
+    shear_model_medians,
+    write_described,
+)
 from skewbridge.fragility.system import system_curves
 from skewbridge.study.ida import Search
 from skewbridge.variant import axes
@@ -466,3 +471,20 @@ def test_the_unit_of_every_demand_is_that_of_its_column():
         names.get(c.unit, c.unit.lower()) for c in limited
     ]
     assert demand_unit("strain_percent") == "percent"
+
+
+def test_a_shear_model_with_a_smaller_capacity_fails_at_a_smaller_intensity() -> None:
+    table = synthetic_demands(skews=(0,), gaps=(25,), frictions=(0.5,))
+    ratio = table["column_shear_dcr"] / table["column_shear_dcr"].median()
+    names = {"sdc_expected": 0.9, "sdc_nominal": 1.2, "kowalsky_priestley": 0.3}
+    table = table.assign(
+        beyond_model="shear",
+        **{f"column_shear_dcr_{name}": factor * ratio for name, factor in names.items()},
+    )
+    found = shear_model_medians(table).set_index("limit_state")
+    assert found.loc["sdc_nominal", "theta"] < found.loc["sdc_expected", "theta"]
+    # a demand of the whole history is known although the study ended the run at its own failure
+    assert set(found["n_unknown"]) == set(found["n_beyond_model"]) == {0}
+    assert shear_model_medians(
+        table.drop(columns=[f"column_shear_dcr_{name}" for name in names])
+    ).empty

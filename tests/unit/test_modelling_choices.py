@@ -94,19 +94,25 @@ def test_null_counts_as_the_default_value(task: Task) -> None:
 
 
 def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
-    everywhere = {"column_integration", "damping_ratio", "integrator"}
+    everywhere = {"column_integration", "damping_ratio", "integrator", "cap_load", "fiber_end"}
+    everywhere |= {"shear_model", "shear_failure"}
     assert tried(at(task, abutment="roller")) == everywhere
     assert {"key_frame", "gap_measured", "backfill_variation"} <= tried(task)
     assert not {"key_frame", "gap_measured", "backfill_variation"} & tried(at(task, skew_deg=0))
     assert "embankment_mass" in tried(at(task, abutment="spring"))
     assert not {"embankment_mass", "foundation"} & tried(task)
     assert "foundation" in tried(at(task, bridge="bridge_a"))
+    assert "friction_at" in tried(task)
+    assert "friction_at" not in tried(at(task, friction_pct=0))
+    assert "hinge_rule" in tried(at(task, bridge="osb1_fixed"))
+    assert "hinge_rule" not in tried(task)  # its hinges are longer than the limit
 
 
 def test_settings_fixed_by_the_scheme_are_not_tried(task: Task) -> None:
     paper = replace(task, settings=AnalysisSettings(scheme="paper"))
     assert "column_integration" in tried(task)
     assert "column_integration" not in tried(paper)
+    assert "shear_failure" not in tried(paper), "softening needs a hinge of a given length"
 
 
 def test_motions_are_spread_over_their_strength(tmp_path: Path) -> None:

@@ -303,3 +303,19 @@ def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):
     packed = re.search('id="explorer-data"[^>]*>([^<]*)', page)[1]
     data = json.loads(gzip.decompress(base64.b64decode(packed)))
     assert f"</script>{script}" in data["motions"][0]
+
+
+def test_the_page_compares_the_medians_of_shear_failure_under_three_capacity_models(render):
+    demands = synthetic_demands(skews=(0, 60), gaps=(25,))
+    ratio = demands["column_shear_dcr"] / demands["column_shear_dcr"].median()
+    factors = {"sdc_expected": 0.95, "sdc_nominal": 1.1, "kowalsky_priestley": 0.02}
+    page, _ = render(
+        demands.assign(**{f"column_shear_dcr_{key}": each * ratio for key, each in factors.items()})
+    )
+    head = "Median capacity for shear failure of a column under three capacity models (4)"
+    assert head in page
+    table = page[page.index(head) :].split("</table>")[0]
+    assert "SDC, nominal materials, θ [interval]" in table
+    assert re.search(r"<td[^>]*>0 of \d+ runs fail", table)
+    own, _ = render(demands)
+    assert "three capacity models" not in own

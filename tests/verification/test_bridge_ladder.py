@@ -66,15 +66,23 @@ def test_every_variant_survives_a_strong_motion(variant: Variant) -> None:
     check_run(variant, strong_motion(duration_s=10.0), 10.0)
 
 
-def test_the_shear_capacity_can_be_that_of_kowalsky_and_priestley() -> None:
+def test_every_shear_model_has_its_column_and_none_changes_the_analysis() -> None:
     variant = Variant(bridge="osb1_era1", abutment="contact", skew_deg=0, gap_mm=51, friction_pct=0)
-    ratios = {
-        model: analyse(
+    models = ("kowalsky_priestley", "sdc_expected", "sdc_nominal")
+    whole: dict[str, dict[str, float]] = {}
+    for model in models:
+        result = analyse(
             variant,
             Excitation(motion=pulse_motion(duration_s=3.0)),
             AnalysisSettings(),
             ModelOptions(shear_model=model),
-        ).demands["column_shear_dcr"]
-        for model in ("sdc", "kowalsky_priestley")
-    }
-    assert 0.0 < ratios["kowalsky_priestley"] < ratios["sdc"]
+        )
+        whole[model] = result.whole_history
+        own = f"column_shear_dcr_{model}"
+        assert result.whole_history["column_shear_dcr"] == result.whole_history[own]
+        # over the whole history, also after a failure
+        assert result.demands[own] == result.whole_history[own] > 0.0
+    ratios = [whole[models[0]][f"column_shear_dcr_{model}"] for model in models]
+    assert ratios == sorted(set(ratios))
+    for model in models:
+        assert ratios == [whole[model][f"column_shear_dcr_{name}"] for name in models]

@@ -5,6 +5,7 @@ Displacements are relative to the ground and counted from the state under gravit
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,15 @@ from skewbridge.bridge.handles import (
     PlanVector,
     SpringHandle,
 )
-from skewbridge.bridge.shear_capacity import kowalsky_priestley_strength, sdc_shear_strength
+from skewbridge.bridge.shear_capacity import shear_strength
 from skewbridge.contact.state import UnitLedger
 from skewbridge.units import KJ, KN
+from skewbridge.variant.options import ShearModel
+
+#: Shear model by the column of its demand over capacity, a peak over the whole history.
+SHEAR_MODEL_DEMANDS: Final[Mapping[str, ShearModel]] = {
+    f"column_shear_dcr_{model}": model for model in get_args(ShearModel.__value__)
+}
 
 
 def demands(
@@ -99,6 +106,10 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
         "column_shear_kn": peak(np.hypot(*shear.T) for shear in shears) / KN,
         "column_base_shear_kn": peak(np.hypot(*base.T) for base in bases) / KN,
         "column_shear_dcr": peak(column_shear_dcr(column, trace) for column in columns),
+        **{
+            name: peak(column_shear_dcr(column, trace, model) for column in columns)
+            for name, model in SHEAR_MODEL_DEMANDS.items()
+        },
         "column_drift_ratio": peak(drifts),
         "drift_over_capacity": peak(drift_over_capacity(column, trace) for column in columns),
         "column_curvature_ductility": peak(
@@ -137,20 +148,23 @@ def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
     return column_drift(column, trace) / column.drift_capacity_ratio
 
 
-def column_shear_dcr(column: ColumnHandle, trace: ResponseTrace) -> Series:
+def column_shear_dcr(
+    column: ColumnHandle, trace: ResponseTrace, model: ShearModel | None = None
+) -> Series:
     """Return the shear of the section over its capacity at the same time, shape (n,).
 
-    The capacity follows the current axial force and the largest ductility so far (of displacement
-    or of curvature, depending on the shear model), because dilated concrete does not recover.
+    The capacity, by the model of the column unless another is given, follows the current axial
+    force and the largest ductility so far, because dilated concrete does not recover.
     """
     axial = trace.column_forces(column.element)[:, 2]
     # ASSUME the hinge region governs over the whole height: these columns are short.
-    if column.shear_model == "kowalsky_priestley":
-        ductility = np.maximum.accumulate(curvature_ductility(column, trace))
-        capacity = kowalsky_priestley_strength(column.shear, axial, ductility)
-    else:
-        ductility = np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio
-        capacity = sdc_shear_strength(column.shear, axial, ductility)
+    capacity = shear_strength(
+        column.shear,
+        model or column.shear_model,
+        axial,
+        np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio,
+        np.maximum.accumulate(curvature_ductility(column, trace)),
+    )
     return np.hypot(*column_shear_n(column, trace).T) / capacity
 
 

@@ -15,7 +15,7 @@ from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
-from skewbridge.analysis.peaks import ModelEnd, demands, model_end
+from skewbridge.analysis.peaks import SHEAR_MODEL_DEMANDS, ModelEnd, demands, model_end
 from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
@@ -171,7 +171,7 @@ class _History:
         if end.mode:  # the model no longer holds after the failure of a column
             rows = end.rows
             found |= demands(self._model, trace.first(rows), ground[:rows], ratios)
-            found[_RESIDUAL] = whole[_RESIDUAL]
+            found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS)}
         messages = [ending.message] if ending.message else []
         if ending.status == OK:
             rest = drifts_at_rest(self._model, self._settings, trace.under_gravity_m)

@@ -12,10 +12,10 @@ from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
 from skewbridge.bridge.hinge import bent_capacity, hinge_length_m, shear_span_m
 from skewbridge.bridge.materials import Concrete, core_concrete, cover_concrete, steel_of
 from skewbridge.bridge.moment_curvature import MomentCurvature, section_response
-from skewbridge.bridge.shear_capacity import ShearSection, hoop_strength_n, sdc_shear_strength
+from skewbridge.bridge.shear_capacity import ShearSection, hoop_strength_n, shear_strength
 from skewbridge.errors import InputError
 from skewbridge.units import GPA, MM, MPA
-from skewbridge.variant.options import HingeRule, ModelOptions
+from skewbridge.variant.options import HingeRule, ModelOptions, ShearModel
 
 # source: Kent and Park (1971), J. Struct. Div. ASCE 97(7), 1969-1990: crushed core keeps 0.2 fc
 RESIDUAL_CORE = 0.2
@@ -114,12 +114,16 @@ class ShearLoss:
 
 
 def shear_loss(
-    bridge: BridgeData, bent_number: int, section: ShearSection, hinge_rule: HingeRule = "sdc"
+    bridge: BridgeData,
+    bent_number: int,
+    section: ShearSection,
+    hinge_rule: HingeRule = "sdc",
+    shear_model: ShearModel = "sdc_expected",
 ) -> ShearLoss:
     """Return the loss of shear strength of a column of a bent (numbered from 0).
 
     The column fails where the shear of its flexural response, M(phi) over the shear span, reaches
-    the SDC capacity at the same ductility, under dead load. If it never does, the strength is the
+    the capacity at the same ductility, under dead load. If it never does, the strength is the
     capacity at the ultimate curvature. From there the shear falls linearly to zero at the drift of
     axial failure, but not below the residual.
 
@@ -135,7 +139,8 @@ def shear_loss(
     plastic = np.maximum(curve.curvature_per_m - yielded, 0.0)
     elastic_drift = np.minimum(curve.curvature_per_m, yielded) * span / 3
     drift = elastic_drift + plastic * hinge * (1.0 - hinge / 2 / span)
-    capacity = sdc_shear_strength(section, axial_n, drift / (yielded * span / 3))
+    ductilities = drift / (yielded * span / 3), curve.curvature_per_m / yielded
+    capacity = shear_strength(section, shear_model, axial_n, *ductilities)
     shear = curve.moment_nm / span
     fails = shear >= capacity
     at = int(fails.argmax()) if fails.any() else -1
@@ -160,7 +165,8 @@ def axial_failure_drift(section: ShearSection, axial_n: float) -> float:
         pi/2 A_b f_yh, as in the shear strength of circular columns.
     """
     slope = tan(radians(CRACK_ANGLE_DEG))
-    return 0.04 * (1.0 + slope**2) / (slope + axial_n / (hoop_strength_n(section) * slope))
+    hoops_n = hoop_strength_n(section.as_expected)
+    return 0.04 * (1.0 + slope**2) / (slope + axial_n / (hoops_n * slope))
 
 
 def build_shear_section(fiber: int, loss: ShearLoss, tributary_m: float, tags: TagAllocator) -> int:
@@ -294,7 +300,8 @@ def build_integration(
     top = fiber
     if options.shear_failure == "degrade":
         section = column_shear_section(bridge, bent_number)
-        loss = shear_loss(bridge, bent_number, section, options.hinge_rule)
+        rules = options.hinge_rule, options.shear_model
+        loss = shear_loss(bridge, bent_number, section, *rules)
         top = build_shear_section(fiber, loss, length, tags)
     ratio = length / bridge.bents[bent_number].clear_height_m
     places, weights = elastic_points(ratio, is_pinned=is_pinned)

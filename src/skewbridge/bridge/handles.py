@@ -87,7 +87,7 @@ class ColumnHandle:
         drift_capacity_ratio: Displacement capacity of its bent by the Caltrans criteria over clear
             height.
         shear: Data of its shear strength.
-        shear_model: Rule of its shear strength, ``sdc`` or ``kowalsky_priestley``.
+        shear_model: Rule of its shear strength.
         is_elastic: Whether the column has no strength, so that it never fails.
         loses_shear_strength: Whether the model includes its shear failure.
     """
@@ -101,7 +101,7 @@ class ColumnHandle:
     yield_drift_ratio: float
     drift_capacity_ratio: float
     shear: ShearSection
-    shear_model: ShearModel = "sdc"
+    shear_model: ShearModel = "sdc_expected"
     is_elastic: bool = False
     loses_shear_strength: bool = False
 

@@ -1,16 +1,17 @@
 """Shear strength of circular columns, as functions of axial force and ductility.
 
-All functions take scalars or arrays of one shape and return the nominal strength in N, so that a
-whole history can be evaluated at once.
+All functions take scalars or arrays of one shape and return the strength in N without a resistance
+factor, so that a whole history can be evaluated at once.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skewbridge.bridge.materials import FloatArray
 from skewbridge.units import KSI, MPA, PSI
+from skewbridge.variant.options import ShearModel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +46,29 @@ class ShearSection:
         """Volume of hoops over volume of the core they enclose."""
         return 4 * self.hoop_area_m2 / (self.core_diameter_m * self.hoop_spacing_m)
 
+    @property
+    def as_expected(self) -> "ShearSection":
+        """The section with the expected strengths in place of the specified ones."""
+        return replace(
+            self,
+            hoop_yield_pa=self.expected_hoop_yield_pa,
+            concrete_strength_pa=self.expected_concrete_strength_pa,
+        )
+
+
+def shear_strength(
+    section: ShearSection,
+    model: ShearModel,
+    axial_n: ArrayLike,
+    displacement_ductility: ArrayLike,
+    curvature_ductility: ArrayLike,
+) -> FloatArray:
+    """Return the strength by a model, which takes one of the two ductilities."""
+    if model == "kowalsky_priestley":
+        return kowalsky_priestley_strength(section, axial_n, curvature_ductility)
+    taken = section.as_expected if model == "sdc_expected" else section
+    return sdc_shear_strength(taken, axial_n, displacement_ductility)
+
 
 def sdc_shear_strength(
     section: ShearSection,
@@ -53,11 +77,12 @@ def sdc_shear_strength(
     *,
     inside_hinge: bool = True,
 ) -> FloatArray:
-    """Return Vc + Vs of the Caltrans criteria, without a resistance factor.
+    """Return Vc + Vs of the Caltrans criteria, with the specified strengths.
 
     Args:
         section: The column.
-        axial_n: Compression (positive) on the section; under tension the concrete carries nothing.
+        axial_n: Compression (positive) on the section. Under tension the share of the concrete
+            falls with the factor exp(P / (500 psi A)).
         displacement_ductility: Local displacement ductility demand; below 1 counts as 1.
         inside_hinge: Within the plastic hinge region the concrete's share falls with ductility.
 
@@ -65,7 +90,9 @@ def sdc_shear_strength(
         Strength in N, in the broadcast shape of the arguments.
 
     References:
-        Caltrans Seismic Design Criteria 1.7 section 3.6, 2.0 section 5.3.7.
+        Caltrans Seismic Design Criteria 1.7 section 3.6, 2.0 section 5.3.7; they drop the concrete
+        at the first tension. ATC-32 (1996), as in Kowalsky and Priestley (2000), eq. 2: 1 +
+        P / (500 psi A) under tension.
     """
     axial = np.asarray(axial_n, dtype=np.float64)
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
@@ -76,12 +103,19 @@ def sdc_shear_strength(
         else np.full_like(ductility, 3.0)
     )
     gross = section.gross_area_m2
-    factor_2 = np.minimum(1.0 + np.maximum(axial, 0.0) / gross / PSI / 2000.0, 1.5)
+    stress = axial / gross / PSI
+    # ASSUME tension starts to weaken the concrete as in ATC-32 and ends it gradually: the straight
+    # line leaves a column with few hoops a capacity that no small change of the force may touch
+    factor_2 = np.where(
+        stress < 0.0,
+        np.exp(np.minimum(stress, 0.0) / 500.0),
+        np.minimum(1.0 + stress / 2000.0, 1.5),
+    )
     root = np.sqrt(section.concrete_strength_pa / PSI)  # the criteria are written in psi
     stress_psi = np.minimum(factor_1 * factor_2 * root, 4.0 * root)
     effective = 0.8 * gross
-    concrete = np.where(axial < 0.0, 0.0, stress_psi * PSI * effective)
-    return concrete + min(hoop_strength_n(section), 8.0 * root * PSI * effective)
+    hoops_n = min(hoop_strength_n(section), 8.0 * root * PSI * effective)
+    return stress_psi * PSI * effective + hoops_n
 
 
 def hoop_strength_n(section: ShearSection) -> float:

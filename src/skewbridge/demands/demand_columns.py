@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from skewbridge.demands.completeness import COLUMN_FAILURE_RATIO
+from skewbridge.variant.options import ShearModel
 
 type Kind = Literal["text", "integer", "number", "boolean"]
 #: What a study does with a demand. ``effect``: paired effects. ``headline``: also needed motions,
@@ -64,6 +65,13 @@ class Column:
 _TURN: Final = Difference("mrad", 1e3, 0.1)
 _PUSH: Final = Difference("mm", 1e3, 5.0)
 
+#: Names of the models of the shear capacity of columns.
+SHEAR_MODELS: Final[dict[ShearModel, str]] = {
+    "sdc_expected": "SDC, expected materials",
+    "sdc_nominal": "SDC, nominal materials",
+    "kowalsky_priestley": "Kowalsky and Priestley",
+}
+
 # fmt: off
 INTENSITY_COLUMNS: Final = (
     Column("im_pga_rotd50_g", unit="g", label="PGA RotD50",
@@ -99,6 +107,11 @@ DEMAND_COLUMNS: Final = (
     Column("column_shear_dcr", label="Column shear demand/capacity", symbol="V/V_c",
            description="peak of the section's shear over its ductility-dependent capacity",
            roles=("effect", "headline")),
+    *(
+        Column(f"column_shear_dcr_{model}", label=f"Column shear demand/capacity, {text}",
+               description=f"the same, {text}, over the whole history: also after a column failed")
+        for model, text in SHEAR_MODELS.items()
+    ),
     Column("column_drift_ratio", label="Column drift ratio", symbol=r"\delta",
            description="peak resultant drift over clear height",
            roles=("effect", "headline", "sensitivity")),

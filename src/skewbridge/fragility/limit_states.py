@@ -107,7 +107,7 @@ HEADLINE_STATES: Final = (
 )
 # source: Sezen and Moehle (2004), J. Struct. Eng. 130(11):1692-1703: coefficient of variation 0.15
 # of measured over computed shear strength of columns.
-# ASSUME the scatter of the SDC formula is the same; its bias is not corrected here
+# ASSUME the scatter of the SDC formula with expected materials is the same, without further bias
 SHEAR_MODEL_DISPERSION: Final = 0.15
 # source: Mackie and Stojadinovic, PEER 2005/12: drift at failure of columns, dispersion 0.35
 DRIFT_CAPACITY_DISPERSION: Final = 0.35

@@ -5,14 +5,14 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 import pandas as pd
 from joblib import cpu_count
 
 from skewbridge.demands.columns import demands_for, unit_of
-from skewbridge.demands.completeness import with_derived_columns
+from skewbridge.demands.completeness import BEYOND_MODEL, with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import frame_of, read_table, records_of, texts_of, write_frame
@@ -28,7 +28,12 @@ from skewbridge.fragility.demand_table import (
 )
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
-from skewbridge.fragility.limit_states import LimitState, load_limit_states, with_column_failure
+from skewbridge.fragility.limit_states import (
+    SHEAR_MODEL_DISPERSION,
+    LimitState,
+    load_limit_states,
+    with_column_failure,
+)
 from skewbridge.fragility.measures import MEASURE_COLUMNS, measure_table
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.paper_table import (
@@ -41,6 +46,7 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
 from skewbridge.fragility.verdicts import NEEDED_COLUMNS, needed_motions
 from skewbridge.variant.axes import AXES, axes_of
+from skewbridge.variant.options import ShearModel
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
@@ -113,6 +119,36 @@ def fragility_tables(
     for table in tables.values():
         table.attrs[RANDOM_PROPERTIES] = ", ".join(drawn_properties(map(str, demands))) or "none"
     return tables
+
+
+def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS) -> pd.DataFrame:
+    """Return the curves of shear failure of a column under each shear model, states by model.
+
+    The demands over capacity are peaks over the same whole histories, so no model censors another.
+    Variants whose columns no model lets fail are left out, as are tables without these demands.
+    """
+    demand = "column_shear_dcr_{}".format
+    states = [
+        LimitState(
+            component="column_shear",
+            name=model,
+            demand=demand(model),
+            threshold=1.0,
+            dispersion=SHEAR_MODEL_DISPERSION,
+            collapse="peak",
+        )
+        for model in get_args(ShearModel.__value__)
+        if demand(model) in demands
+    ]
+    if not states:
+        return pd.DataFrame(columns=[*CURVE_COLUMNS])
+    fails = (demands[[state.demand for state in states]] >= 1.0).any(axis=1)
+    rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
+    if rows.empty:
+        return pd.DataFrame(columns=[*CURVE_COLUMNS])
+    curves = fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings)
+    first = curves.sort_values("preferred", ascending=False, kind="stable")
+    return first.drop_duplicates(["variant", "limit_state"]).sort_index()
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:

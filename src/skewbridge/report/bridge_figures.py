@@ -12,13 +12,10 @@ from matplotlib.figure import Figure
 
 from skewbridge.bridge.geometry import Member, ModelGeometry, Position
 from skewbridge.bridge.moment_curvature import MomentCurvature
-from skewbridge.bridge.shear_capacity import (
-    ShearSection,
-    kowalsky_priestley_strength,
-    sdc_shear_strength,
-)
+from skewbridge.bridge.shear_capacity import ShearSection, shear_strength
 from skewbridge.units import KN, MM
 from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.options import ShearModel
 
 type Break = tuple[None, None, None]
 
@@ -311,11 +308,13 @@ def column_figure(
     bending.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
     bending.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)
-    for label, strength, colour in (
-        ("Caltrans criteria, displacement ductility", sdc_shear_strength, "#0072B2"),
-        ("Kowalsky-Priestley, curvature ductility", kowalsky_priestley_strength, "#009E73"),
-    ):
-        strength_mn = np.asarray(strength(shear, axial_n, ductility)) / 1e6
+    models: tuple[tuple[str, ShearModel, str], ...] = (
+        ("Caltrans, expected; displacement ductility", "sdc_expected", "#0072B2"),
+        ("Caltrans, nominal; displacement ductility", "sdc_nominal", "#56B4E9"),
+        ("Kowalsky-Priestley; curvature ductility", "kowalsky_priestley", "#009E73"),
+    )
+    for label, model, colour in models:
+        strength_mn = shear_strength(shear, model, axial_n, ductility, ductility) / 1e6
         capacity.plot(ductility, strength_mn, color=colour, label=label)
     demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
     capacity.axhline(demand, color="#D55E00", linestyle="--", label="plastic shear Mp / L")

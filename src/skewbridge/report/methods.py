@@ -134,8 +134,12 @@ def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str
         )
     deck = counted(model.deck_elements_per_span, "element")
     yield f"The deck is an elastic spine of {deck} per span. {columns}"
-    if model.shear_model == "sdc":
-        yield "Column shear capacity follows the Caltrans criteria (Caltrans 2013)."
+    if model.shear_model != "kowalsky_priestley":
+        materials = model.shear_model.removeprefix("sdc_")
+        yield (
+            f"Column shear capacity follows the Caltrans criteria with {materials} materials "
+            "(Caltrans 2013)."
+        )
     else:
         yield "Column shear capacity is the revised UCSD model (Kowalsky and Priestley 2000)."
     if model.shear_failure == "flag":

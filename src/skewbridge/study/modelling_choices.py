@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.hinge import hinge_length_m
 from skewbridge.demands.columns import demands_for
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
@@ -42,6 +43,7 @@ class Choice:
         section: Section of the configuration.
         acts_on: Whether the option changes the model of a variant.
         when_null: Effective value where the option is null.
+        needs: Key of ``model`` and the value without which the option has no alternative.
     """
 
     key: str
@@ -51,6 +53,7 @@ class Choice:
     section: Literal["model", "analysis"] = "model"
     acts_on: Callable[[Variant], bool] = lambda _: True
     when_null: Callable[["Task"], Value] | None = None
+    needs: tuple[str, Value] | None = None
 
     def configured_in(self, task: "Task") -> Value:
         """Return the value of the option in an analysis, without the draw of the motion."""
@@ -78,6 +81,8 @@ class Choice:
         """
         if not self.acts_on(task.variant):
             return []
+        if self.needs and getattr(_effective_options(task), self.needs[0]) != self.needs[1]:
+            return []
         configured, before = self.configured_in(task), _effective(task)
         others = [value for value in self.values if value != configured]
         return [value for value in others if _effective(self.set_in(task, value)) != before]
@@ -99,6 +104,14 @@ def _has_pads(variant: Variant) -> bool:
     return variant.traits.has_pads
 
 
+def _has_limited_hinge(variant: Variant) -> bool:
+    bridge = load_bridge(variant.bridge)
+    return any(
+        hinge_length_m(bridge, bent, "sdc") != hinge_length_m(bridge, bent, "paulay_priestley")
+        for bent in range(len(bridge.bents))
+    )
+
+
 CHOICES: Final = (
     Choice(
         key="key_frame",
@@ -113,6 +126,20 @@ CHOICES: Final = (
         values=("sacrificial", "monolithic"),
         source="the two backbones of the bridge's file: keys that break, or that do not",
         acts_on=_has_keys,
+    ),
+    Choice(
+        key="friction_at",
+        label="Friction at",
+        values=("all", "walls", "keys"),
+        source="which contacts have the friction of the variant",
+        acts_on=lambda variant: variant.traits.has_friction and variant.friction > 0.0,
+    ),
+    Choice(
+        key="backwall_points",
+        label="Points of a backwall",
+        values=(3, 9),
+        source="the mesh of the contact along the wall",
+        acts_on=_has_walls,
     ),
     Choice(
         key="transverse_gap_mm",
@@ -189,6 +216,40 @@ CHOICES: Final = (
         label="Column plasticity",
         values=("hinge_radau", "lobatto5"),
         source="hinges of a given length, or distributed as in the paper",
+        needs=("shear_failure", "flag"),
+    ),
+    Choice(
+        key="hinge_rule",
+        label="Hinge length",
+        values=("sdc", "paulay_priestley"),
+        source="with and without the lower limit of the criteria",
+        acts_on=_has_limited_hinge,
+    ),
+    Choice(
+        key="fiber_end",
+        label="Fibers at their ultimate strain",
+        values=("loss", "none"),
+        source="core and bars lose their strength, or nothing changes as in the paper",
+    ),
+    Choice(
+        key="shear_model",
+        label="Shear capacity",
+        values=("sdc_expected", "sdc_nominal", "kowalsky_priestley"),
+        source="the criteria with expected or specified strengths, or the revised UCSD model",
+    ),
+    Choice(
+        key="shear_failure",
+        label="Shear failure",
+        values=("flag", "degrade"),
+        source="the analysis goes on without it, or with a softening section",
+        needs=("column_integration", "hinge_radau"),
+    ),
+    Choice(
+        key="cap_load",
+        label="Dead load on the cap",
+        values=("spread", "middle"),
+        source="over the width of the deck, or in the middle as in spine models",
+        acts_on=lambda variant: any(bent.columns > 1 for bent in load_bridge(variant.bridge).bents),
     ),
     Choice(
         key="damping_ratio",

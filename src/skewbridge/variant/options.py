@@ -20,7 +20,7 @@ _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 type GapMeasured = Literal["normal", "longitudinal"]
 type FrictionAt = Literal["all", "walls", "keys"]
 type HingeRule = Literal["sdc", "paulay_priestley"]
-type ShearModel = Literal["sdc", "kowalsky_priestley"]
+type ShearModel = Literal["sdc_expected", "sdc_nominal", "kowalsky_priestley"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
@@ -205,9 +205,10 @@ class ModelOptions:
         default=4, ge=1, le=64, description="elastic elements per span"
     )
     shear_model: ShearModel = Field(
-        default="sdc",
-        description="shear capacity in column_shear_dcr: Caltrans criteria (nominal materials, "
-        "displacement ductility), or Kowalsky and Priestley (expected ones, curvature ductility)",
+        default="sdc_expected",
+        description="shear capacity in column_shear_dcr: Caltrans criteria with expected or "
+        "nominal materials (displacement ductility), or Kowalsky and Priestley (expected "
+        "materials, curvature ductility)",
     )
     elastic_columns: bool = Field(
         default=False,

@@ -18,6 +18,7 @@ from PIL import Image
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for
+from skewbridge.demands.demand_columns import SHEAR_MODELS
 from skewbridge.demands.suspect import SUSPECT
 from skewbridge.files.tables import read_frame, read_stamp, records_of
 from skewbridge.files.text import write_text
@@ -30,6 +31,8 @@ from skewbridge.fragility.paper_table import (
     ratio_names,
     with_interval,
 )
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.study_tables import shear_model_medians
 from skewbridge.fragility.verdicts import (
     DETECTABLE,
     HIGHER,
@@ -113,7 +116,7 @@ def write_report(
         parts = (
             _first_screen(frames, study),
             _effect_parts(frames),
-            _table_parts(frames),
+            _table_parts(frames, study),
             _quality_parts(frames, json.loads(tables["checks"].read_text("utf-8")), study),
             {
                 "gallery": pictures_of(read_captions(tables["captions"]), figures),
@@ -337,7 +340,7 @@ def _cell(row: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _table_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
+def _table_parts(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
     """Return the tables of fragility, of the whole bridge and of intensity measures."""
     curves, im = frames["curves"], str(frames["curves"]["im"].iloc[0])
     return {
@@ -347,6 +350,7 @@ def _table_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "unreached": states_not_reached(curves),
         "predict_line": predict_line(frames.get("check_predict")),
         "system": shown_rows(system_rows(frames["system"])),
+        "shear_models": shear_model_rows(frames["demands"], study.fragility),
         "measures": shown_rows(measure_rows(frames["measures"])),
         "measure_lines": measure_sentences(frames["measures"], im),
     }
@@ -685,6 +689,29 @@ def system_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
             "weakest component": str(row["weakest"]).replace("_", " "),
         }
         for row in records_of(table)
+    ]
+
+
+def shear_model_rows(demands: pd.DataFrame, settings: FitSettings) -> list[dict[str, str]]:
+    """Return the median capacity for shear failure of each variant under each shear model."""
+    curves = shear_model_medians(demands, settings)
+    axes = shown_axes(curves)
+    return [
+        {
+            "model": model_name(str(bridge), str(abutment)),
+            "variant": ", ".join(named_value(each, own[each.name].iloc[0]) for each in axes),
+            **{
+                f"{SHEAR_MODELS[row['limit_state']]}, θ [interval]": with_interval(
+                    [row[f"theta{end}"] for end in ("", "_low", "_high")]
+                )
+                if row["status"] == FITTED
+                else f"{row['n_exceed']} of {row['n_runs']} runs fail"
+                for row in records_of(own)
+            },
+        }
+        for (bridge, abutment, _), own in curves.groupby(
+            ["bridge", "abutment", "variant"], sort=False
+        )
     ]
 
 
