@@ -49,8 +49,8 @@ go to `results/NAME` for `config/NAME.yaml`.
 | `stripes.yaml`, `ida.yaml` | every motion at every level; capacity of each motion |
 
 An unknown key or a value outside its limits stops the study before any analysis; editors with
-`yaml-language-server` check both by the schema in the first line. Keys end with their unit. Write
-`2.0e+7`, because YAML reads `2e7` as text.
+`yaml-language-server` check both. Keys end with their unit. Write `2.0e+7`; YAML reads `2e7` as
+text.
 
 A new skew, gap, friction or motion runs only its own analyses. A limit state or a statistical key
 reruns fits, figures and report. A key of `model` or `analysis`, a number of a bridge or another
@@ -58,20 +58,18 @@ version of OpenSees reruns all analyses.
 
 - **Bridge**: `bridge: [NAME]` for `bridges/NAME.yaml` (copy `bridges/template.yaml`), or a path.
 - **Limit states**: name your copy of `limit_states_template.yaml` in `fragility.limit_states`.
-- **Axis**: any numeric key of `model` can be under `grid:` with a list of values, for example
-  `transverse_gap_mm: [6.4, 25.4]`.
+- **Axis**: any numeric key of `model` under `grid:`, such as `transverse_gap_mm: [6.4, 25.4]`.
 - **Names of variants** have friction in hundredths and `p` as the decimal point: 22.5 degrees,
-  25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, a negative skew `skewm22p5`. Skew and
+  25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, -22.5 degrees `skewm22p5`. Skew and
   gap may have three decimals, friction five.
 
-Each key below has its default and, in parentheses, its choices or limits. `make docs` writes this
-page and the schemas.
+Below, each key has its default and, in parentheses, its choices or limits.
 """
 
 COLUMNS_HEAD: Final = """\
 # Data dictionary
 
-The metadata of the parquet fields has the same texts. `make docs` writes this page.
+The metadata of the parquet fields has the same texts.
 
 ## results/demands.parquet
 
@@ -83,8 +81,8 @@ whose status is not `ok` has the peaks up to `time_reached_s`.
 SHARED_HEAD: Final = """
 ## Tables of statistics
 
-`x[_low|_high]` stands for `x` and the ends of its interval, `x_low` and `x_high`; 0 and infinity
-are unbounded ends. Shared columns have these meanings, or those of `demands.parquet`:
+`x[_low|_high]` are `x` and the ends of its interval; 0 and infinity are unbounded ends. Shared
+columns have these meanings, or those of `demands.parquet`:
 """
 
 
@@ -107,7 +105,11 @@ def config_page() -> str:
 
 
 def _key_line(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
-    default = yaml.safe_dump(field["default"], default_flow_style=True).split("\n")[0]
+    value = field["default"]
+    if isinstance(value, Mapping) and "distribution" in value:  # a random property
+        default = f"{value['distribution']} {value['low']:g} to {value['high']:g}"
+    else:
+        default = yaml.safe_dump(value, default_flow_style=True).split("\n")[0]
     limits = _limits(_resolved(field, schema))
     return f"- `{key}: {default}`{limits and f' ({limits})'}: {field['description']}\n"
 

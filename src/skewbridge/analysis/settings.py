@@ -34,8 +34,8 @@ class AnalysisSettings:
 
     scheme: AnalysisScheme = Field(
         default="default",
-        description="default, or paper: Houbolt at the paper's step, with massive walls, lagged "
-        "friction bounds, corotational arrays and distributed plasticity",
+        description="paper: Houbolt at the paper's step, walls with mass, lagged bounds, "
+        "corotational arrays, distributed plasticity",
     )
     dt_s: Number = Field(
         default=0.010,
@@ -47,21 +47,21 @@ class AnalysisSettings:
         default=0.005,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is closed: the regular step over a power of two; "
-        "null for the regular step, as in scheme paper",
+        description="largest step while a contact is closed, the regular step over a power of "
+        "two; null (scheme paper): the regular step",
     )
     event_dt_s: Number | None = Field(
         default=0.0003125,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is about to open or close, like contact_dt_s",
+        description="the same while a contact is about to open or close",
     )
     max_friction_error: Number = Field(
         default=0.02,
         ge=1.0e-4,
         le=1.0e9,
-        description="excess of a friction force over its limit after a sliding step above which "
-        "steps in contact are halved, down to event_dt_s",
+        description="excess of friction over its limit above which steps in contact are halved, "
+        "down to event_dt_s",
     )
     duration_s: Number | None = Field(
         default=None,
@@ -73,7 +73,7 @@ class AnalysisSettings:
         default=0.0,
         ge=0.0,
         le=1.0e3,
-        description="zeros after the motion (the default suite includes 5 s)",
+        description="zeros after the motion (the default suite has 5 s)",
     )
     collapse_drift_ratio: Number = Field(
         default=0.10,  # source: design criterion of the study
@@ -89,8 +89,7 @@ class AnalysisSettings:
     )
     integrator: OpenSeesCommand | None = Field(
         default=None,
-        description="OpenSees integrator, for example [Newmark, 0.5, 0.25]; null for that of the "
-        "scheme",
+        description="OpenSees integrator such as [Newmark, 0.5, 0.25]; null for that of the scheme",
     )
     tolerance_j: Number = Field(
         default=1.0e-4,
@@ -101,8 +100,8 @@ class AnalysisSettings:
     reuse_tangent: bool = Field(
         default=True,
         strict=True,
-        description="whether steps without a closed contact use the tangent of an earlier step, a "
-        "test of 0.1 J and column damping by the tangent at the end of the step",
+        description="whether steps without contact use an earlier tangent, a test of 0.1 J and "
+        "column damping by the tangent at the step's end",
     )
     max_iterations: Whole = Field(
         default=15, ge=2, le=1000, description="iterations of one attempt at one step"
@@ -111,8 +110,8 @@ class AnalysisSettings:
         default=40.0,
         ge=1.0,
         le=1.0e4,
-        description="budget of an analysis in iterations per regular step, event steps and retries "
-        "included; above it the status is timeout",
+        description="budget in iterations per regular step, retries included; above it the "
+        "status is timeout",
     )
     energy: bool = Field(
         default=True,

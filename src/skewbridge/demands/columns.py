@@ -27,8 +27,8 @@ def axis_column(axis: Axis) -> Column:
 
 
 COLUMNS: Final = (
-    Column("variant", kind="text", description="name of the bridge variant"),
-    Column("bridge", kind="text", description="catalogue name of the bridge"),
+    Column("variant", kind="text", description="bridge variant"),
+    Column("bridge", kind="text", description="bridge"),
     Column("abutment", kind="text", description="abutment model"),
     *(axis_column(axis) for axis in AXES),
     Column("motion_id", kind="text", description="ground motion"),
@@ -40,8 +40,7 @@ COLUMNS: Final = (
     Column(
         COMPLETE,
         kind="boolean",
-        description="whether all demands are peaks over the whole motion: status ok, and no column "
-        "failed (beyond_model)",
+        description="whether demands are peaks of the whole motion: status ok, no column failed",
     ),
     Column(
         "collapse_criterion",
@@ -51,8 +50,8 @@ COLUMNS: Final = (
     Column(
         BEYOND_MODEL,
         kind="text",
-        description="mode in which a column failed, or empty: shear (demand/capacity 1) or flexure "
-        "(drift over capacity 1); the demands of the row are the peaks up to that step",
+        description="failure of a column: shear (demand/capacity 1), flexure (drift over "
+        "capacity 1) or empty; demands are the peaks up to it",
     ),
     Column(
         "beyond_model_s",
@@ -64,7 +63,7 @@ COLUMNS: Final = (
     Column(
         "recovery_rung",
         kind="integer",
-        description="highest recovery step with which a step converged, 0 none",
+        description="highest recovery step with which a step converged",
     ),
     Column(
         "steps_by_rung",
@@ -73,14 +72,14 @@ COLUMNS: Final = (
     ),
     Column(
         "loosened_ratio",
-        description="share of these steps that met only a looser convergence test",
+        description="share of these steps that met only a looser test",
     ),
     Column(
         "houbolt_failures",
         kind="integer",
-        description="failed attempts under Houbolt, each of which restarts it; else 0",
+        description="failed attempts under Houbolt",
     ),
-    Column("substeps", kind="integer", description="sub-steps in addition to the regular steps"),
+    Column("substeps", kind="integer", description="sub-steps besides the regular steps"),
     Column(
         SUSPECT,
         kind="text",

@@ -83,7 +83,7 @@ INTENSITY_COLUMNS: Final = (
     Column("im_sa_1p000_rotd50_g", unit="g", label=r"$S_a(1.0\,\mathrm{s})$ RotD50",
            description="5 % PSA at 1.0 s, RotD50"),
     Column("im_saavg_rotd50_g", unit="g", label=r"$S_{a,\mathrm{avg}}$ RotD50",
-           description="geometric mean of PSA RotD50 at 20 log-spaced periods from 0.2 T1 to 3 T1"),
+           description="geometric mean of PSA RotD50 at 20 periods from 0.2 T1 to 3 T1"),
     Column("im_arias_mps", unit="m/s", label="Arias intensity",
            description="Arias intensity"),
     Column("im_cav_mps", unit="m/s", label="CAV",
@@ -100,10 +100,10 @@ DEMAND_COLUMNS: Final = (
     Column("column_shear_y_kn", unit="kN", label="Column shear, transverse", symbol="V_y",
            description="peak transverse shear of a column's section, V + P theta"),
     Column("column_shear_kn", unit="kN", label="Column shear", symbol="V",
-           description="peak resultant shear of a column's section: base force plus P theta",
+           description="peak resultant shear of a column's section, V + P theta",
            roles=("effect", "sensitivity")),
     Column("column_base_shear_kn", unit="kN", label="Column base force", symbol="V_b",
-           description="peak resultant horizontal force at a column base, without P theta"),
+           description="peak resultant force at a column base, without P theta"),
     Column("column_shear_dcr", label="Column shear demand/capacity", symbol="V/V_c",
            description="peak of the section's shear over its ductility-dependent capacity",
            roles=("effect", "headline")),
@@ -116,15 +116,15 @@ DEMAND_COLUMNS: Final = (
            description="peak resultant drift over clear height",
            roles=("effect", "headline", "sensitivity")),
     Column("drift_over_capacity", label="Drift over capacity", symbol=r"\delta/\delta_c",
-           description="peak of column drift over the SDC displacement capacity of its bent",
+           description="peak drift over the SDC displacement capacity of its bent",
            roles=("effect",)),
     Column(COLUMN_FAILURE_RATIO, label="Column demand over capacity",
-           description="larger of column_shear_dcr and drift_over_capacity; a column fails at 1"),
+           description="larger of column_shear_dcr, drift_over_capacity; a column fails at 1"),
     Column("column_curvature_ductility", label="Curvature ductility", symbol=r"\mu_\phi",
            description="peak curvature over yield curvature", roles=("effect",)),
     Column("column_residual_drift_ratio", label="Residual drift ratio", symbol=r"\delta_r",
-           description="resultant drift at rest after the run, worst column; of a collapsed or "
-           "failed run that of its last step", roles=("effect",)),
+           description="resultant drift at rest after the run; of a collapsed or failed run that "
+           "of its last step", roles=("effect",)),
     Column("deck_disp_x_m", unit="m", label="Deck displacement, longitudinal", symbol="u_x",
            description="peak longitudinal displacement at the mass centre", roles=("effect",)),
     Column("deck_disp_y_m", unit="m", label="Deck displacement, transverse", symbol="u_y",
@@ -195,10 +195,9 @@ DEMAND_COLUMNS: Final = (
     Column("energy_residual_ratio", label="Energy residual",
            description="energy not accounted for, over the input"),
     Column("numerical_dissipation_ratio", label="Numerical dissipation",
-           description="energy that the integrator dissipates, over the input; negative if it "
-           "makes energy"),
+           description="energy that the integrator dissipates, over the input; negative: makes"),
     Column("contact_energy_ratio", label="Energy kept by contacts",
-           description="energy dissipated in the normal springs of contacts, over the input; "
-           "negative if they made energy"),
+           description="energy dissipated in normal springs of contacts, over the input; "
+           "negative: made"),
 )
 # fmt: on

@@ -49,7 +49,7 @@ class SuspectLimits:
     max_cone_excess: Number = Field(
         default=0.03,
         gt=0.0,
-        description="share of the friction work on backwalls, or on keys, above the local limit",
+        description="share of the friction work on backwalls or keys above the limit",
     )
     max_contact_weights: Number = Field(
         default=0.5,
@@ -59,8 +59,7 @@ class SuspectLimits:
     max_houbolt_failures: Whole = Field(
         default=2,
         ge=0,
-        description="failed attempts under Houbolt, each of which restarts it as the trapezoidal "
-        "rule",
+        description="failed attempts under Houbolt, each restarts it as the trapezoidal rule",
     )
 
 

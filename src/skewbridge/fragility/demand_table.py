@@ -212,7 +212,7 @@ def read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataF
 #: Columns of the table of notes about the input.
 NOTE_COLUMNS: Final[dict[str, str]] = {
     "kind": "rejected_row | missing_demand | equal_motions",
-    "row": "row of the demands table, from 0; -1 if the note concerns several rows",
+    "row": "row of the demands table, from 0; -1 for several",
     "column": "column concerned",
     "message": "the finding as a sentence",
 }

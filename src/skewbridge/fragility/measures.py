@@ -39,13 +39,13 @@ MEASURE_COLUMNS: Final[dict[str, str]] = {
     "demand": "demand column",
     "im": "intensity measure",
     "status": "ok | single_level | non_positive_im",
-    "recommended": "true for the most efficient hazard-computable measure",
-    "efficiency": "scatter s of ln demand about its line on ln intensity; smaller is better",
+    "recommended": "the most efficient hazard-computable measure",
+    "efficiency": "scatter s of ln demand about its line; smaller is better",
     "practicality": "slope b of that line",
     "proficiency": "s/b; smaller is better",
     "r2": "coefficient of determination",
     "n_runs": "completed runs",
-    "hazard_computable": "whether hazard curves of the measure are in common use",
+    "hazard_computable": "whether its hazard curves are in common use",
     **{f"p_{name}": f"p-value of the residual on {text}" for name, text in SUFFICIENCY.items()},
     **{
         f"effect_{name}": f"change of ln demand per standard deviation of {text}"
@@ -53,7 +53,7 @@ MEASURE_COLUMNS: Final[dict[str, str]] = {
     },
     "p_best_efficiency": "share of bootstrap replicates in which its efficiency is best",
     "p_best_proficiency": "share of bootstrap replicates in which its proficiency is best",
-    "relative_sufficiency_nats": "mean log-density of ln demand less that of the best measure",
+    "relative_sufficiency_nats": "mean log-density of ln demand minus that of the best measure",
 }
 # ASSUME a property that varies by less than this, relatively, is constant but for rounding
 _CONSTANT: Final = 1e-6

@@ -34,7 +34,7 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
     return {
         "bridge": "catalogue entry",
         "abutment": "abutment model",
-        "row": "name of the variant, or joint (joint model in the middle of the parameter range)",
+        "row": "variant, or joint (joint model in the middle of its range)",
         **{
             axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -")
             + "; NaN in rows of a joint model"

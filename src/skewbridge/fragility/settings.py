@@ -28,15 +28,15 @@ class FitSettings:
         default=0.90,
         gt=0.5,
         lt=1.0,
-        description="confidence level of the paired effects; 0.90 makes negligible two one-sided "
-        "tests at 5 %",
+        description="confidence level of the effects; at 0.90 negligible is two one-sided tests "
+        "at 5 %",
     )
     # ASSUME 5 % of demand is below what a designer would act on
     margin: Number = Field(
         default=0.05,
         gt=0.0,
         lt=1.0,
-        description="relative change of a demand that counts as negligible",
+        description="change of a demand that is negligible",
     )
     # ASSUME a median capacity changes by the demand ratio to the power -1/slope; with the slopes
     # near 1 of most demands the same 5 % is as small a change
@@ -44,40 +44,39 @@ class FitSettings:
         default=0.05,
         gt=0.0,
         lt=1.0,
-        description="relative change of a median capacity that counts as negligible",
+        description="change of a median capacity that is negligible",
     )
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(
         default={},
-        description="margins of single demands, by column: relative, or in mrad or mm where the "
-        "demand is judged by its difference (deck rotation, abutment deformations)",
+        description="margins of single demands, by column; in mrad or mm for deck rotation and "
+        "abutment deformations",
     )
     bootstrap: Whole = Field(
         default=999,
         ge=99,
         le=100_000,
-        description="replicates of the bootstrap by motion that ranks intensity measures",
+        description="bootstrap replicates, by motion, that rank intensity measures",
     )
     seed: Whole = Field(
         default=20261120,
         ge=0,
         le=2**63 - 1,
-        description="seed of that bootstrap and of the quasi-random numbers of system curves",
+        description="seed of that bootstrap and of system curves",
     )
     accept_bounds: bool = Field(
         default=False,
-        description="give a median though unknown outcomes move it by more than 15 %",
+        description="give a median that unknown outcomes move by over 15 %",
     )
     exclude_suspect: bool = Field(
         default=False,
         strict=True,
-        description="treat suspect rows as failed analyses: unknown in the fits, without a ratio "
-        "in the paired effects",
+        description="treat suspect rows as failed analyses in fits and effects",
     )
     assumed_beta: Number = Field(
         default=0.4,
         gt=0.0,
         le=2.0,
-        description="dispersion of the one-sided bounds where no run, or every run, exceeds",
+        description="dispersion of bounds where no run, or every run, exceeds",
     )
 
     @model_validator(mode="after")

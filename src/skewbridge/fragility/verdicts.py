@@ -60,7 +60,7 @@ UNKNOWN: Final = "unknown"
 NEEDED_COLUMNS: Final[dict[str, str]] = {
     "bridge": "catalogue entry",
     "abutment": "abutment model",
-    "demand": "demand column, or component/limit_state for a median capacity",
+    "demand": "demand column, or component/limit_state of a median",
     "quantity": f"{DEMAND} | {MEDIAN_CAPACITY}",
     "axis": "axis of the effect, pooled over all others",
     "from_value": "value of the axis in the denominator",

@@ -47,26 +47,24 @@ class MotionsConfig:
     )
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(
         default="scaled_cloud",
-        description="scaled_cloud: one factor per motion; cloud: unscaled; stripes: every motion "
-        "at every level; ida: search per motion for the first exceedance",
+        description="one factor per motion; unscaled; every motion at every level; search for "
+        "each motion's first exceedance",
     )
     level_range_g: tuple[Level, Level] = Field(
         default=LEVEL_RANGE_G,
-        description="range of Sa_avg that scaled_cloud spans and ida searches",
+        description="range of Sa_avg of scaled_cloud and ida",
     )
     stripes_g: tuple[Level, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5),
         min_length=2,
         max_length=100,
-        description="levels of Sa_avg of design stripes, rising",
+        description="Sa_avg of stripes, rising",
     )
     factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(
         default=(0.25, 4.0),
-        description="smallest and largest factor of design stripes; outside, a motion is left out",
+        description="smallest and largest factor of stripes; other motions are left out",
     )
-    ida_demand: str = Field(
-        default="column_drift_ratio", description="demand that design ida searches with"
-    )
+    ida_demand: str = Field(default="column_drift_ratio", description="demand of ida")
     ida_threshold: Number = Field(
         default=0.025, gt=0.0, le=1.0e9, description="its limit, in the unit of the demands table"
     )

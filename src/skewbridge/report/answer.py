@@ -49,7 +49,7 @@ ANSWER_COLUMNS: Final[dict[str, str]] = {
     "ci_low": "lower end of its interval",
     "ci_high": "upper end of its interval",
     "level": "confidence level",
-    "margin": "relative change that counts as negligible",
+    "margin": "negligible relative change",
     "verdict": "verdict of the interval; for a demand, of the interval at `im`",
     "pooled_verdict": "verdict of the interval; for a demand, of the interval over all intensities",
     "claim": "verdict that is printed: adjusted for the family of comparisons (Holm); of a demand "

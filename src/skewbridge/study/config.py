@@ -41,7 +41,7 @@ class SensitivityConfig:
         default=4,
         ge=0,
         le=10_000,
-        description="rows to repeat at the reference accuracy and with other contact penalties",
+        description="rows to repeat at the reference accuracy and with other penalties",
     )
     window_s: Number | None = Field(
         default=6.0,
@@ -59,8 +59,8 @@ class BatchesConfig:
         default=120,
         ge=1,
         le=86400,
-        description="time without a step after which a worker is ended; its analysis is tried once "
-        "more alone",
+        description="time without a step after which a worker is ended and its analysis tried "
+        "once more",
     )
 
 
@@ -72,12 +72,12 @@ class ModellingChoicesConfig:
         default=4,
         ge=1,
         le=10_000,
-        description="number of motions of every variant, spread over their PGV",
+        description="motions of each variant, spread over their PGV",
     )
     variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(
         default=(),
         max_length=1000,
-        description="names of the variants; none for two of each bridge",
+        description="variants; none for two of each bridge",
     )
 
 
@@ -87,24 +87,24 @@ class FigureSettings:
 
     units: Units = Field(
         default="si",
-        description="units of figures and page: si, or us for kip, in and ft; tables stay in SI",
+        description="units of figures and page (us: kip, in, ft); tables stay SI",
     )
 
     width_mm: Number | None = Field(
         default=None,
         ge=40.0,
         le=500.0,
-        description="width of every figure, such as 85 or 175; null for as wide as its panels need",
+        description="width of every figure; null for as wide as its panels need",
     )
     font: Annotated[str, Field(min_length=1, max_length=100)] = Field(
         default="sans-serif",
-        description="family of all texts: sans-serif, serif, monospace or an installed one",
+        description="sans-serif, serif, monospace or an installed font",
     )
     font_size_pt: Number = Field(
         default=DESIGN_FONT_PT,
         ge=4.0,
         le=24.0,
-        description="size of the labels of the axes; titles and notes are in proportion",
+        description="size of axis labels; titles and notes are in proportion",
     )
 
 
@@ -115,11 +115,11 @@ class StudyConfig(BaseModel):
 
     results: FileName = Field(
         default=DEFAULT_ROOT,
-        description="folder of everything that the study writes",
+        description="folder of the study's files",
     )
     accuracy: Accuracy = Field(
         default="default",
-        description="set of numerics (steps, tolerance, wall points, fibers, deck elements); a key "
+        description="numerics (steps, tolerance, wall points, fibers, deck elements); a key "
         "under model or analysis overrides it",
     )
     grid: GridConfig = Field(default_factory=GridConfig)
@@ -132,14 +132,14 @@ class StudyConfig(BaseModel):
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     checks: Literal["report", "strict"] = Field(
         default="report",
-        description="effect of a failed check of the tables: report shows it at the top of the "
-        "page, strict stops the study before the page",
+        description="failed check of the tables: shown at the top of the page, or stops the "
+        "study before the page",
     )
     max_unfinished_share: Number = Field(
         default=0.01,
         ge=0.0,
         le=1.0,
-        description="largest share of analyses without a usable result that passes the checks",
+        description="largest share of failed analyses that passes the checks",
     )
     figures: FigureSettings = Field(default_factory=FigureSettings)
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)

@@ -294,17 +294,17 @@ def _effective(task: "Task") -> tuple[object, object]:
 
 #: Columns of the table with their meaning.
 CHOICE_COLUMNS: Final = {
-    "bridge": "catalogue name of the bridge",
+    "bridge": "bridge",
     "abutment": "abutment model",
     "kind": "`choice` of the modeller, or `axis` of the grid",
     "name": "key of the option, or name of the axis",
-    "from_value": "the configured value; of an axis the lowest (of skew the smallest angle)",
-    "to_value": "the value tried; of an axis the highest",
+    "from_value": "configured value; of an axis the lowest (skew: smallest angle)",
+    "to_value": "value tried; of an axis the highest",
     "demand": "demand column",
-    "ratio": "geometric mean over the pairs of the demand at to_value over that at from_value",
+    "ratio": "geometric mean of the demand at to_value over that at from_value",
     "lowest": "smallest ratio of one pair",
     "highest": "largest ratio of one pair",
-    "n": "pairs in which both runs ended `ok` with a demand above zero",
+    "n": "pairs in which both runs ended `ok`, demand above zero",
     "n_failed": "pairs in which a run did not end `ok`",
     "n_pairs": "all pairs: variants times motions",
 }

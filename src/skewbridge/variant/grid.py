@@ -81,12 +81,12 @@ class GridConfig(BaseModel):
     bridge: Annotated[tuple[Bridge, ...], AfterValidator(_different_names)] = Field(
         default=("osb1", "osb1_fixed"),
         min_length=1,
-        description="names of bridges in config/bridges/ and the catalogue, or paths of files",
+        description="bridges of config/bridges/ and the catalogue, or paths",
     )
     abutment: tuple[Abutment, ...] = Field(
         default=("contact_friction",),
         min_length=1,
-        description="abutment models, from the simplest to contact with friction",
+        description="abutment models, the simplest first",
     )
     skew_deg: AxisValues = (0, 30, 60)
     gap_mm: AxisValues = (25, 51)

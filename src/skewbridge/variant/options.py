@@ -29,18 +29,17 @@ class ModelOptions:
 
     arrays: Literal["rigid", "corotational"] = Field(
         default="rigid",
-        description="stiff arms from the deck end to pads, walls and keys: for small rotations "
-        "(rigid), or corotational as in the paper",
+        description="arms from the deck end to pads, walls and keys: rigid (small rotations), or "
+        "corotational (paper)",
     )
     column_integration: Literal["hinge_radau", "lobatto5"] = Field(
         default="hinge_radau",
-        description="column plasticity: hinge_radau (hinges of the length of hinge_rule) or "
-        "lobatto5 (distributed, as in the paper)",
+        description="column plasticity: hinges of the length of hinge_rule, or distributed (paper)",
     )
     hinge_rule: HingeRule = Field(
         default="sdc",
-        description="length of the plastic hinges, unless the bridge's file gives it: 0.08 L + "
-        "0.022 fye db, at least 0.044 fye db (sdc), or without this limit",
+        description="hinge length where the bridge's file has none: 0.08 L + 0.022 fye db, with "
+        "sdc at least 0.044 fye db",
     )
     # source: Rahman & Mackie, section 4
     transverse_gap_mm: Number = Field(
@@ -48,14 +47,14 @@ class ModelOptions:
     )
     gap_measured: GapMeasured = Field(
         default="normal",
-        description="whether gap_mm is the opening at rest normal to the backwall, or along the "
-        "bridge (the normal opening is then gap_mm times the cosine of the skew)",
+        description="direction of gap_mm: normal to the backwall, or along the bridge (normal "
+        "opening: gap_mm times the cosine of the skew)",
     )
     cohesion_n: Number = Field(
         default=0.0,
         ge=0.0,
         le=1.0e9,
-        description="cohesion of the backwall contact, total per wall, shared by its points",
+        description="cohesion of a backwall, shared by its contact points",
     )
     backwall_points: Whole = Field(
         default=3, ge=2, le=41, description="contact points along one backwall, corners included"
@@ -68,10 +67,10 @@ class ModelOptions:
         default=None, description="tangential penalty; null applies the rule"
     )
     normal_stiffness_factor: _Factor = Field(
-        default=1.0, description="factor on the normal penalty, for studies of its effect"
+        default=1.0, description="factor on the normal penalty"
     )
     tangent_stiffness_factor: _Factor = Field(
-        default=1.0, description="factor on the tangential penalty, for studies of its effect"
+        default=1.0, description="factor on the tangential penalty"
     )
     # ASSUME a backwall and a key follow deck and soil without inertia of their own: their light
     # masses between a stiff contact and the soil would rattle at any step, with an impact force
@@ -86,8 +85,8 @@ class ModelOptions:
         default=0.10,
         ge=0.0,
         le=1.0,
-        description="damping ratio of the dashpots behind walls and keys, for their mass on soil "
-        "or backbone (radiation)",
+        description="damping ratio of the dashpots (radiation) behind walls and keys, for their "
+        "mass on soil or backbone",
     )
     # ASSUME a pushed backwall returns slowly: this adds 0.4 % to the backbone at 76 mm, 5e6 would
     # add 7 %
@@ -95,8 +94,8 @@ class ModelOptions:
         default=3.0e5,
         ge=1.0,
         le=1.0e9,
-        description="weak elastic spring that returns a pushed backwall, per wall at zero skew "
-        "(reduced like the backfill)",
+        description="spring that returns a pushed backwall, per wall at zero skew (reduced like "
+        "the backfill)",
     )
     backfill: Literal["hyperbolic", "sdc"] = Field(
         default="hyperbolic", description="hyperbolic curve, or the bilinear one of SDC 2.0"
@@ -106,16 +105,16 @@ class ModelOptions:
         default=0.0,
         ge=0.0,
         le=0.9,
-        description="relative change of backfill strength and stiffness from the middle to the "
-        "ends of a wall skewed at 60 degrees, linear in skew; 0.3 is Kaviani's",
+        description="relative change of the backfill from the middle to the ends of a wall "
+        "skewed at 60 degrees, linear in skew (Kaviani: 0.3)",
     )
     keys: Literal["sacrificial", "monolithic"] = Field(
         default="sacrificial", description="exterior shear keys that break, or do not"
     )
     key_frame: Literal["skewed", "deck_edge"] = Field(
         default="deck_edge",
-        description="normal of the keys across the deck's edge, or along the skewed abutment line "
-        "(scheme paper)",
+        description="normal of the keys: along the skewed abutment line (scheme paper), or "
+        "across the deck's edge",
     )
     friction_at: FrictionAt = Field(
         default="all",
@@ -124,32 +123,32 @@ class ModelOptions:
     # ASSUME webs and slabs bring the dead load of the deck evenly over its width onto the caps
     cap_load: Literal["spread", "middle"] = Field(
         default="spread",
-        description="dead load of the deck on the cap of a bent: evenly over the deck's width, or "
-        "in the middle as in spine models",
+        description="dead load of the deck on a cap: evenly over the deck's width, or in the "
+        "middle",
     )
     # ASSUME column bases are on rigid ground
     foundation: Literal["fixed", "springs"] = Field(
         default="fixed",
-        description="column bases on rigid ground, or on the springs of the bridge's file",
+        description="column bases: rigid ground, or the springs of the bridge's file",
     )
     embankment_mass: bool = Field(
         default=False,
         strict=True,
         description="whether the critical length of the embankment moves with the abutment "
-        "(abutment model spring)",
+        "(model spring)",
     )
     damping_ratio: Number | None = Field(
         default=None,
         ge=1.0e-3,
         le=0.5,
-        description="Rayleigh damping of deck and columns at the two periods of the bridge's file; "
-        "null for the ratio of the file",
+        description="Rayleigh damping at the two periods of the bridge's file; null for the "
+        "ratio there",
     )
     # ASSUME the pads of a deck end yield together: it turns too little for them to differ
     pads: Literal["two", "each"] = Field(
         default="two",
-        description="one bearing element per pad, or two cheaper elements per deck end with the "
-        "stiffness of all pads, including rotation",
+        description="two elements per deck end with the stiffness of all pads, including "
+        "rotation, or one per pad",
     )
     # ASSUME pads do not slide on their seats
     pad_strength_factor: _Factor = Field(
@@ -188,40 +187,40 @@ class ModelOptions:
     # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
     fiber_end: Literal["loss", "none"] = Field(
         default="loss",
-        description="column fibers at the ultimate strain: the core drops to 0.2 of its strength "
-        "and bars break or buckle (loss), or nothing changes (none)",
+        description="column fibers at the ultimate strain: loss (the core keeps 0.2 of its "
+        "strength, bars break or buckle) or no change",
     )
     shear_failure: Literal["flag", "degrade"] = Field(
         default="flag",
-        description="column at its shear capacity: recorded in beyond_model (flag), or with a "
-        "softening section at the top (degrade)",
+        description="column at its shear capacity: recorded in beyond_model, or softened by a "
+        "section at its top",
     )
     column_fibers: tuple[Fibers, Wedges, Fibers] = Field(
         default=(5, 20, 1),
-        description="rings of the core, wedges of its outer ring, rings of the cover; bars are "
-        "lumped into as many fibers as wedges",
+        description="rings of the core, wedges of its outer ring, rings of the cover; as many "
+        "bar fibers as wedges",
     )
     deck_elements_per_span: Whole = Field(
         default=4, ge=1, le=64, description="elastic elements per span"
     )
     shear_model: ShearModel = Field(
         default="sdc_expected",
-        description="shear capacity in column_shear_dcr: Caltrans criteria with expected or "
-        "nominal materials (displacement ductility), or Kowalsky and Priestley (expected "
-        "materials, curvature ductility)",
+        description="shear capacity in column_shear_dcr: Caltrans with expected or nominal "
+        "materials (displacement ductility), or Kowalsky and Priestley (expected, curvature "
+        "ductility)",
     )
     elastic_columns: bool = Field(
         default=False,
         strict=True,
-        description="cracked elastic columns, for hand checks and modal comparisons",
+        description="cracked elastic columns, for hand checks",
     )
     # Prediction is better where steps resolve the contact, as the steps in contact do: at most
     # 2.4 % of the friction work is above the limit; with `lagged` it is 5 to 11 % at walls
     # (docs/theory/analysis.md).
     coupling: Literal["lagged", "extrapolated"] = Field(
         default="extrapolated",
-        description="friction bound of a step from the last committed normal force (as in the "
-        "paper), or from the one predicted at its end",
+        description="friction bound of a step: from the last normal force (paper), or that "
+        "predicted at its end",
     )
 
     def has_friction_at(self, place: Literal["walls", "keys"]) -> bool:

@@ -100,7 +100,7 @@ class RandomProperty:
 
 def _of(distribution: str, low: float, high: float, source: str, **shape: float) -> Any:
     what = RandomProperty(distribution=distribution, low=low, high=high, source=source, **shape)  # pyright: ignore[reportArgumentType]
-    return Field(default=what, description="null for its value in the model")
+    return Field(default=what, description="null: the model's value")
 
 
 _NIELSON: Final = "Nielson and DesRoches (2007), from memory"
@@ -117,8 +117,7 @@ class UncertaintyConfig:
     enabled: bool = Field(
         default=False,
         strict=True,
-        description="whether properties are drawn at random, one draw per motion for all variants; "
-        "false: the values of the model",
+        description="whether to draw properties at random, one draw per motion for all variants",
     )
     seed: Whole = Field(default=1, ge=0, le=2**31, description="seed of the draws")
     # 33.8 +- 4.3 MPa; two standard deviations, as in the other rows without limits in the source
