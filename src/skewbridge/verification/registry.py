@@ -36,8 +36,9 @@ STUDIES: Final[dict[str, str]] = {
     "native": "native_element:run",
     "hard-set": "strong_motions:run",
 }
-# Studies of hours: they run only when named, and an interrupted one can be resumed.
+# Studies of many analyses: they run only when named, and an interrupted one can be resumed.
 LONG_STUDIES: Final[dict[str, str]] = {
+    "published": "published:run",
     "accuracy": "strong_motions:run_pairs",
     "accuracy-whole": "strong_motions:run_pairs",
 }

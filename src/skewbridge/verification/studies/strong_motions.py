@@ -97,7 +97,7 @@ def _task(
     )
 
 
-def _rows(
+def rows_of_tasks(
     study: Study, tasks: Sequence[Task], analysed: Callable[[Task], Row], processes: int
 ) -> list[Row]:
     """Return the rows of tasks, in their order; those in the study's journal are not run again."""
@@ -154,7 +154,9 @@ def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> N
         for variant in chosen.variants()
         for motion in chosen.cut(strongest_motions(chosen.motion_count, PGA_G))
     ]
-    table = pd.DataFrame(_rows(study, tasks, _ending, chosen.processes)).drop(columns="run_key")
+    table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes)).drop(
+        columns="run_key"
+    )
     for (bridge, abutment, skew_deg), group in table.groupby(_GROUP, sort=False):
         failed = group[~group["as_required"]]
         text = f"{bridge}, {abutment}, skew {skew_deg}: analyses that end ok or in collapse"
@@ -247,7 +249,7 @@ def run_convergence(study: Study) -> None:
         for name, settings in steps.items()
         if name != "0.25 ms" or number % SELF_CHECK == 0
     }
-    rows = _rows(study, list(tasks.values()), _whole_peaks, CONVERGENCE.processes)
+    rows = rows_of_tasks(study, list(tasks.values()), _whole_peaks, CONVERGENCE.processes)
     found = dict(zip(tasks, rows, strict=True))
     changes = pd.DataFrame(
         [
@@ -329,7 +331,7 @@ def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accu
         for variant in chosen.variants()
         for accuracy in reversed(accuracies)
     }
-    rows = _rows(study, list(tasks.values()), _whole_peaks, chosen.processes)
+    rows = rows_of_tasks(study, list(tasks.values()), _whole_peaks, chosen.processes)
     found = dict(zip(tasks, rows, strict=True))
     names = [motion.motion_id for motion in motions]
     table = pooled_ratios(chosen, found, names, accuracies)

@@ -1,0 +1,379 @@
+"""Fragility curves that others published for the class of osb1, against ours.
+
+`published.csv` holds the curves of Mangalathu (2017) for two-span box-girder bridges with
+two-column bents and seat abutments, built after 1991 (era 3: osb1) and before 1971 (era 1:
+osb1_era1). Ours are fitted on their intensity measure Sa(1.0 s), with the capacities of their table
+and the peaks of whole motions, since their columns fail in bending only.
+
+Where the ratio of medians is outside `RANGE`, runs with one named change each (`CHANGES`) show what
+moves it: a change explains a ratio if it brings it inside, or closes half of the distance to it.
+Nothing is fitted to the published values.
+
+References:
+    Mangalathu (2017), PhD thesis, Georgia Institute of Technology (hdl.handle.net/1853/58291).
+    Chen et al. (2025), DesignSafe PRJ-5910 version 1, doi 10.17603/ds2-c73m-nj37.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import log, nan
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.gravity import column_axial_n
+from skewbridge.bridge.moment_curvature import section_response
+from skewbridge.demands.completeness import BEYOND_MODEL
+from skewbridge.files.tables import records_of
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.paper_table import chosen_curves
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.system import system_curves
+from skewbridge.motions.levels import MotionsConfig
+from skewbridge.study.analyses import StudySetup
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig
+from skewbridge.study.folder import StudyFolder, starter_files
+from skewbridge.study.inputs import prepare_motions
+from skewbridge.study.task import Task, outcome_of
+from skewbridge.study.worker import row_of_task
+from skewbridge.units import INCH
+from skewbridge.variant.grid import GridConfig
+from skewbridge.variant.variant import Variant
+from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.studies.strong_motions import rows_of_tasks
+
+BRIDGES: Final = {3: "osb1", 1: "osb1_era1"}
+RANGE: Final = (0.75, 1.33)
+SOURCE: Final = "Mangalathu (2017) in Chen et al. (2025), doi 10.17603/ds2-c73m-nj37"
+SYSTEM: Final = "system"
+ALL_STATES: Final = {"slight", "moderate", "extensive", "complete"}
+DISPERSION: Final = 0.35  # source: Chen et al. (2025), every capacity
+SETTINGS: Final = FitSettings(im="im_sa_1p000_rotd50_g")
+# Demands of the published components in our analyses; the others are not modelled.
+DEMANDS: Final = {
+    "column_curvature": "column_curvature_ductility",
+    "bearing": "bearing_disp_m",
+    "abutment_transverse": "abutment_transverse_m",
+    "unseating": "unseating_m",
+    "deck_displacement": "deck_disp_m",
+    "abutment_passive": "abutment_passive_m",
+}
+UNITS: Final = {"in": INCH, "ratio": 1.0}
+_KEYS: Final = ["component", "state"]
+WHOLE: Final = "whole_"  # prefix of peaks of whole motions
+# States whose ratio has to be inside or explained.
+JUDGED: Final = {
+    "column_curvature": {"moderate", "extensive"},
+    **dict.fromkeys(("bearing", "abutment_transverse", "unseating", SYSTEM), ALL_STATES),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Change:
+    """One change of the comparison; whatever it does not name stays.
+
+    Attributes:
+        name: What is changed.
+        demands: Other demands, by component.
+        capacity: Column of the published table with the capacities.
+        factors: Factors on capacities, by era, component and state.
+        first_yield: Whether curvature ductility refers to the first yield of a bar.
+        whole: Whether peaks are those of the whole motion, or up to the failure of a column.
+        bridges: Other bridges, by era; other eras are left out.
+        gap_mm: Gap.
+    """
+
+    name: str
+    demands: Mapping[str, str] = field(default_factory=dict[str, str])
+    capacity: str = "capacity"
+    factors: Mapping[tuple[int, str, str], float] = field(
+        default_factory=dict[tuple[int, str, str], float]
+    )
+    first_yield: bool = False
+    whole: bool = True
+    bridges: Mapping[int, str] = field(default_factory=lambda: dict(BRIDGES))
+    gap_mm: int = 25
+
+
+NONE: Final = Change(name="none")
+CHANGES: Final = (
+    Change(
+        name="capacity: joint opening of the curve, that of era 2", capacity="capacity_of_curve"
+    ),
+    Change(
+        # source: Mangalathu, Soleimani and Jeon (2017), table 4, by the comments of simcenter-dlml
+        name="capacity: bearing 3 in instead of 4 in",
+        factors={(1, "bearing", "moderate"): 0.75},
+    ),
+    Change(
+        name="demand: any move of the deck end on its seat",
+        demands={"unseating": "bearing_disp_m", "deck_displacement": "bearing_disp_m"},
+    ),
+    Change(name="demand: curvature over that of the first yield of a bar", first_yield=True),
+    Change(name="demand: up to the failure of a column, as in our studies", whole=False),
+    Change(name="bridge: bridge_b, columns 6.7 m", bridges={3: "bridge_b"}),
+    Change(name="gap: 51 mm", gap_mm=51),
+)
+MOTIONS: Final = 24  # three blocks of levels
+
+
+def published_curves() -> pd.DataFrame:
+    """Return the published curves: one row per era, component and state."""
+    return pd.read_csv(Path(__file__).parents[1] / "published.csv", comment="#")
+
+
+def run(study: Study) -> None:
+    """Run the analyses, fit both eras with each change, and compare."""
+    published = published_curves()
+    cases = [
+        (era, change) for era in BRIDGES for change in (NONE, *CHANGES) if era in change.bridges
+    ]
+    variants = dict.fromkeys(_variant(era, change) for era, change in cases)
+    demands = analysed_demands(study, {each: (each, {}) for each in variants}, MOTIONS)
+    found = [
+        medians(published[published["era"] == era], demands[_variant(era, change)], era, change)
+        for era, change in cases
+    ]
+    table = compared(published, pd.concat(found, ignore_index=True))
+    study.tables["ratios"] = table
+    ours = table[table["change"] == NONE.name]
+    for row in records_of(ours):
+        _report(study, row)
+    study.tables["explained"] = explanations(table)
+    for row in records_of(study.tables["explained"]):
+        name = f"era {row['era']}, {row['component']} {row['state']}: ratio {row['ratio']:.2f}"
+        best = f"best: {row['change']}, {row['changed_ratio']:.2f}"
+        if row["state"] in JUDGED.get(row["component"], ()):
+            text = f"{name} is inside {RANGE[0]:g} to {RANGE[1]:g} or explained ({best})"
+            study.holds(text, truth=bool(row["is_explained"]), source=SOURCE)
+        else:
+            text = f"{name}, not judged ({best})"
+            study.report(text, row["changed_ratio"], 1.0, SOURCE)
+    study.figures["medians"] = _figure(ours)
+
+
+def _variant(era: int, change: Change) -> Variant:
+    return study_variant(change.bridges[era], 0, change.gap_mm)
+
+
+def study_variant(bridge: str, skew_deg: int, gap_mm: int = 25) -> Variant:
+    """Return a variant of the default study, with friction 0.5."""
+    return Variant(
+        bridge=bridge,
+        abutment="contact_friction",
+        skew_deg=skew_deg,
+        gap_mm=gap_mm,
+        friction_pct=50,
+    )
+
+
+def analysed_demands[Key](
+    study: Study, cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]], motions: int
+) -> dict[Key, pd.DataFrame]:
+    """Return demands of variants under the first motions of the package's suite, without draws.
+
+    Args:
+        study: The study, which keeps finished analyses.
+        cases: Variants and their changed modelling options.
+        motions: Number of motions, at the levels of the default study.
+
+    Returns:
+        Rows of the demands table, with the peaks of whole motions as well (prefix ``whole_``).
+    """
+    bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
+    config = StudyConfig(
+        grid=GridConfig(bridge=bridges),
+        motions=MotionsConfig(folder=str(starter_files() / "motions"), count=motions),
+    )
+    with TemporaryDirectory() as name:
+        folder = StudyFolder(Path(name))
+        prepare_motions(
+            config.motions,
+            conditioning_t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
+            t1_s={bridge: load_bridge(bridge).t1_s for bridge in bridges},
+            folder=folder,
+        )
+        setup = StudySetup.of(config, folder)
+    tasks = [
+        (key, replace(task, options=replace(task.options, **options)))
+        for key, (variant, options) in cases.items()
+        for task in setup.tasks(variant.slug)
+    ]
+    rows = rows_of_tasks(study, [task for _, task in tasks], _peaks, len(os.sched_getaffinity(0)))
+    tables: dict[Key, list[dict[str, Any]]] = {}
+    for (key, task), row in zip(tasks, rows, strict=True):
+        tables.setdefault(key, []).append(row_of_task(row, task, row["run_key"]))
+    return {key: pd.DataFrame(table) for key, table in tables.items()}
+
+
+def _peaks(task: Task) -> dict[str, Any]:
+    """Return the outcome of an analysis, and the peaks of its whole history."""
+    result = analyse(task.variant, task.excitation, task.settings, task.options)
+    whole = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
+    return outcome_of(result) | whole
+
+
+def with_demands_of(table: pd.DataFrame, bridge: str, change: Change) -> pd.DataFrame:
+    """Return a table with the demands that a change defines."""
+    table = table.copy()
+    if change.whole:
+        for name in DEMANDS.values():
+            table[name] = table[f"{WHOLE}{name}"]
+        table[BEYOND_MODEL] = ""
+    if change.first_yield:
+        table[DEMANDS["column_curvature"]] *= first_yield_factor(bridge)
+    return table
+
+
+def first_yield_factor(bridge: str) -> float:
+    """Return the idealised yield curvature of a column over that of the first yield of a bar."""
+    data = load_bridge(bridge)
+    curve = section_response(data.column, column_axial_n(data, 0))
+    return curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
+
+
+def medians(
+    published: pd.DataFrame, demands: pd.DataFrame, era: int, change: Change
+) -> pd.DataFrame:
+    """Return our medians and dispersions of the published components and of the system.
+
+    Args:
+        published: Published curves of the era.
+        demands: Our demands, with the peaks of whole motions.
+        era: The era.
+        change: Change of demands and capacities.
+
+    Returns:
+        era, change, component, state, status, theta, theta_low, theta_high, beta and theta_bound,
+        a lower bound of the median of a state that no run reaches.
+    """
+    columns = DEMANDS | dict(change.demands)
+    states = [
+        replace(state, threshold=state.threshold * change.factors.get((era, *key), 1.0))
+        for key, state in capacities(published, columns, change.capacity).items()
+    ]
+    demands = with_demands_of(demands, change.bridges[era], change)
+    rows = prepared(demands, list(dict.fromkeys(each.demand for each in states)), SETTINGS).table
+    curves = chosen_curves(fit_study(rows, states, SETTINGS))
+    bounds = {"beta_total": "beta", "theta_bound_low": "theta_bound"}
+    components = curves.drop(columns="beta").rename(columns=bounds)
+    system = system_curves(rows, states, SETTINGS).assign(component=SYSTEM)
+    names = ["status", "theta", "theta_low", "theta_high", "beta", "theta_bound"]
+    both = pd.concat([components, system], ignore_index=True)
+    both = both.rename(columns={"limit_state": "state"})[[*_KEYS, *names]]
+    return both.assign(era=era, change=change.name)
+
+
+def capacities(
+    published: pd.DataFrame, columns: Mapping[str, str], name: str = "capacity"
+) -> dict[tuple[str, str], LimitState]:
+    """Return the limit states of an era by component and state, on our demands.
+
+    Args:
+        published: Published curves of the era.
+        columns: Demand by component; other components are left out.
+        name: Column with the capacities.
+    """
+    return {
+        (row["component"], row["state"]): LimitState(
+            component=row["component"],
+            name=row["state"],
+            demand=columns[row["component"]],
+            threshold=row[name] * UNITS[row["unit"]],
+            dispersion=DISPERSION,
+        )
+        for row in records_of(published)
+        if row["component"] in columns
+    }
+
+
+def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
+    """Return our medians next to the published ones with their ratios and their interval."""
+    table = published.merge(ours, on=["era", *_KEYS], how="inner", sort=False)
+    fitted = table["status"] == FITTED
+    for name, of in (("ratio", "theta"), ("ratio_low", "theta_low"), ("ratio_high", "theta_high")):
+        table[name] = (table[of] / table["median_g"]).where(fitted)
+    table["ratio_bound"] = (table["theta_bound"] / table["median_g"]).where(~fitted)
+    return table
+
+
+def outside(ratio: float) -> float:
+    """Return the distance of a ratio from `RANGE` in its logarithm; 0 inside."""
+    low, high = RANGE
+    return max(log(low / ratio), log(ratio / high), 0.0)
+
+
+def explanations(table: pd.DataFrame) -> pd.DataFrame:
+    """Return for each ratio the change that moves it most towards `RANGE`.
+
+    Args:
+        table: Ratios with and without the changes, see `compared`.
+
+    Returns:
+        era, component, state, ratio, change, changed_ratio, closed (share of the distance from the
+        range that the change closes) and is_explained; ratios inside have no change.
+    """
+    rows: list[dict[str, Any]] = []
+    for key, part in table.groupby(["era", *_KEYS], sort=False):
+        row: dict[str, Any] = dict(zip(("era", *_KEYS), key, strict=True))
+        ratios = part.set_index("change")["ratio"].dropna()
+        if NONE.name not in ratios:
+            continue
+        distances = ratios.map(outside)
+        best = str(distances.idxmin())  # the first of equals, which is none where it is inside
+        before, after = distances[NONE.name], distances[best]
+        closed = 1.0 - after / before if before > 0.0 else nan
+        rows.append(
+            row
+            | {
+                "ratio": ratios[NONE.name],
+                "change": best,
+                "changed_ratio": ratios[best],
+                "closed": closed,
+                "is_explained": before == 0.0 or closed >= 0.5,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _report(study: Study, row: Mapping[str, Any]) -> None:
+    """Report our median and dispersion against the published ones."""
+    name = f"era {row['era']}, {row['component']} {row['state']}"
+    if row["status"] != FITTED:
+        text = f"{name}: lower bound of the median in g, no run reaches the state"
+        study.report(text, row["theta_bound"], row["median_g"], SOURCE)
+        return
+    interval = f"ratio {row['ratio']:.2f} ({row['ratio_low']:.2f} to {row['ratio_high']:.2f})"
+    study.report(f"{name}: median in g, {interval}", row["theta"], row["median_g"], SOURCE)
+    study.report(f"{name}: dispersion", row["beta"], row["dispersion"], SOURCE)
+
+
+def _figure(table: pd.DataFrame) -> Figure:
+    """Draw the ratio of medians of each state with its interval, one panel per era."""
+    figure, axes = style.panels(1, len(BRIDGES), height_in=4.6, sharex=True)
+    for axis, (era, bridge) in zip(axes[0], BRIDGES.items(), strict=True):
+        rows = table[(table["era"] == era) & (table["status"] == FITTED)]
+        y = np.arange(len(rows))
+        axis.axvspan(*RANGE, color=style.GREY, alpha=0.25, lw=0.0)
+        axis.axvline(1.0, color=style.BLACK, lw=0.6)
+        axis.hlines(y, rows["ratio_low"], rows["ratio_high"], color=style.BLUE, lw=1.2)
+        style.dots(axis, rows["ratio"], y, style.BLUE)
+        names = rows["component"].str.replace("_", " ") + ", " + rows["state"]
+        axis.set_yticks(y, list(names))
+        axis.invert_yaxis()
+        axis.set_xscale("log")
+        axis.set_xticks([0.5, 0.75, 1.0, 1.33, 2.0, 3.0], ["0.5", "0.75", "1", "1.33", "2", "3"])
+        axis.minorticks_off()
+        style.label(axis, "our median over the published one", "", f"{bridge}, era {era}")
+    return figure
