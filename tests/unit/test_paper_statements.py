@@ -12,6 +12,8 @@ from skewbridge.verification import registry
 from skewbridge.verification.statements import (
     RESOLUTION,
     STATEMENTS,
+    Run,
+    Verdict,
     at_least,
     at_most,
     equal,
@@ -21,6 +23,7 @@ from skewbridge.verification.statements import (
     hardly_changed,
     lower,
     more_often,
+    over_runs,
     reduced_by,
     relative_change,
     smaller,
@@ -28,6 +31,7 @@ from skewbridge.verification.statements import (
     statements_of,
 )
 from skewbridge.verification.studies.comparison import COLUMNS, Study
+from skewbridge.verification.studies.paper_runs import SCALES
 
 X = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
 
@@ -178,3 +182,57 @@ def test_failed_check_of_the_model_fails_the_command(monkeypatch, tmp_path):
     monkeypatch.setattr(registry, "run_study", run)
     found = CliRunner().invoke(build_app(), ["verify", "fig10", "--out", str(tmp_path), "--json"])
     assert found.exit_code == 1
+
+
+def runs(outcomes: str, others: str = "") -> dict[Run, Verdict | None]:
+    """Verdicts by their first letter, - without the premise: scales from 0.95 on, other motions."""
+    names = {"a": "agrees", "d": "disagrees", "u": "undecidable"}
+    keys = [Run(f"scale {scale:g}", scale) for scale in SCALES[: len(outcomes)]]
+    keys += [Run(f"syn{number:03d}") for number in range(len(others))]
+    return {
+        key: None if sign == "-" else Verdict(names[sign], "a number", 0.9, 1.0)
+        for key, sign in zip(keys, outcomes + others, strict=True)
+    }
+
+
+@pytest.mark.parametrize(
+    ("scales", "others", "outcome"),
+    [
+        ("aaaaaaa", "aaaaa", "agrees"),
+        ("aaaaaaa", "aaaad", "agrees"),  # 11 of 12
+        ("aaaaaaa", "aaadd", "undecidable"),  # 10 of 12
+        ("aaaaaad", "", "undecidable"),  # 6 of 7
+        ("aaaaaau", "aaaau", "undecidable"),
+        ("ddddddd", "ddddu", "disagrees"),
+        ("aaaaaaa", "-----", "agrees"),  # runs without the premise do not count
+        ("aaaaaa-", "-----", "undecidable"),  # too few meet it
+        ("-------", "-----", "undecidable"),
+    ],
+)
+def test_nine_in_ten_runs_decide_a_case(scales, others, outcome):
+    assert over_runs(runs(scales, others)).outcome == outcome
+
+
+def test_verdict_over_runs_counts_those_that_agree_and_shows_the_nominal_numbers():
+    found = over_runs(runs("aaaaadu", "aad--"))
+    assert (found.scales, found.motions) == ((7, 5), (3, 2))
+    assert (found.value, found.reference) == (0.9, 1.0)
+    assert "5 of 7 scales, 2 of 3 other motions" in found.reason
+    assert "premise met in 3 of 7 runs only" in over_runs(runs("aaa----")).reason
+
+
+def test_runs_of_a_case_become_one_row():
+    study = Study("fig10")
+    for scale in SCALES:
+        run = Run(f"scale {scale:g}", scale)
+        study.states("transverse peak", "skew 0", 0.9, 1.0, run=run)
+        study.states("several contacts", "skew 0", 9, run=run, premise=scale > 1.0)
+    study.leave_open()
+    rows = {row["quantity"]: row for row in study.statement_rows() if row["case"]}
+    assert len(rows) == 2
+    peak, contacts = (
+        rows[STATEMENTS[name].claim] for name in ("transverse peak", "several contacts")
+    )
+    assert (peak["outcome"], peak["scales"], peak["scales_agree"]) == ("agrees", 7, 7)
+    assert contacts["outcome"] == "undecidable"
+    assert contacts["scales"] == 3

@@ -6,6 +6,10 @@ computes the number in each of its cases (`Study.states`); the rule gives the ve
 disagrees or is undecidable. A claim with a direction is tested in that direction only. A change
 below the resolution of the analyses, or one that chance explains, is undecidable.
 
+The sign of an effect under one record can change when the record is scaled by one per cent. A case
+under a record is therefore judged in several runs: the record at seven scales and other motions
+(`over_runs`). Runs that do not meet the premise of a statement do not count.
+
 Assumed limits of the table: the paper calls at most 5 % small; contact is enforced where a penalty
 lets in at most 3 % of the gap; stick-slip events are at least ten changes; a history is coupled if
 it changes by more than the largest error of the default time step, 2 %; reductions of 2 to 3 % are
@@ -33,6 +37,8 @@ RESOLUTION: Final = 0.005
 # ASSUME what the paper calls minimal, small or similar is at most 5 %.
 SMALL: Final = 0.05
 SIGNIFICANCE: Final = 0.05
+AGREEMENT: Final = 0.9  # share of the runs that decides a case
+FEWEST_RUNS: Final = 7
 FEWEST_VALUES: Final = 5  # with fewer, no test of signs or ranks reaches the significance
 
 
@@ -43,14 +49,61 @@ class Verdict:
     Attributes:
         outcome: Agrees, disagrees or is undecidable.
         reason: Why, with the numbers.
-        value: The number that decides, if there is one.
+        value: The number that decides, if there is one; of several runs, that at scale 1.
         reference: What the number is compared with.
+        scales: Runs of the record at a scale, and how many of them agree; empty for one run.
+        motions: The same of runs under other motions.
     """
 
     outcome: Outcome
     reason: str
     value: float | None = None
     reference: float | None = None
+    scales: tuple[int, int] | None = None
+    motions: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One of the runs that judge a case: the record of the study at a scale, or another motion."""
+
+    name: str
+    scale: float | None = None  # None for another motion
+
+
+NOMINAL: Final = Run("scale 1", 1.0)
+
+
+def over_runs(verdicts: Mapping[Run, Verdict | None]) -> Verdict:
+    """Return the verdict of a case from those of its runs; None where the premise is not met.
+
+    The statement agrees (disagrees) if it does so in nine of ten runs that meet its premise, and
+    if at least `FEWEST_RUNS` runs meet it.
+    """
+    judged = {run: found for run, found in verdicts.items() if found is not None}
+    counts: dict[bool, tuple[int, int]] = {}
+    for is_scale in (True, False):
+        part = [found for run, found in judged.items() if (run.scale is not None) is is_scale]
+        counts[is_scale] = len(part), sum(found.outcome == "agrees" for found in part)
+    text = ", ".join(
+        f"{agree} of {total} {name}"
+        for (total, agree), name in ((counts[True], "scales"), (counts[False], "other motions"))
+        if total
+    )
+    nominal = next((found for run, found in judged.items() if run == NOMINAL), None)
+    last = f"; at scale 1: {nominal.reason}" if nominal else ""
+    outcome: Outcome = "undecidable"
+    if len(judged) < FEWEST_RUNS:
+        reason = f"premise met in {len(judged)} of {len(verdicts)} runs only"
+        reason += f"; agrees in {text}{last}" if text else ""
+    else:
+        outcomes = [found.outcome for found in judged.values()]
+        for each in ("agrees", "disagrees"):
+            if outcomes.count(each) >= AGREEMENT * len(outcomes):
+                outcome = each
+        reason = f"agrees in {text}, disagrees in {outcomes.count('disagrees')}{last}"
+    numbers = (nominal.value, nominal.reference) if nominal else (None, None)
+    return Verdict(outcome, reason, *numbers, scales=counts[True], motions=counts[False])
 
 
 type Rule = Callable[..., Verdict]

@@ -10,8 +10,9 @@ all abutment models with skew and without, and OSB2S with friction and without; 
 the cases of the statements.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
+from functools import partial
 from itertools import product
 from typing import Any, Final, Literal
 
@@ -35,6 +36,7 @@ from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.paper_runs import (
     DURATION_S,
     FRICTION_PCT,
+    LEAST_WALL_FORCE,
     HalfCycle,
     PaperMotion,
     analysis,
@@ -45,6 +47,7 @@ from skewbridge.verification.studies.paper_runs import (
     stick_slip_changes,
     tarzana,
     waho,
+    wall_strength_kn,
 )
 
 type Curve = tuple[Array, Array]
@@ -59,10 +62,12 @@ def _draw_pair(axis: Axes, curves: Sequence[Curve]) -> None:
     style.line(axis, *with_friction, style.BLUE, "friction 0.5")
 
 
-def _judge_cycles(study: Study, statement: str, case: str, cycles: list[HalfCycle]) -> None:
+def _judge_cycles(
+    states: Callable[..., None], statement: str, case: str, cycles: list[HalfCycle]
+) -> None:
     """Judge whether friction lowers the peaks of the half cycles in contact."""
     lower = [cycle.change < 0.0 for cycle in cycles if cycle.has_contact]
-    study.states(statement, case, sum(lower), len(lower))
+    states(statement, case, sum(lower), len(lower))
 
 
 type Keys = Literal["sacrificial", "monolithic"]
@@ -77,28 +82,28 @@ _PUSH_M: Final = 0.09
 
 def run_abutment(study: Study) -> None:
     """Run the study of figure 10."""
-    motion = tarzana()
-    pairs: dict[tuple[Keys, int], AbutmentPair] = {}
-    for keys, skew in product(_KEYS, _ABUTMENT_SKEWS_DEG):
+    record = tarzana()
+    for motion, keys, skew in product(record.runs(), _KEYS, _ABUTMENT_SKEWS_DEG):
         options = ModelOptions(keys=keys)
         pair = _history(motion, options, skew), _history(motion, options, skew, friction_pct=0)
-        pairs[keys, skew] = pair
-    for (keys, skew), pair in pairs.items():
-        case = f"skew {skew}, {keys} keys{motion.stand_in}"
-        _report_abutment(study, case, pair)
-        _judge_abutment(study, case, pair)
-        label = f"skew{skew:02d}_{keys}"
-        study.figures[label] = _abutment_figure(pair, motion)
-        study.tables[f"{label}_ledger"] = _ledger(pair[0])
+        case = f"skew {skew}, {keys} keys{record.stand_in}"
+        wall_kn = min(float(h.force_n[:, 0].max()) / KN for h in pair)
+        met = wall_kn > LEAST_WALL_FORCE * wall_strength_kn(skew)
+        states = partial(study.states, run=motion.run, premise=met)
+        _judge_abutment(states, case, pair)
+        if keys == _KEYS[0]:
+            without = pair[1].disp_m
+            changes = (
+                rms_change(_history(motion, ModelOptions(friction_at=place), skew).disp_m, without)
+                for place in ("walls", "keys")
+            )
+            states("backwall makes it", case, *(float(change[1]) for change in changes))
+        if motion.is_nominal:
+            _report_abutment(study, case, pair)
+            label = f"skew{skew:02d}_{keys}"
+            study.figures[label] = _abutment_figure(pair, motion)
+            study.tables[f"{label}_ledger"] = _ledger(pair[0])
     _judge_static_push(study)
-    for skew in _ABUTMENT_SKEWS_DEG:
-        without = pairs[_KEYS[0], skew][1].disp_m
-        changes = (
-            rms_change(_history(motion, ModelOptions(friction_at=place), skew).disp_m, without)
-            for place in ("walls", "keys")
-        )
-        case = f"skew {skew}, {_KEYS[0]} keys{motion.stand_in}"
-        study.states("backwall makes it", case, *(float(change[1]) for change in changes))
 
 
 def _history(
@@ -134,7 +139,7 @@ def _peaks(history: AbutmentHistory) -> dict[str, float]:
     }
 
 
-def _judge_abutment(study: Study, case: str, pair: AbutmentPair) -> None:
+def _judge_abutment(states: Callable[..., None], case: str, pair: AbutmentPair) -> None:
     """Judge the statements on the loops of one case with friction against those without."""
 
     def both(value: Callable[[AbutmentHistory], float]) -> list[float]:
@@ -145,28 +150,28 @@ def _judge_abutment(study: Study, case: str, pair: AbutmentPair) -> None:
         ("away from the fill", both(lambda h: (-h.disp_m[:, 0]).max())),
         ("force into the fill", both(lambda h: h.force_n[:, 0].max())),
     ):
-        study.states("longitudinal hardly changes", f"{case}, {name}", *peaks)
+        states("longitudinal hardly changes", f"{case}, {name}", *peaks)
     with_friction, without = pair
     keys = _units(with_friction, "key")
     forces = with_friction.normals_n[:, keys], with_friction.friction_n[:, keys]
-    study.states("keys stick and slip", case, stick_slip_changes(*forces, FRICTION_PCT / 100))
+    states("keys stick and slip", case, stick_slip_changes(*forces, FRICTION_PCT / 100))
     fast = both(lambda h: _fast_rms(h.t_s, h.force_n[:, 0]) / KN)
-    study.states("fast vibration", case, *fast)
+    states("fast vibration", case, *fast)
     along, across = rms_change(with_friction.disp_m, without.disp_m).tolist()
-    study.states("transverse differs more", f"{case}, RMS of the displacement", across, along)
+    states("transverse differs more", f"{case}, RMS of the displacement", across, along)
     rough, smooth = (
         [np.trapezoid(h.force_n[:, axis], h.disp_m[:, axis]) for axis in (0, 1)] for h in pair
     )
     along, across = (
         float(abs(one / other - 1.0)) for one, other in zip(rough, smooth, strict=True)
     )
-    study.states("transverse differs more", f"{case}, work of the loops", across, along)
+    states("transverse differs more", f"{case}, work of the loops", across, along)
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
-    study.states("several contacts", case, closures)
-    study.states("transverse peak", case, *both(lambda h: np.abs(h.disp_m[:, 1]).max()))
+    states("several contacts", case, closures)
+    states("transverse peak", case, *both(lambda h: np.abs(h.disp_m[:, 1]).max()))
     walls = [(h.normals_n[:, _units(h, "backwall")] > 0.0).any(axis=1) for h in pair]
     cycles = half_cycles(without.t_s, without.disp_m, with_friction.disp_m, 1, walls)
-    _judge_cycles(study, "transverse cycles", case, cycles)
+    _judge_cycles(states, "transverse cycles", case, cycles)
 
 
 def _units(history: AbutmentHistory, kind: str) -> list[int]:
@@ -285,13 +290,18 @@ _MODEL_DEMANDS: Final = (
 
 def run(study: Study) -> None:
     """Run the study of figures 11 and 12."""
-    motion = waho()
-    for scheme in SCHEMES:
-        rough, smooth = paper_variant(), paper_variant(friction_pct=0)
+    record = waho()
+    rough, smooth = paper_variant(), paper_variant(friction_pct=0)
+    for scheme, motion in product(SCHEMES, record.runs()):
+        if scheme == "paper" and motion.run.scale is None:
+            continue  # nine seconds an analysis: this scheme runs the record at its scales only
         pair = analysis(rough, motion, scheme), analysis(smooth, motion, scheme)
-        _compare(study, f"{scheme} scheme", pair)
-        _judge(study, f"{scheme} scheme{motion.stand_in}", pair, same_record=motion.is_paper_record)
-        if scheme == SCHEMES[0]:
+        states = partial(study.states, run=motion.run, premise=_has_wall_force(pair, 0))
+        case = f"{scheme} scheme{record.stand_in}"
+        _judge(states, case, pair, same_record=motion.is_paper_record)
+        if motion.is_nominal:
+            _compare(study, f"{scheme} scheme", pair)
+        if motion.is_nominal and scheme == SCHEMES[0]:
             cycles = _cycles(pair, "y")
             study.figures["displacements"] = _displacement_figure(pair, motion)
             study.figures["hysteresis"] = _hysteresis_figure(pair, motion)
@@ -315,35 +325,41 @@ def _compare(study: Study, case: str, pair: Pair) -> None:
     study.holds(f"{case}: the backwalls close", truth=least_kn > 0.0, source="this motion")
 
 
-def _judge(study: Study, case: str, pair: Pair, *, same_record: bool) -> None:
+def _has_wall_force(runs: Iterable[AnalysisResult], skew_deg: int) -> bool:
+    """Return whether the deck pushes a wall in every run with a share of its strength."""
+    least_kn = min(result.whole_history["backwall_force_kn"] for result in runs)
+    return least_kn > LEAST_WALL_FORCE * wall_strength_kn(skew_deg)
+
+
+def _judge(states: Callable[..., None], case: str, pair: Pair, *, same_record: bool) -> None:
     """Judge the statements on the straight bridge with friction against the one without."""
     cycles = {axis: _cycles(pair, column) for axis, column in _AXES.items()}
     for axis, found in cycles.items():
-        _judge_cycles(study, "bridge cycles", f"{case}, {axis}", found)
+        _judge_cycles(states, "bridge cycles", f"{case}, {axis}", found)
     for axis, column in _AXES.items():
         change = _history_change(pair, f"deck_u{column}_m")
-        study.states("axes are coupled", f"{case}, {axis}", change)
+        states("axes are coupled", f"{case}, {axis}", change)
     with_friction, without = (result.whole_history for result in pair)
     for name, demand in _DISPLACEMENTS.items():
         peaks = with_friction[demand], without[demand]
-        study.states("displacement is reduced", f"{case}, {name}", *peaks)
+        states("displacement is reduced", f"{case}, {name}", *peaks)
         claim = "displacement by 2 to 3 percent"
-        study.states(claim, f"{case}, {name}", *peaks, same_record=same_record)
+        states(claim, f"{case}, {name}", *peaks, same_record=same_record)
     shears = with_friction["column_shear_kn"], without["column_shear_kn"]
-    study.states("shear is reduced", case, *shears)
+    states("shear is reduced", case, *shears)
     shear, displacement = (
         1.0 - with_friction[demand] / without[demand]
         for demand in ("column_shear_kn", "deck_disp_m")
     )
-    study.states("shear by as much", case, abs(shear - displacement))
+    states("shear by as much", case, abs(shear - displacement))
     for side in _SIDES:
         along, across = (_history_change(pair, f"abutment_{side}_{axis}_kn") for axis in ("x", "y"))
-        study.states("bridge transverse loops", f"{case}, {side} abutment", across, along)
-    study.states("keys stick and slip", case, _key_changes(pair[0]))
+        states("bridge transverse loops", f"{case}, {side} abutment", across, along)
+    states("keys stick and slip", case, _key_changes(pair[0]))
     for axis, found in cycles.items():
         changes = [abs(cycle.peak_with_m - cycle.peak_without_m) for cycle in found]
         together = [cycle.together for cycle in found]
-        study.states("in phase differs most", f"{case}, {axis}", together, changes)
+        states("in phase differs most", f"{case}, {axis}", together, changes)
 
 
 def _cycles(pair: Pair, axis: str) -> list[HalfCycle]:
@@ -421,15 +437,23 @@ def _cycle_figure(cycles: list[HalfCycle], motion: PaperMotion) -> Figure:
 
 def run_places(study: Study) -> None:
     """Run the study of friction at walls, keys or both."""
-    motion = waho()
+    record = waho()
     rows: list[dict[str, Any]] = []
-    for skew in SKEWS_DEG:
+    for skew, motion in product(SKEWS_DEG, record.runs()):
         variant = paper_variant(skew_deg=skew)
         runs = {
             place: analysis(variant, motion, options=ModelOptions(friction_at=place))
             for place in PLACES
         }
         runs["none"] = analysis(paper_variant(skew_deg=skew, friction_pct=0), motion)
+        changes = (
+            _history_change((runs[place], runs["none"]), "deck_uy_m") for place in ("walls", "keys")
+        )
+        case = f"OSB1, skew {skew}{record.stand_in}"
+        met = _has_wall_force(runs.values(), skew)
+        study.states("backwall makes it", case, *changes, run=motion.run, premise=met)
+        if not motion.is_nominal:
+            continue
         _check_places(study, skew, runs)
         plain = runs["none"].whole_history
         for place, demand in product(PLACES, _PLACE_DEMANDS):
@@ -439,13 +463,9 @@ def run_places(study: Study) -> None:
                 study.report(text, value, plain[demand], _WITHOUT)
                 names = {"skew_deg": skew, "friction_at": place, "demand": demand}
                 rows.append(names | {"value": value, "without": plain[demand]})
-        changes = (
-            _history_change((runs[place], runs["none"]), "deck_uy_m") for place in ("walls", "keys")
-        )
-        study.states("backwall makes it", f"OSB1, skew {skew}{motion.stand_in}", *changes)
     table = pd.DataFrame(rows)
     study.tables["changes"] = table.assign(change=table["value"] / table["without"] - 1.0)
-    study.figures["changes"] = _place_figure(study.tables["changes"], motion)
+    study.figures["changes"] = _place_figure(study.tables["changes"], record)
 
 
 def _check_places(study: Study, skew: int, runs: dict[FrictionAt | str, AnalysisResult]) -> None:
@@ -493,14 +513,15 @@ def run_models(study: Study) -> None:
     text = "OSB1: every abutment model and skew ends with status ok or collapse"
     has_run = all(found.status in RAN for found in runs.values())
     study.holds(text, truth=has_run, source="this model")
-    for abutment in (name for name, traits in ABUTMENTS.items() if traits.has_contacts):
-        straight, skewed = (runs[abutment, skew].whole_history for skew in SKEWS_DEG)
-        case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
-        turns = (1e3 * found["deck_rotation_rad"] for found in (skewed, straight))
-        study.states("skew bridge rotates", case, *turns)
-        unseating = skewed["unseating_m"], straight["unseating_m"]
-        study.states("acute corner leads", case, skewed["acute_corner_unseating_m"], unseating[0])
-        study.states("skew needs longer seats", case, *unseating)
+    for run in motion.runs():
+        for abutment in (name for name, traits in ABUTMENTS.items() if traits.has_contacts):
+            pair = [
+                runs[abutment, skew]
+                if run.is_nominal
+                else analysis(paper_variant(abutment=abutment, skew_deg=skew), run)
+                for skew in SKEWS_DEG
+            ]
+            _judge_skew(partial(study.states, run=run.run), abutment, motion, pair)
     rough, smooth = (
         analysis(paper_variant(bridge="osb2s", skew_deg=20, friction_pct=friction_pct), motion)
         for friction_pct in (FRICTION_PCT, 0)
@@ -518,6 +539,27 @@ def run_models(study: Study) -> None:
             for (abutment, skew), result in runs.items()
         ]
     )
+
+
+def _judge_skew(
+    states: Callable[..., None], abutment: str, motion: PaperMotion, pair: Sequence[AnalysisResult]
+) -> None:
+    """Judge the statements on skew from a straight and a skewed bridge.
+
+    Their premise is that an obtuse corner of the skewed deck hits its wall.
+    """
+    straight, skewed = (result.whole_history for result in pair)
+    histories = histories_of(pair[1])
+    # the last point of a wall is at the obtuse corner of a positive skew
+    corners = [f"{side}_backwall_{ModelOptions().backwall_points}_normal_kn" for side in _SIDES]
+    hits = max(float(histories[name].max()) for name in corners) > 0.0
+    case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
+    turns = (1e3 * found["deck_rotation_rad"] for found in (skewed, straight))
+    states("skew bridge rotates", case, *turns, premise=hits)
+    unseating = skewed["unseating_m"], straight["unseating_m"]
+    acute_m = skewed["acute_corner_unseating_m"]
+    states("acute corner leads", case, acute_m, unseating[0], premise=hits)
+    states("skew needs longer seats", case, *unseating, premise=hits)
 
 
 def _model_figure(runs: dict[str, AnalysisResult], skew: int, motion: PaperMotion) -> Figure:

@@ -9,10 +9,12 @@ from typing import Any, Final
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.verification.statements import STATEMENTS, Verdict, statements_of
+from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs, statements_of
 
 COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")
-STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason")
+# Runs that judge a case: the record at several scales and other motions, and how many agree.
+RUN_COLUMNS: Final = ("scales", "scales_agree", "motions", "motions_agree")
+STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason", *RUN_COLUMNS)
 # Source of references that show whether the model changed, not whether it is right.
 EARLIER_MODEL: Final = "this project's earlier model (regression only)"
 
@@ -40,7 +42,7 @@ class ReferenceCheck:
 
 @dataclass(frozen=True, slots=True)
 class StatementCase:
-    """Verdict on a statement of the paper in one case."""
+    """Verdict on a statement of the paper in one case, from all its runs."""
 
     statement: str
     case: str
@@ -59,6 +61,9 @@ class Study:
     report_progress: Callable[[str], None] | None = None
     comparisons: list[ReferenceCheck] = field(default_factory=list[ReferenceCheck])
     verdicts: list[StatementCase] = field(default_factory=list[StatementCase])
+    runs: dict[tuple[str, str], dict[Run, Verdict | None]] = field(
+        default_factory=dict[tuple[str, str], dict[Run, Verdict | None]]
+    )
     figures: dict[str, Figure] = field(default_factory=dict[str, Figure])
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
 
@@ -88,13 +93,31 @@ class Study:
         """Report two numbers without judging them."""
         self.absolute(quantity, value, reference, None, source)
 
-    def states(self, statement: str, case: str, *numbers: Any, **conditions: bool) -> None:
-        """Add the verdict on a statement (a row of the table) in one case, from its numbers."""
+    def states(
+        self,
+        statement: str,
+        case: str,
+        *numbers: Any,
+        run: Run | None = None,
+        premise: bool = True,
+        **conditions: bool,
+    ) -> None:
+        """Add the verdict on a statement (a row of the table) in one case, from its numbers.
+
+        `leave_open` joins the verdicts of several runs of a case; one that does not meet the
+        premise of the statement does not count.
+        """
         verdict = STATEMENTS[statement].verdict(*numbers, **conditions)
-        self.verdicts.append(StatementCase(statement, case, verdict))
+        if run is None:
+            self.verdicts.append(StatementCase(statement, case, verdict))
+        else:
+            self.runs.setdefault((statement, case), {})[run] = verdict if premise else None
 
     def leave_open(self, reason: str = "") -> None:
-        """Add "undecidable" for every statement of this study that has no verdict yet."""
+        """Join the runs of each case; a statement of this study without a verdict stays open."""
+        for (statement, case), verdicts in self.runs.items():
+            self.verdicts.append(StatementCase(statement, case, over_runs(verdicts)))
+        self.runs.clear()
         judged = {found.statement for found in self.verdicts}
         for key, statement in statements_of(self.name).items():
             if key not in judged:
@@ -115,6 +138,7 @@ class Study:
                 "case": found.case,
                 "outcome": found.verdict.outcome,
                 "reason": found.verdict.reason,
+                **dict(zip(RUN_COLUMNS, _run_counts(found.verdict), strict=True)),
             }
             for found in self.verdicts
         ]
@@ -137,3 +161,9 @@ class Study:
     def table(self) -> pd.DataFrame:
         """Return the rows as a table."""
         return pd.DataFrame(self.rows(), columns=list(COLUMNS))
+
+
+def _run_counts(verdict: Verdict) -> tuple[int, int, int, int]:
+    """Return the values of `RUN_COLUMNS`; zeros for a verdict without runs under records."""
+    scales, motions = verdict.scales or (0, 0), verdict.motions or (0, 0)
+    return scales[0], scales[1], motions[0], motions[1]

@@ -7,8 +7,9 @@ for a missing record is named on every figure.
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import radians
 from pathlib import Path
 from typing import Final
 
@@ -18,6 +19,8 @@ from numpy.typing import NDArray
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisScheme, AnalysisSettings
 from skewbridge.analysis.transient import AnalysisResult, analyse
+from skewbridge.bridge.abutment.backfill import wall_backfill
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
 from skewbridge.motions.folder import IndexEntry, read_index
@@ -33,10 +36,11 @@ from skewbridge.motions.read import (
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import read_entry
-from skewbridge.units import G_MPS2
+from skewbridge.units import G_MPS2, KN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.statements import NOMINAL, Run
 
 FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 # source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
@@ -54,46 +58,85 @@ GAP_MM: Final = 51  # source: the paper, section 4
 DURATION_S: Final = 25.0
 # Half cycles smaller than this share of the largest one are left out.
 SMALLEST_CYCLE: Final = 0.15
+#: Factors on the record of a study: within 5 %, the sign of many effects changes.
+SCALES: Final = (0.95, 0.967, 0.983, 1.0, 1.017, 1.033, 1.05)
+#: Number of other motions that a statement is judged under.
+OTHER_MOTIONS: Final = 5
+# ASSUME friction at a wall can decide nothing while the deck pushes it with less than this share of
+# the strength of its fill
+LEAST_WALL_FORCE: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperMotion:
-    """A motion at the factor of the study, longitudinal component first; a label for figures."""
+    """A motion at the factor of the study, longitudinal component first; a label for figures.
+
+    `run` is the motion at a scale or another motion, `other_pga_g` the PGA (RotD50) of others that
+    close the wall gaps.
+    """
 
     motion: GroundMotion
     label: str
     is_paper_record: bool
+    other_pga_g: float
+    run: Run = NOMINAL
 
     @property
     def stand_in(self) -> str:
         """Suffix for the name of a case: empty under the paper's record, else the stand-in."""
         return "" if self.is_paper_record else f" ({self.label})"
 
+    @property
+    def is_nominal(self) -> bool:
+        """Whether this is the motion of the study at scale 1."""
+        return self.run.scale == 1.0
+
+    def runs(self, others: int = OTHER_MOTIONS) -> "Sequence[PaperMotion]":
+        """Return this motion at `SCALES`, then the strongest others of the package's suite."""
+        scaled = [
+            replace(self, motion=self.motion.scaled(scale), run=Run(f"scale {scale:g}", scale))
+            for scale in SCALES
+        ]
+        strongest = strongest_motions(others + 1, self.other_pga_g) if others else []
+        different = [each for each in strongest if each.motion_id != self.motion.motion_id]
+        return scaled + [
+            replace(
+                self,
+                motion=motion,
+                label=f"{motion.motion_id} at a PGA of {self.other_pga_g:.2f} g",
+                is_paper_record=False,
+                run=Run(motion.motion_id),
+            )
+            for motion in different[:others]
+        ]
+
 
 def tarzana() -> PaperMotion:
     """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
     files = _find("*TAR090*"), _find("*TAR360*") or _find("*TAR000*")
-    return _record(files, "TAR", "Tarzana (TAR)") or _synthetic(TARZANA_PGA_ROTD50_G, "Tarzana")
+    pga_g = TARZANA_PGA_ROTD50_G
+    return _record(files, "TAR", "Tarzana (TAR)", pga_g) or _synthetic(pga_g, "Tarzana")
 
 
 def waho() -> PaperMotion:
     """Return WAHO with 090 longitudinal and 000 transverse, its surrogate, or a synthetic pair."""
     files = _find("*WAH090*"), _find("*WAH000*")
-    if found := _record(files, "RSN811_WAHO", "WAHO"):
+    closing_g = CLOSING_FACTOR * WAHO_PGA_ROTD50_G
+    if found := _record(files, "RSN811_WAHO", "WAHO", closing_g):
         return found
     north, east = (_find(name) for name in SURROGATE_FILES)
     if north and east:
         motion = read_motion(east, north, Given(unit="g"), motion_id=SURROGATE_ID)
         label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
         scaled = motion.scaled(SURROGATE_FACTOR)
-        return PaperMotion(motion=scaled, label=label, is_paper_record=False)
+        return PaperMotion(motion=scaled, label=label, is_paper_record=False, other_pga_g=closing_g)
     return _synthetic(WAHO_PGA_ROTD50_G, "WAHO", CLOSING_FACTOR)
 
 
 def el_centro() -> PaperMotion:
     """Return El Centro with 180 longitudinal and 270 transverse, or a synthetic pair as strong."""
     files = _find("*ELC180*"), _find("*ELC270*")
-    found = _record(files, "RSN6_ELC", "El Centro (ELC)")
+    found = _record(files, "RSN6_ELC", "El Centro (ELC)", EL_CENTRO_PGA_G)
     return found or _synthetic(EL_CENTRO_PGA_G, "El Centro")
 
 
@@ -105,7 +148,7 @@ def _find(pattern: str) -> Path | None:
 
 
 def _record(
-    files: tuple[Path | None, Path | None], motion_id: str, label: str
+    files: tuple[Path | None, Path | None], motion_id: str, label: str, other_pga_g: float
 ) -> PaperMotion | None:
     """Return the paper's record from its two files; None if a file is missing or not the record."""
     first, second = files
@@ -115,7 +158,7 @@ def _record(
         motion = read_motion(first, second, motion_id=motion_id)
     except FalseClaimError:
         return None
-    return PaperMotion(motion=motion, label=label, is_paper_record=True)
+    return PaperMotion(motion=motion, label=label, is_paper_record=True, other_pga_g=other_pga_g)
 
 
 def embedded_entries() -> list[IndexEntry]:
@@ -152,6 +195,7 @@ def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMo
         motion=motion.scaled(factor * pga_rotd50_g / pga_g),
         label=f"synthetic {motion.motion_id} at {factor:g} x the peak of {wanted}",
         is_paper_record=False,
+        other_pga_g=factor * pga_rotd50_g,
     )
 
 
@@ -170,6 +214,12 @@ def paper_variant(
         gap_mm=GAP_MM,
         friction_pct=friction_pct,
     )
+
+
+def wall_strength_kn(skew_deg: float, bridge: str = "osb1") -> float:
+    """Return the strength of the fill behind one backwall."""
+    data, options = load_bridge(bridge).abutment, ModelOptions()
+    return wall_backfill(data, options.backfill, radians(skew_deg)).ultimate_n / KN
 
 
 def analysis(
