@@ -14,7 +14,7 @@ how=(-j"$cores")
 [ -z "$profile" ] || how=(--workflow-profile "workflow/profiles/$profile")
 # why a rule runs is long; snakemake -n shows it
 run() {
-    "$bin/snakemake" "${how[@]}" --quiet host reason --show-failed-logs --configfile "$config" "${override[@]}" "$@"
+    "$bin/snakemake" "${how[@]}" --quiet host reason rules --show-failed-logs --configfile "$config" "${override[@]}" "$@"
 }
 run -- "$target"
 # The page of a finished study shows what was made on request.

@@ -122,7 +122,7 @@ def test_panels_without_a_curve_give_the_reason(demands, tables):
     curves.loc[lost, "preferred"] = False
     curves.loc[lost, "status"] = "bounds_too_wide"
     figure = fragility_curves(curves, demands, medians, "column_drift")
-    assert any("no curve of 4: bounds too wide" in text for text in texts(figure))
+    assert any("4 of 4 without a curve: bounds too wide" in text for text in texts(figure))
 
 
 def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():

@@ -18,7 +18,7 @@ from skewbridge.report.answer import change_name
 ROOT = Path(__file__).parents[2]
 SETTINGS = FitSettings(bootstrap=99)
 # numbers in names of states, bridges and texts, and the level of the intervals
-WORDS = r"dcr \d+|osb\d\w*|p = "
+WORDS = r"DCR [\d.]+|osb\d\w*|p = "
 
 
 def printed_numbers(text):

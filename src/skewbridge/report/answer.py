@@ -29,7 +29,7 @@ from skewbridge.fragility.verdicts import (
     RATIO,
     UNDECIDED,
 )
-from skewbridge.report.axis_layout import shown_value, value_text
+from skewbridge.report.axis_layout import in_words, shown_value, value_text
 from skewbridge.report.verdict_style import demand_name, signed
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of, axis
@@ -70,8 +70,16 @@ ANSWER_COLUMNS: Final[dict[str, str]] = {
 }
 NOT_REACHED: Final = "not_reached"
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "demand")
-#: States of the first screen and of the sentences of the headline.
+#: States of the first screen and of the README.
 LEADING_STATES: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
+#: Certainty of a claim in a few words.
+CERTAINTY: Final = {
+    LOWER: "certain",
+    HIGHER: "certain",
+    DETECTABLE: "direction certain, size not",
+    NEGLIGIBLE: "certainly small",
+    UNDECIDED: "not certain",
+}
 _UNSEATING: Final = "unseating_m"
 
 
@@ -113,7 +121,7 @@ def effect_name(demand: str) -> str:
     if demand == f"{COLUMN_FAILURE}/any":
         return "column failure"
     if "/" in demand:
-        component, state = demand.replace("_", " ").split("/")
+        component, state = in_words(demand).split("/")
         return f"{component} ({state})"
     label = demand_name(demand)
     return label[:1].lower() + label[1:]
@@ -271,16 +279,6 @@ def with_seats(table: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
     return table.assign(seat_m=lengths.astype(np.float64))
 
 
-def median_clause(row: Mapping[str, Any]) -> str:
-    """Return the effect on a median capacity as a clause, with its certainty."""
-    name = effect_name(row["demand"])
-    if row["status"] == NOT_REACHED:
-        return f"no run reaches {name}"
-    if row["status"] != OK:
-        return f"the effect on the median capacity for {name} is not estimable"
-    return _clause(row, f"the median capacity for {name}")
-
-
 def demand_clause(row: Mapping[str, Any]) -> str:
     """Return the effect on a demand as a clause, with its size and the intensity."""
     name = effect_name(row["demand"])
@@ -354,27 +352,6 @@ def number(value: float) -> str:
 def intensity(im: float) -> str:
     """Return an intensity with two digits."""
     return f"{im:.2g} g"
-
-
-def axis_sentences(table: pd.DataFrame) -> list[tuple[str, str]]:
-    """Return a heading and a sentence per axis: median capacities, then the clearest demand."""
-    names = short_names(table)
-    out: list[tuple[str, str]] = []
-    for key, part in table.groupby(["axis", "from_value", "to_value"], sort=False):
-        texts: list[str] = []
-        for model, rows in part.groupby(list(BRIDGE_COLUMNS), sort=False):
-            records = records_of(rows)
-            clauses = [median_clause(row) for row in records if row["demand"] in LEADING_STATES]
-            if clear := clearest([row for row in records if row["quantity"] == DEMAND]):
-                clauses.append(demand_clause(clear))
-            if clauses:
-                texts.append(f"in {names[str(model[0]), str(model[1])]} {'; '.join(clauses)}")
-        if texts:
-            changed = change_name(str(key[0]), float(str(key[1])), float(str(key[2])))
-            out.append(
-                (changed, _sentence(". ".join(text[:1].upper() + text[1:] for text in texts)))
-            )
-    return out
 
 
 def clearest(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
@@ -485,10 +462,6 @@ def properties_sentence(demands: pd.DataFrame) -> str:
         "Each motion has its own random properties of the bridge, the same in every variant "
         f"({', '.join(drawn)})."
     )
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}."
 
 
 def headline_rows(table: pd.DataFrame) -> pd.DataFrame:

@@ -48,6 +48,8 @@ _LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constan
 _PANEL_LETTERS: Final = 34  # width of the title of a panel
 _MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
 
+#: Colours of the axes in the sketch of the page.
+AXIS_COLOURS: Final = dict(zip(("skew", "gap", "friction"), VARIANT_COLOURS[1:4], strict=True))
 #: Units that have another name in US units, with the factor to it.
 US_UNITS: Final = {
     "m": ("in", 1.0 / INCH),
@@ -136,6 +138,11 @@ def value_text(axis: Axis, value: float) -> str:
         return f"{value:g}" + ("°" if axis.unit == "deg" else "")
     shown, factor = shown_unit(axis.unit)
     return f"{value:g} {shown}" if factor == 1.0 else f"{factor * value:.{_US_DIGITS}g} {shown}"
+
+
+def in_words(name: object) -> str:
+    """Return a component, limit state or status in words: ``DCR 1.00`` for ``dcr_100``."""
+    return re.sub(r"\bdcr (\d)(\d\d)\b", r"DCR \1.\2", str(name).replace("_", " "))
 
 
 def threshold_text(demand: str, threshold: float) -> str:

@@ -22,6 +22,7 @@ from skewbridge.report.answer import change_name
 from skewbridge.report.axis_layout import (
     STYLE,
     VariantLayout,
+    in_words,
     line_of,
     plain_log_ticks,
     plain_number,
@@ -124,7 +125,7 @@ def fragility_curves(
                     axes.set_xlabel(shown_label(im_column)[0])
             state = table[table["limit_state"] == name].iloc[0]
             capacity = threshold_text(str(state["demand"]), float(state["threshold"]))
-            row[0].set_ylabel(f"P(exceeds | IM)\n{_words(name)}: {capacity}")
+            row[0].set_ylabel(f"P(exceeds | IM)\n{in_words(name)}: {capacity}")
             own = ratios[ratios["demand"] == f"{component}/{name}"]
             if not own.empty:
                 panel = figure.add_subplot(grid_of_panels[place, len(columns)])
@@ -137,7 +138,7 @@ def fragility_curves(
         bands = f"{100 * table['level'].iloc[0]:g} % bands"
         if layout.banded_text:
             bands += f" ({layout.banded_text})"
-        title = f"{_words(component).capitalize()}, {bands}"
+        title = f"{in_words(component).capitalize()}, {bands}"
         figure.suptitle("\n".join([title, *out_of_reach]), x=0.01, ha="left", fontsize=9)
     return figure
 
@@ -179,7 +180,7 @@ def states_out_of_reach(rows: pd.DataFrame, demands: pd.DataFrame) -> list[str]:
         if (own["reach"] != "").all():
             variants = own["variant"]
             peak = largest[own["demand"].iloc[0]].reindex(variants).to_numpy()
-            sentences.append(f"{_words(name)}, no curve: {own['reach'].iloc[int(peak.argmax())]}")
+            sentences.append(f"{in_words(name)}, no curve: {own['reach'].iloc[int(peak.argmax())]}")
     return sentences
 
 
@@ -225,10 +226,11 @@ def _curve_panel(
             axes.plot(medians[1:], [0.5] * (len(medians) - 1), "D", ms=4.5, mfc="white",
                       mec=style["color"], zorder=4)  # fmt: skip
     reasons = Counter(
-        "no run exceeds" if item["reach"] else str(item["status"]).replace("_", " ")
+        "no run exceeds" if item["reach"] else in_words(item["status"])
         for item in missing.to_dict("records")
     )
-    lines = [f"no curve of {count}: {reason}" for reason, count in reasons.most_common()]
+    total = rows["variant"].nunique()
+    lines = [f"{n} of {total} without a curve: {reason}" for reason, n in reasons.most_common()]
     return [*lines, *methods_note(shown[shown["preferred"]]).splitlines()]
 
 
@@ -344,15 +346,12 @@ def _name_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:
         if height < 0.0:
             continue
         last = max(height, last + _NAME_ROOM)
-        axes.text(1.02, last, _words(name), transform=axes.transAxes, fontsize=7,
+        axes.text(1.02, last, in_words(name), transform=axes.transAxes, fontsize=7,
                   color="#333333", va="center")  # fmt: skip
 
 
 def _add_legend(figure: Figure, layout: VariantLayout, *, marks: bool = False) -> None:
     handles = layout.handles(marks=marks)
     columns = min(len(handles), int(figure.get_figwidth() / _LEGEND_COLUMN_IN) or 1)
+    columns = -(-len(handles) // -(-len(handles) // columns))  # rows of equal length
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)
-
-
-def _words(name: object) -> str:
-    return str(name).replace("_", " ")

@@ -18,7 +18,13 @@ from skewbridge.fragility.limit_states import LimitState, load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.report.answer import counted
-from skewbridge.report.axis_layout import plain_label, shown_length, threshold_text, value_text
+from skewbridge.report.axis_layout import (
+    in_words,
+    plain_label,
+    shown_length,
+    threshold_text,
+    value_text,
+)
 from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axis
@@ -329,7 +335,7 @@ def _limit_states(config: StudyConfig) -> list[tuple[str, ...]]:
         rows.setdefault(state.component, []).append(state)
     return [
         (
-            component.replace("_", " "),
+            in_words(component),
             f"`{states[0].demand}`",
             ", ".join(
                 f"{state.name} {threshold_text(state.demand, state.threshold)}" for state in states

@@ -29,6 +29,7 @@ from skewbridge.report.answer import change_name, effect_name, listed, model_nam
 from skewbridge.report.axis_layout import (
     MAX_BANDS,
     VariantLayout,
+    in_words,
     plain_label,
     shown_in,
     shown_unit,
@@ -202,14 +203,15 @@ def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             continue
         by_exceedance = int((drawn["method"] != "cloud").sum())
         differ = int(drawn["methods_differ"].sum())
-        words = str(component).replace("_", " ")
+        words = in_words(component)
         bands = f"; {layout.banded_text} only" if layout.banded_text else ""
         text = (
             "Curves with record-to-record and capacity dispersion: "
             f"{len(drawn) - by_exceedance} from cloud fits, {by_exceedance} from exceedances "
             f"({100 * rows['level'].iloc[0]:g} % bands{bands}). Ticks are analyses: at the top "
-            "those that exceed the state, at the bottom those that do not. At the right the paired "
-            "ratios of the medians, averaged over all other axes. "
+            "those that exceed the state, at the bottom those that do not. A bar at 0.5: no curve, "
+            "the median lies inside it. At the right the paired ratios of the medians, averaged "
+            "over all other axes. "
         )
         if differ:
             text += (
@@ -266,7 +268,7 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             text += f"{zero} demands are zero and drawn at the bottom."
         mildest = curves[curves["demand"] == name].sort_values("threshold").iloc[0]
         above = int((demands[name] > mildest["threshold"]).sum())
-        state = f"{mildest['component']}, {mildest['limit_state']}".replace("_", " ")
+        state = in_words(f"{mildest['component']}, {mildest['limit_state']}")
         caption = Caption(
             name=f"cloud_{name}",
             section=CLOUDS,

@@ -21,7 +21,7 @@ from skewbridge.fragility.verdicts import (
     NOT_ESTIMABLE,
     UNDECIDED,
 )
-from skewbridge.report.axis_layout import shown_unit
+from skewbridge.report.axis_layout import in_words, shown_unit
 
 #: Effects in units of the margin from which a colour is deeper.
 DEPTHS: Final = (2.0, 5.0)
@@ -114,7 +114,7 @@ def in_margins(item: Row) -> tuple[float, float, float]:
 def demand_name(demand: str) -> str:
     """Return the label of a demand without its unit, or component and state in words."""
     if "/" in demand:
-        component, state = demand.replace("_", " ").split("/")
+        component, state = in_words(demand).split("/")
         return f"{component.capitalize()}, {state}"
     return label_of(demand).split(" (")[0]
 

@@ -34,19 +34,16 @@ from skewbridge.fragility.paper_table import (
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import shear_model_medians
 from skewbridge.fragility.verdicts import (
-    DETECTABLE,
-    HIGHER,
-    LOWER,
     MEDIAN_CAPACITY,
     MORE,
-    NEGLIGIBLE,
     OK,
     RATIO,
-    UNDECIDED,
 )
 from skewbridge.report import answer
 from skewbridge.report.answer import change_name, effect_name, listed, model_name, number
 from skewbridge.report.axis_layout import (
+    AXIS_COLOURS,
+    in_words,
     named_value,
     plain_label,
     shown_axes,
@@ -75,13 +72,6 @@ from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
 
-_CERTAINTY: Final = {
-    LOWER: "certain",
-    HIGHER: "certain",
-    DETECTABLE: "direction certain, size not",
-    NEGLIGIBLE: "certainly small",
-    UNDECIDED: "not certain",
-}
 _WIDEST_BAR: Final = 2.5  # largest ratio at the end of the bars of the answer
 
 
@@ -236,7 +226,7 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
         "sign": style.sign,
         "style": style.name,
         "interval": interval_text(styled),
-        "certainty": _CERTAINTY[str(row["claim"])],
+        "certainty": answer.CERTAINTY[str(row["claim"])],
         "sizes": f"{sizes[0]} → {sizes[1]} g",
         "bar": share,
     }
@@ -285,6 +275,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "margin": margin_text(ratios.iloc[0]) if len(ratios) else "",
         "needed": needed_sentences(frames["needed_motions"]),
         "styles": STYLES.values(),
+        "axis_colours": AXIS_COLOURS,
         "legend": LEGEND,
     }
 
@@ -614,7 +605,7 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
     return {
         "im": plain_label(str(curves["im"].iloc[0])),
         "level": float(curves["level"].iloc[0]),
-        "ratios": [f"θ ratio, {name.replace('_', ' ')}" for name in ratios],
+        "ratios": [f"θ ratio, {in_words(name)}" for name in ratios],
         "groups": [
             {"model": model, "state": state, "rows": rows}
             for (model, state), rows in groups.items()
@@ -651,7 +642,7 @@ def states_not_reached(curves: pd.DataFrame) -> list[dict[str, str]]:
         out.append(
             {
                 "model": model_name(bridge, abutment),
-                "state": f"{component}, {state}".replace("_", " "),
+                "state": in_words(f"{component}, {state}"),
                 "variants": f"{len(own)} of {curves.loc[same, 'variant'].nunique()}",
                 "where": ", ".join(
                     named_value(axis, first[axis.name]) for axis in axes_of(own.columns)
@@ -666,7 +657,7 @@ def fit_counts(curves: pd.DataFrame) -> list[tuple[str, int]]:
     """Return how many fits have each status, estimates first."""
     counts = curves["status"].astype(str).value_counts()
     names = sorted(counts.index, key=lambda name: name != FITTED)
-    return [(str(name).replace("_", " "), int(counts[name])) for name in names]
+    return [(in_words(name), int(counts[name])) for name in names]
 
 
 def system_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
@@ -682,11 +673,11 @@ def system_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
             "exceed": f"{row['n_exceed']} of {row['n_runs']}",
             "θ [interval]": with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
             if row["status"] == FITTED
-            else str(row["status"]).replace("_", " "),
+            else in_words(row["status"]),
             "β": row["beta"],
             "θ, components fully correlated": row["theta_correlated"],
             "θ, components independent": row["theta_independent"],
-            "weakest component": str(row["weakest"]).replace("_", " "),
+            "weakest component": in_words(row["weakest"]),
         }
         for row in records_of(table)
     ]
@@ -797,5 +788,5 @@ def predict_line(check: pd.DataFrame | None) -> str:
         f"Error of predict inside the grid, from new analyses of {compared['variant'].nunique()} "
         f"variants under {compared['n_motions'].max():.0f} motions: median {error.median():.2g} % "
         f"over {len(compared)} medians, worst {error.max():.2g} % "
-        f"({str(worst['component']).replace('_', ' ')}, {worst['limit_state']})."
+        f"({in_words(worst['component'] + ', ' + worst['limit_state'])})."
     )

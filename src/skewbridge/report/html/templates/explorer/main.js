@@ -36,7 +36,7 @@
     pick("state").parentElement.dataset.views = single && !ofDemands ? "curves forest" : "curves";
     document.querySelectorAll("#explorer [data-views]").forEach((label) => { label.hidden = !label.dataset.views.split(" ").includes(view); });
     const axisOfChange = data.effects.find((effect) => effect.change === chosen.change)?.axis;
-    const only = (name, what) => (pick(name).length < 2 ? `${what}: there is one only` : "");
+    const only = (name, what) => (pick(name).length < 2 ? `${what}: there is only one` : "");
     data.axes.forEach((axis) => {
       noEffect[axis.name] = axis.values.length < 2 ? `${axis.label}: the study has one value` : !effects ? "" : chosen.scope === "pooled" ? `${axis.label}: averaged over; choose “each pair of variants”` : view === "forest" && axis.name === axisOfChange ? `${axis.label}: it is what changes` : "";
     });

@@ -2,7 +2,7 @@
   const data = JSON.parse(await unpacked("explorer-data"));
   const MOST = 24; // curves, variants or columns that one picture holds
   const unique = (list) => [...new Set(list)];
-  const words = (text) => String(text).replaceAll("_", " ");
+  const words = (text) => String(text).replaceAll("_", " ").replace(/\bdcr (\d)(\d\d)\b/, "DCR $1.$2");
   const variants = data.variants;
   const runs = data.runs;
   // rows of a table that is stored as names of columns and lists of values
