@@ -7,14 +7,17 @@ Tolerance 0.5 % (penalty in series and weak restoring spring included).
 """
 
 import numpy as np
+import openseespy.opensees as ops
 import pytest
 
 from skewbridge.analysis.pushover import PushCurve, push_abutment
+from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.abutment.backfill import sdc_backfill, skew_reduction, wall_backfill
 from skewbridge.bridge.abutment.elements import NORMAL_OVER_NEIGHBOUR
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
+from skewbridge.variant.variant import Variant, parse_slug
 
 PADS_N_PER_M = 5 * 2208e3
 PADS_YIELD_N = 5 * 55.2e3
@@ -169,3 +172,36 @@ def test_the_spring_model_yields_in_series_with_its_wing_walls() -> None:
     assert spring.peak_n == pytest.approx(contact.peak_n, rel=0.02)
     later_m = spring.disp_at_peak_m - contact.disp_at_peak_m
     assert later_m == pytest.approx(1765e3 / 129.3e6, rel=0.1)  # key strength over wing stiffness
+
+
+def dashpots_n_s_per_m(options: ModelOptions, monkeypatch: pytest.MonkeyPatch) -> float:
+    """Return the sum of all dashpots behind the walls and keys of both abutments of OSB1."""
+    found: list[float] = []
+    create = ops.uniaxialMaterial
+
+    def noted(kind: str, tag: int, *values: float) -> None:
+        if kind == "Elastic" and len(values) > 1:
+            found.append(values[1])
+        create(kind, tag, *values)
+
+    monkeypatch.setattr(ops, "uniaxialMaterial", noted)
+    with domain():
+        build(parse_slug("osb1_cf_skew60_gap051_mu050"), options)
+    return sum(found)
+
+
+def test_waves_that_leave_a_wall_damp_it_with_density_velocity_and_area(monkeypatch) -> None:
+    """Two walls of 14.33 m x 1.8288 m, each with wing walls worth 0.2963 of it; keys the same."""
+    slow, fast = (
+        dashpots_n_s_per_m(ModelOptions(backfill_vs_mps=vs), monkeypatch) for vs in (100.0, 250.0)
+    )
+    area_m2 = 2 * 14.33 * 1.8288 * (1.0 + 0.3333 * 1.3333 * 0.6667)
+    assert fast - slow == pytest.approx(1760.0 * 150.0 * area_m2, rel=1e-9)
+    keys = dashpots_n_s_per_m(ModelOptions(backfill_vs_mps=0.0), monkeypatch)
+    assert keys == pytest.approx(slow - 1760.0 * 100.0 * area_m2, rel=1e-9)
+    by_mass = dashpots_n_s_per_m(ModelOptions(backfill_vs_mps=None), monkeypatch)
+    assert keys < by_mass < slow
+
+
+def test_the_scheme_of_the_paper_has_no_radiation() -> None:
+    assert AnalysisSettings(scheme="paper").model_options(ModelOptions()).backfill_vs_mps is None

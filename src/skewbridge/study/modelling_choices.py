@@ -163,11 +163,13 @@ CHOICES: Final = (
         acts_on=_has_keys,
     ),
     Choice(
-        key="wall_dashpot_ratio",
-        label="Wall dashpot",
-        values=(0.02, 0.10, 0.30),
-        source="no test is known: a fifth and three times the configured ratio",
+        key="backfill_vs_mps",
+        label="Radiation: Vs of the backfill",
+        values=(15.0, 50.0, 150.0, 500.0),
+        source="a third and three times the configured velocity; 15 m/s is 10 % of critical "
+        "for the mass of a wall",
         acts_on=_has_keys,
+        when_null=lambda _: 0.0,
     ),
     Choice(
         key="wall_restoring_n_per_m",

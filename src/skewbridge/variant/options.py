@@ -80,13 +80,21 @@ class ModelOptions:
         strict=True,
         description="whether backwall and key nodes have mass, as in scheme paper",
     )
-    # ASSUME walls and keys radiate into the soil: 10 % of critical
+    # ASSUME compacted backfill softened by strong shaking: 100 to 200 m/s
+    backfill_vs_mps: Number | None = Field(
+        default=150.0,
+        ge=0.0,
+        le=2.0e3,
+        description="shear wave velocity of the soil behind walls and wing walls, for radiation: "
+        "dashpots of rho Vs times their area; null for wall_dashpot_ratio (scheme paper)",
+    )
+    # ASSUME a light key without any damping would rattle
     wall_dashpot_ratio: Number = Field(
         default=0.10,
         ge=0.0,
         le=1.0,
-        description="damping ratio of the dashpots (radiation) behind walls and keys, for their "
-        "mass on soil or backbone",
+        description="damping ratio of the dashpots of keys for their mass on their backbone; also "
+        "of walls for their mass on the soil where backfill_vs_mps is null",
     )
     # ASSUME a pushed backwall returns slowly: this adds 0.4 % to the backbone at 76 mm, 5e6 would
     # add 7 %

@@ -130,16 +130,35 @@ def variation_factors(
     return [1.0 + slope * acute_sign * s / half for s in stations]
 
 
+SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
+
+
+def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
+    """Return the dashpot rho Vs A of a whole wall, for the waves that leave it.
+
+    References:
+        Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95(4), 859-877; Gazetas (1991), J.
+        Geotech. Eng. 117(9), 1363-1381: with Vs a lower bound for pushing, where waves are faster.
+    """
+    # ASSUME skew does not change it: the area across the bridge counts, as for the backfill
+    return SOIL_KG_PER_M3 * vs_mps * abutment.wall_width_m * abutment.wall_height_m
+
+
+def wing_share(abutment: AbutmentData) -> float:
+    """Return the part of the backwall that the wing walls of one abutment are worth.
+
+    References:
+        Aviram, Mackie and Stojadinovic (2008), PEER 2008/03: wing length over wall width,
+        participation and effectiveness.
+    """
+    return abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
+
+
 def wing_wall(abutment: AbutmentData) -> Passive:
     """Return the transverse resistance of the wing walls of one abutment, both directions.
 
-    The SDC curve of the backwall times wing length over wall width, participation and
-    effectiveness.
-
-    References:
-        Aviram, Mackie and Stojadinovic (2008), PEER 2008/03.
+    The SDC curve of the backwall times their share of it.
     """
-    factor = abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
     straight = sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
     # ASSUME no reduction for skew: the wings bear on the soil at a right angle
-    return straight.scaled(factor)
+    return straight.scaled(wing_share(abutment))

@@ -10,7 +10,6 @@ References:
 
 from skewbridge.bridge.abutment.backfill import Passive, skew_reduction, wing_wall
 from skewbridge.bridge.abutment.elements import (
-    damping_n_s_per_m,
     elastic_material,
     grounded_node,
     key_stiffness_n_per_m,
@@ -69,20 +68,20 @@ def _hold_wall_point(
 ) -> None:
     """Create the springs between ground and a wall node."""
     end, options, tags = context.end, context.options, context.tags
-    ratio, mass_kg = options.wall_dashpot_ratio, context.wall_mass_kg * share
+    mass_kg = context.wall_mass_kg * share
     weak = options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
     stiffness, wing = passive.stiffness_n_per_m, context.soil(wing_wall(context.data)).scaled(share)
     # ASSUME towards the deck the stem of the wall is as stiff as the soil initially: shaking
     # alone does not swing the wall into the gap
     leaning = stiffness + weak
-    across_n_s_per_m = damping_n_s_per_m(ratio, stiffness, mass_kg)
+    across_n_s_per_m = context.wall_dashpot_n_s_per_m(stiffness, mass_kg, share)
     across = [
         passive_material(passive, 0.0, tags),
         elastic_material(
             leaning, tags, dashpot_n_s_per_m=across_n_s_per_m, compression_n_per_m=weak
         ),
     ]
-    along_n_s_per_m = damping_n_s_per_m(ratio, wing.stiffness_n_per_m, mass_kg)
+    along_n_s_per_m = context.wing_dashpot_n_s_per_m(wing, mass_kg, share)
     along = [
         plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
         elastic_material(weak, tags, dashpot_n_s_per_m=along_n_s_per_m),

@@ -5,7 +5,13 @@ from typing import Any
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutment.backfill import Passive, variation_factors, wall_backfill
+from skewbridge.bridge.abutment.backfill import (
+    Passive,
+    radiation_n_s_per_m,
+    variation_factors,
+    wall_backfill,
+    wing_share,
+)
 from skewbridge.bridge.abutment.elements import (
     damping_n_s_per_m,
     elastic_material,
@@ -98,6 +104,20 @@ class SideContext:
         # across the face
         along = [elastic_material(stiffness, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
+
+    def wall_dashpot_n_s_per_m(
+        self, stiffness_n_per_m: float, mass_kg: float, share: float = 1.0
+    ) -> float:
+        """Return the dashpot of a share of the wall, against the fill."""
+        vs_mps = self.options.backfill_vs_mps
+        if vs_mps is None:
+            return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
+        return share * radiation_n_s_per_m(self.data, vs_mps)
+
+    def wing_dashpot_n_s_per_m(self, wing: Passive, mass_kg: float, share: float = 1.0) -> float:
+        """Return the dashpot of a share of the wing walls, along the backwall."""
+        radiating = share * wing_share(self.data)
+        return self.wall_dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, radiating)
 
     def moving_mass_kg(self, mass_kg: float) -> float:
         """Return the mass of a wall or key node: the given mass, or zero without ``wall_mass``."""

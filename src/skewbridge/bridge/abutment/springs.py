@@ -13,13 +13,13 @@ References:
 from math import sqrt
 
 from skewbridge.bridge.abutment.backfill import (
+    SOIL_KG_PER_M3,
     sdc_backfill,
     skew_reduction,
     variation_factors,
     wing_wall,
 )
 from skewbridge.bridge.abutment.elements import (
-    damping_n_s_per_m,
     elastic_material,
     gap_material,
     grounded_node,
@@ -62,9 +62,6 @@ def build_simplified(context: SideContext) -> SideParts:
     return parts
 
 
-SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
-
-
 def build_spring(context: SideContext) -> SideParts:
     """Create the springs of one side."""
     parts = SideParts()
@@ -104,7 +101,6 @@ def _build_body(context: SideContext, parts: SideParts) -> int:
     embankment_kg = embankment_mass_kg(context) if context.options.embankment_mass else 0.0
     mass_kg = context.wall_mass_kg + embankment_kg
     wing = context.soil(wing_wall(data))
-    ratio = context.options.wall_dashpot_ratio
     # ASSUME across the wall the body is held by its initial backfill stiffness
     across = context.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
     moving_kg = context.moving_mass_kg(context.wall_mass_kg) + embankment_kg
@@ -113,11 +109,13 @@ def _build_body(context: SideContext, parts: SideParts) -> int:
     along_wall = [
         plastic_material(wing.stiffness_n_per_m, wing.ultimate_n, tags),
         elastic_material(
-            0.0, tags, dashpot_n_s_per_m=damping_n_s_per_m(ratio, wing.stiffness_n_per_m, mass_kg)
+            0.0, tags, dashpot_n_s_per_m=context.wing_dashpot_n_s_per_m(wing, mass_kg)
         ),
     ]
     across_it = [
-        elastic_material(across, tags, dashpot_n_s_per_m=damping_n_s_per_m(ratio, across, mass_kg))
+        elastic_material(
+            across, tags, dashpot_n_s_per_m=context.wall_dashpot_n_s_per_m(across, mass_kg)
+        )
     ]
     spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
     parts.wing_springs.append(spring)
