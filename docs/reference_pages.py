@@ -47,6 +47,7 @@ go to `results/NAME` for `config/NAME.yaml`.
 | `real.yaml` | recorded motions |
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; capacity of each motion |
+| `suites.yaml` | three suites of motions, and a folder of records |
 
 An unknown key or a value outside its limits stops the study before any analysis; editors with
 `yaml-language-server` check both. Keys end with their unit. Write `2.0e+7`; YAML reads `2e7` as

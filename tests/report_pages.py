@@ -78,7 +78,7 @@ def write_page(
         "curves": found["curves"],
         "medians": found["median_effects"],
         **{name: found[name] for name in ("joint", "system", "effects", "intensity_effects")},
-        **{name: found[name] for name in ("needed_motions", "input_notes")},
+        **{name: found[name] for name in ("needed_motions", "input_notes", "suites")},
         "measures": empty,
         "contact_checks": empty,
         "sensitivity": empty,

@@ -193,9 +193,9 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     numbers: list[int] = []
     make = generate.made_motion
 
-    def counted(number: int) -> object:
+    def counted(number: int, suite: str) -> object:
         numbers.append(number)
-        return make(number)
+        return make(number, suite)
 
     monkeypatch.setattr(generate, "made_motion", counted)
     return numbers

@@ -21,7 +21,7 @@ from skewbridge.variant.options import ModelOptions
 
 NAN = float("nan")
 SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "config/schema.json").read_text()))
-SHIPPED = ("config", "smoke", "real", "full", "stripes", "ida")
+SHIPPED = ("config", "smoke", "real", "full", "stripes", "ida", "suites")
 
 
 def shipped(name: str) -> StudyConfig:
@@ -30,7 +30,7 @@ def shipped(name: str) -> StudyConfig:
 
 @pytest.mark.parametrize(
     ("name", "variants"),
-    [("config", 24), ("smoke", 2), ("real", 24), ("full", 160), ("stripes", 4), ("ida", 4)],
+    [("config", 24), ("smoke", 2), ("real", 24), ("full", 160), ("stripes", 4), ("ida", 4), ("suites", 16)],
 )
 def test_the_grid_of_a_shipped_configuration_has_its_variants(name: str, variants: int) -> None:
     assert len(expand_grid(shipped(name).grid)) == variants

@@ -14,6 +14,8 @@ rule fit_fragility:
         system=FOLDER.fragility("system"),
         measures=FOLDER.fragility("measures"),
         joint=FOLDER.fragility("joint"),
+        suites=FOLDER.fragility("suites"),
+        suite_curves=FOLDER.fragility("suite_curves"),
         tex=FOLDER.fragility("table", "tex"),
         csv=report(
             FOLDER.fragility("table", "csv"),

@@ -53,6 +53,7 @@ rule report:
         system=rules.fit_fragility.output.system,
         measures=rules.fit_fragility.output.measures,
         joint=rules.fit_fragility.output.joint,
+        suites=rules.fit_fragility.output.suites,
         checks=rules.fit_fragility.output.checks,
         sensitivity=rules.sensitivity.output.table,
     output:

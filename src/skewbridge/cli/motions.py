@@ -177,13 +177,16 @@ def synthesize(
 @motions.command(cls=Command)
 def default_suite(
     out: OutOption,
+    suite: Annotated[
+        Literal["near", "far", "pulse"], typer.Option(help="Shipped suite to write.")
+    ] = "near",
     t1_s: Annotated[
         float | None, typer.Option(help="Conditioning period; that of osb1 if not given.")
     ] = None,
     *,
     as_json: JsonOption = False,
 ) -> None:
-    """Write the suite of the default study again, with its scale factors.
+    """Write a shipped suite again, with its scale factors.
 
     Example: skewbridge motions default-suite --out suite
     """
@@ -194,7 +197,7 @@ def default_suite(
     from skewbridge.study.config import CONDITIONING_BRIDGE
 
     period_s = load_bridge(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
-    effects = write_default_suite(out, period_s)
+    effects = write_default_suite(out, period_s, suite)
     rows = [
         {
             "ratio after cutting": name,

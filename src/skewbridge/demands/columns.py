@@ -12,6 +12,7 @@ from skewbridge.variant.axes import AXES, Axis, axes_of
 from skewbridge.variant.random_properties import DRAW_PREFIX
 from skewbridge.variant.variant import Variant
 
+SUITE: Final = "suite"
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
 
 
@@ -32,6 +33,7 @@ COLUMNS: Final = (
     Column("abutment", kind="text", description="abutment model"),
     *(axis_column(axis) for axis in AXES),
     Column("motion_id", kind="text", description="ground motion"),
+    Column(SUITE, kind="text", description="suite of the ground motion"),
     Column("scale", description="factor on both components"),
     Column("incidence_deg", unit="deg", description="angle from bridge x to component 1"),
     *INTENSITY_COLUMNS,

@@ -12,6 +12,7 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from skewbridge.demands.columns import SUITE
 from skewbridge.demands.completeness import (
     BEYOND_MODEL,
     COLUMN_FAILURE_RATIO,
@@ -29,6 +30,7 @@ from skewbridge.fragility.columns import as_column, require
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES, Status
 from skewbridge.variant.axes import axes_of
+from skewbridge.variant.random_properties import DRAW_PREFIX
 
 BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
@@ -43,7 +45,9 @@ _NEUTRAL: Final[dict[str, Any]] = {
     "incidence_deg": 0.0,
     "status": OK,
 }
-_TEXTS: Final = (*IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", BEYOND_MODEL)
+_TEXTS: Final = (
+    *IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", BEYOND_MODEL, SUITE
+)  # fmt: skip
 # ASSUME starting a process takes about a second and an item some tenths
 _WORTH_PROCESSES: Final = 24
 
@@ -204,7 +208,9 @@ def read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataF
     source = read_table(path)
     named = {*KEY_COLUMNS, *axis_names(source), BEYOND_MODEL, COMPLETE, "collapse_criterion"}
     named |= {*further, *(column.name for column in DEMAND_COLUMNS), *([im] if im else [])}
-    kept = [c for c in map(str, source.columns) if c in named or c.startswith("im_")]
+    named.add(SUITE)
+    prefixes = ("im_", DRAW_PREFIX)
+    kept = [c for c in map(str, source.columns) if c in named or c.startswith(prefixes)]
     need_columns(source, ["status"], path.name)
     return read_foreign(path, {name: name for name in kept})
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from joblib import cpu_count
 
-from skewbridge.demands.columns import demands_for, unit_of
+from skewbridge.demands.columns import SUITE, demands_for, unit_of
 from skewbridge.demands.completeness import BEYOND_MODEL, with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
@@ -43,6 +43,7 @@ from skewbridge.fragility.paper_table import (
     printed_rows,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.suites import SUITE_COLUMNS, suite_tables
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
 from skewbridge.fragility.verdicts import NEEDED_COLUMNS, needed_motions
 from skewbridge.variant.axes import AXES, axes_of
@@ -75,6 +76,8 @@ DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
     "system": _KEYS | SYSTEM_COLUMNS,
     "measures": MEASURE_COLUMNS,
     "input_notes": NOTE_COLUMNS,
+    "suites": SUITE_COLUMNS,
+    "suite_curves": CURVE_COLUMNS | {SUITE: SUITE_COLUMNS[SUITE]},
     PAPER_TABLE: paper_columns(AXES),
 }
 
@@ -104,6 +107,7 @@ def fragility_tables(
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
     needed = needed_motions(pd.concat([effects, medians], ignore_index=True), rows)
+    by_suite, curves_by_suite = suite_tables(rows, states, names, settings, jobs=jobs)
     ranked = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
     tables = ranked | {
         "curves": curves,
@@ -115,6 +119,8 @@ def fragility_tables(
         "system": system_curves(rows, states, settings, jobs=jobs),
         PAPER_TABLE: paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
+        "suites": by_suite,
+        "suite_curves": curves_by_suite,
     }
     for table in tables.values():
         table.attrs[RANDOM_PROPERTIES] = ", ".join(drawn_properties(map(str, demands))) or "none"

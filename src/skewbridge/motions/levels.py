@@ -6,6 +6,7 @@ compared motion by motion.
 
 from collections.abc import Callable, Sequence
 from math import ceil, log, log1p, log2
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 import numpy as np
@@ -28,6 +29,11 @@ BLOCK: Final = 8
 FACTOR_LIMITS: Final = (0.25, 4.0)
 IDA_TOLERANCE: Final = 0.01
 
+#: Shipped suites in `SHIPPED_FOLDER`; the first one is the folder itself.
+SHIPPED_SUITES: Final = ("near", "far", "pulse")
+SHIPPED_FOLDER: Final = Path("motions")
+RECORDS: Final = "records"
+
 Level = Annotated[Number, Field(ge=1.0e-4, le=20.0)]
 ScaleFactor = Annotated[Number, Field(ge=1.0e-4, le=1.0e4)]
 
@@ -39,11 +45,18 @@ class MotionsConfig:
     folder: FileName = Field(
         default="motions", description="folder with an index.csv or with motions"
     )
+    suites: tuple[FileName, ...] = Field(
+        default=("near",),
+        min_length=1,
+        max_length=20,
+        description="suites to compare: near (motions of folder), far (M 7.5, 30 km), pulse (M 7, "
+        "5 km, with pulse), records (folder named by SKEWBRIDGE_RECORDS), or folders of records",
+    )
     count: Whole | None = Field(
         default=32,
         ge=1,
         le=100_000,
-        description="number of motions, from the first of the suite; null for all",
+        description="number of motions, from the first of each suite; null for all",
     )
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(
         default="scaled_cloud",

@@ -130,8 +130,13 @@ class GroundMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SuiteMotion:
-    """A motion as recorded, its factor in all variants, and the measures of the scaled motion."""
+    """A motion as recorded, its factor in all variants, and the measures of the scaled motion.
+
+    It has a number in its suite, from 0.
+    """
 
     motion: GroundMotion
     scale: float
     measures: dict[str, float]
+    suite: str = ""
+    number: int = 0

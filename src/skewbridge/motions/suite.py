@@ -3,10 +3,11 @@
 import json
 import logging
 import math
+import os
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pandas as pd
 
@@ -22,12 +23,18 @@ from skewbridge.motions.levels import (
     FACTOR_LIMITS,
     LEVEL_MEASURE,
     LEVEL_RANGE_G,
+    RECORDS,
+    SHIPPED_FOLDER,
+    SHIPPED_SUITES,
+    MotionsConfig,
     block_factors,
 )
 from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
 
 logger = logging.getLogger(__name__)
+
+RECORDS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 
 
 def read_entry(entry: IndexEntry) -> GroundMotion:
@@ -40,7 +47,9 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         # Here: a suite of files alone needs none of the model.
         from skewbridge.motions.synthesis.generate import made_motion
 
-        motion = replace(made_motion(entry.made_from_number), motion_id=entry.motion_id)
+        motion = replace(
+            made_motion(entry.made_from_number, entry.made_from_suite), motion_id=entry.motion_id
+        )
     else:
         one, two = (read_trace(path, given) for path, given in entry.components)
         motion = join_traces(one, two, motion_id=entry.motion_id)
@@ -118,6 +127,72 @@ def prepare_suite(
     suite = pd.DataFrame(rows[:wanted])
     _log_doubts(motions[:wanted], suite["scale"].tolist())
     return suite
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SuiteSource:
+    """One suite of a study: its name, its folder, and how many motions of it are taken."""
+
+    name: str
+    folder: Path
+    count: int | None
+
+
+def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
+    """Return the suites of a study in the order of the configuration.
+
+    `records` is the folder that the environment variable SKEWBRIDGE_RECORDS names; without it the
+    suite is left out. Suites after the first may have fewer motions than asked for.
+
+    Raises:
+        InputError: A folder is missing, two suites have the same name, or none is left.
+    """
+    found: list[SuiteSource] = []
+    for entry in motions.suites:
+        name, folder = entry, Path(motions.folder)
+        if entry in SHIPPED_SUITES[1:]:
+            folder = SHIPPED_FOLDER / entry
+        elif entry == RECORDS:
+            given = os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
+            if not given:
+                logger.warning("suite %s is left out: set %s", entry, RECORDS_VARIABLE)
+                continue
+            folder = Path(given)
+        elif entry != SHIPPED_SUITES[0]:
+            name, folder = Path(entry).name, Path(entry)
+        elif folder != SHIPPED_FOLDER:
+            name = folder.name
+        count = motions.count
+        if found and count is not None:
+            count = min(count, len(list_motions(folder)))
+        found.append(SuiteSource(name=name, folder=folder, count=count))
+    names = [source.name for source in found]
+    if len(set(names)) < len(names) or not names:
+        raise InputError(f"motions.suites must name different suites, got {', '.join(names)}")
+    return found
+
+
+def prepare_suites(motions: MotionsConfig, *, t1_s: float) -> pd.DataFrame:
+    """Return the rows of `prepare_suite` of all suites of a study, with `suite` and `number`.
+
+    Raises:
+        InputError: As `prepare_suite`, or two suites have a motion of the same name.
+    """
+    tables = [
+        prepare_suite(
+            source.folder,
+            count=source.count,
+            t1_s=t1_s,
+            level_range_g=motions.level_range_g,
+            shaking_s=motions.shaking_s,
+        ).assign(suite=source.name)
+        for source in suite_sources(motions)
+    ]
+    table = pd.concat([each.assign(number=range(len(each))) for each in tables], ignore_index=True)
+    doubled = table["motion_id"][table["motion_id"].duplicated()]
+    if len(doubled):
+        raise InputError(f"motion {doubled.iloc[0]} is in two suites of motions.suites: rename one")
+    return table
 
 
 def _log_doubts(motions: Sequence[GroundMotion], scales: Sequence[float]) -> None:
@@ -222,7 +297,11 @@ def read_suite(path: Path) -> list[SuiteMotion]:
         )
         scale = float(row["scale"])
         measures = scaled_measures({name: float(row[name]) for name in IM_COLUMNS}, scale)
-        motions.append(SuiteMotion(motion=motion, scale=scale, measures=measures))
+        place: dict[str, Any] = {
+            "suite": str(row.get("suite", "")),
+            "number": int(row.get("number", 0)),
+        }
+        motions.append(SuiteMotion(motion=motion, scale=scale, measures=measures, **place))
     return motions
 
 

@@ -17,6 +17,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
+from skewbridge.fragility.suites import ALL_SUITES, DEPENDS, LARGEST_ERRORS
 from skewbridge.fragility.verdicts import (
     DEMAND,
     DETECTABLE,
@@ -451,6 +452,60 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
         low, high = known["first_im"].min(), known["last_im"].max()
         parts.append(f"complete pairs of runs exist from {low:.2g} to {intensity(high)}")
     return "; ".join(parts) + "."
+
+
+def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:
+    """Return whether the effects of the answer depend on the suite of motions.
+
+    Args:
+        suites: Table `suites`.
+        table: Table of `answer_table`.
+
+    Returns:
+        A clause for the title, empty where no suites differ, and a sentence with the largest
+        difference and its interval, empty for a study with one suite.
+    """
+    keys = [name for name in _EFFECT if name in suites] + ["quantity"]
+    shown = table[table["status"] == OK][keys]
+    own = suites.merge(shown, on=keys) if len(suites) else suites
+    compared = own[own["against"] != ""] if len(own) else own
+    if compared.empty:
+        return "", ""
+    names = short_names(compared)
+    differing = compared[compared["verdict"] == DEPENDS]
+    counts = own[(own["against"] == "") & (own["suite"] != ALL_SUITES)]
+    motions = counts.groupby("suite", sort=False)["n_motions"].max()
+    parts = [f"{name} ({number})" for name, number in motions.items()]
+    start = (
+        f"Suites {listed(parts)}: {len(differing)} of {len(compared)} differences between suites "
+        f"exceed {LARGEST_ERRORS:g} standard errors, by chance about {0.05 * len(compared):.0f}"
+    )
+    row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
+    effects = {each["suite"]: each for each in records_of(counts[_same(counts, row)])}
+    what = f"{_effect_of(row)} of {names[row['bridge'], row['abutment']]}"
+    sizes = listed(
+        f"{_change(effects[name])} ({ratio_interval(effects[name])}) under {name}"
+        for name in (row["against"], row["suite"])
+    )
+    text = (
+        f"{start}. The largest: {what}: {sizes}; the ratio of the two effects is "
+        f"{_change(row)} off 1 ({ratio_interval(row)})."
+    )
+    if len(differing) <= 0.05 * len(compared):  # no more than chance gives
+        return "", text
+    places = differing[["axis", "bridge"]].drop_duplicates()
+    axes = listed(dict.fromkeys(axis(str(name)).title for name in places["axis"]))
+    return f"; the effect of {axes} {DEPENDS}", text
+
+
+def _same(table: pd.DataFrame, row: Mapping[str, Any]) -> "pd.Series[bool]":
+    return (table[list(_EFFECT)] == pd.Series({name: row[name] for name in _EFFECT})).all(axis=1)
+
+
+def _effect_of(row: Mapping[str, Any]) -> str:
+    """Return an effect in words, such as ``Friction 0 to 0.5 on drift``."""
+    change = change_name(str(row["axis"]), float(row["from_value"]), float(row["to_value"]))
+    return f"{change} on {effect_name(str(row['demand']))}"
 
 
 def properties_sentence(demands: pd.DataFrame) -> str:

@@ -214,6 +214,12 @@ def _motions(config: StudyConfig, suite: pd.DataFrame | None, source: str) -> It
         f"{count} two-component ground motions{whole}{cited} act on every variant, "
         f"{scaled[motions.design]}, {angle}."
     )
+    if suite is not None and "suite" in suite and suite["suite"].nunique() > 1:
+        counts = suite.groupby("suite", sort=False)["motion_id"].nunique()
+        listed = "; ".join(f"{name}, {count} motions" for name, count in counts.items())
+        yield (
+            f"They form the suites {listed}; effects are given for each suite and for all together."
+        )
     if motions.shaking_s is not None:
         yield f"The strongest {motions.shaking_s:g} s of each motion are used."
     yield "Intensities are RotD50 (Boore 2010)."

@@ -78,15 +78,21 @@ class StudySetup:
             (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
             for row in read_table(folder.intensities).to_pylist()
         }
+        suite = tuple(read_suite(folder.suite))
+        draws: dict[str, dict[str, float]] = {}
+        for place, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
+            ids = {each.number: each.motion.motion_id for each in suite if each.suite == name}
+            # by their numbers, whatever the design of the study leaves out
+            listed = [ids.get(number, "") for number in range(max(ids) + 1)]
+            draws |= study.uncertainty.draws(listed, name if place else "")
         return cls(
             folder=folder,
-            suite=tuple(read_suite(folder.suite)),
+            suite=suite,
             measures=measures,
             incidence_deg=motions.incidence_deg,
             settings=study.analysis,
             options=study.model,
-            # in the order of the suite, whatever the design leaves out or repeats
-            draws=study.uncertainty.draws([*dict.fromkeys(name for _, name in measures)]),
+            draws=draws,
             search=search if motions.design == "ida" else None,
         )
 

@@ -21,6 +21,8 @@ STARTER_PARTS: Final = (
     "motions/README.md",
     "motions/index.csv",
     "motions/synthetic",
+    "motions/far",
+    "motions/pulse",
 )
 _LEFT_OUT: Final = shutil.ignore_patterns("__pycache__", ".*")
 
@@ -90,7 +92,7 @@ class StudyFolder:
     @property
     def report_inputs(self) -> dict[str, Path]:
         """The files that the page is made from, by name; the figures are in their own folder."""
-        fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes")
+        fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
         return {
             **{name: getattr(self, name) for name in ("captions", "demands", "suite")},
             **{name: getattr(self, name) for name in ("contact_checks", "checks", "sensitivity")},

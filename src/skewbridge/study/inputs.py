@@ -9,12 +9,12 @@ import pandas as pd
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
 from skewbridge.errors import InputError, raise_all
-from skewbridge.files.digests import provenance
+from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import shortened
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.levels import MotionsConfig, striped
-from skewbridge.motions.suite import content_digest
+from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.grid import expand_grid
@@ -54,13 +54,17 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
     """Return the digest of the contents of the motions of a study, see `content_digest`."""
     low_g, high_g = config.motions.level_range_g
-    return content_digest(
-        Path(config.motions.folder),
-        config.motions.count,
-        t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
-        level_range_g=(low_g, high_g),
-        cache=cache,
-    )
+    digests = [
+        content_digest(
+            source.folder,
+            source.count,
+            t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
+            level_range_g=(low_g, high_g),
+            cache=None if cache is None else cache.with_stem(f"{cache.stem}{number or ''}"),
+        )
+        for number, source in enumerate(suite_sources(config.motions))
+    ]
+    return digests[0] if len(digests) == 1 else digest_of(*digests)
 
 
 def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:
@@ -97,15 +101,9 @@ def prepare_motions(
     """
     # Here, because every job imports this module, and they load scipy.signal.
     from skewbridge.motions.intensity import motion_measures
-    from skewbridge.motions.suite import prepare_suite, read_suite, write_suite
+    from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
-    suite = prepare_suite(
-        Path(motions.folder),
-        count=motions.count,
-        t1_s=conditioning_t1_s,
-        level_range_g=motions.level_range_g,
-        shaking_s=motions.shaking_s,
-    )
+    suite = prepare_suites(motions, t1_s=conditioning_t1_s)
     designed = _designed(suite, motions)
     logger.info(
         "%d motions, %d rows, factors %.2f to %.2f",

@@ -14,6 +14,7 @@ from skewbridge.demands.suspect import LIMITS, SuspectLimits, reasons
 from skewbridge.errors import InputError
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.levels import most_trials
+from skewbridge.motions.suite import suite_sources
 from skewbridge.statuses import FAILED
 from skewbridge.study.analyses import StudySetup, failure_note, run_command
 from skewbridge.study.config import StudyConfig
@@ -219,6 +220,8 @@ def _jobs(summary: Mapping[str, Any], size: JobSize, state: StudyState) -> dict[
 
 
 def _count_motions(config: StudyConfig) -> int:
-    available = len(list_motions(Path(config.motions.folder)))
-    wanted = config.motions.count
-    return available if wanted is None else min(wanted, available)
+    total = 0
+    for source in suite_sources(config.motions):
+        available = len(list_motions(source.folder))
+        total += available if source.count is None else min(source.count, available)
+    return total

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from skewbridge.demands.columns import key_values
+from skewbridge.demands.columns import SUITE, key_values
 from skewbridge.demands.completeness import (
     BEYOND_MODEL,
     COLUMN_FAILURE_RATIO,
@@ -107,6 +107,7 @@ def identity_of(task: Task, key: str) -> Row:
     motion = task.motion
     return {
         **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
+        SUITE: motion.suite,
         **{f"{DRAW_PREFIX}{name}": value for name, value in task.draw.items()},
         **{column.name: motion.measures[column.name] for column in INTENSITY_COLUMNS},
         "run_key": key,

@@ -134,6 +134,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
     )
     table, counts = answer.with_seats(table, demands), answer.run_counts(demands)
     bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
+    on_suites, suites_text = answer.suites_summary(frames["suites"], table)
     axes = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
     drawn = sketch(bridges[0], axes["skew_deg"], axes["gap_mm"], study.model.transverse_gap_mm)
     texts = {
@@ -141,7 +142,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         for axis in axes_of(demands.columns)
     }
     return {
-        "title": answer.title_of(table),
+        "title": f"{answer.title_of(table)}{on_suites}",
         "subtitle": subtitle(demands, str(curves["im"].iloc[0])),
         "sketch": drawn,
         "axis_texts": texts,
@@ -158,7 +159,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         "answer": answer_rows(table, counts),
         "failures": answer.failure_sentences(counts),
         "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
-        f"{answer.properties_sentence(demands)}",
+        f"{answer.properties_sentence(demands)} {suites_text}",
         "at_intensity": _at_intensity(table),
     }
 

@@ -1,0 +1,190 @@
+"""Suites of motions as a factor: sources, names, rows, effects by suite and their differences."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from motions_files import index_of, make_pairs
+from skewbridge.errors import InputError
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.settings import DEFAULTS
+from skewbridge.fragility.study_tables import fragility_tables
+from skewbridge.fragility.suites import ALL_SUITES, DEPENDS, NO_DIFFERENCE
+from skewbridge.motions.folder import list_motions
+from skewbridge.motions.suite import (
+    prepare_suites,
+    read_entry,
+    read_suite,
+    suite_sources,
+    write_suite,
+)
+from skewbridge.motions.synthesis.generate import SUITES
+from skewbridge.report.answer import answer_table, suites_summary
+from skewbridge.study.config import parse_config
+
+ROOT = Path(__file__).parents[2]
+
+
+def motions_of(**given: object):
+    return parse_config({"motions": given}).motions
+
+
+def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(ROOT)
+    monkeypatch.delenv("SKEWBRIDGE_RECORDS", raising=False)
+    (default,) = suite_sources(motions_of())
+    assert (default.name, default.folder, default.count) == ("near", Path("motions"), 32)
+    shipped = suite_sources(motions_of(suites=["near", "far", "pulse", "records"]))
+    assert [(each.name, each.count) for each in shipped] == [
+        ("near", 32), ("far", 16), ("pulse", 16)
+    ]  # fmt: skip
+    index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.0, 1.0])
+    monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(tmp_path))
+    records = suite_sources(motions_of(suites=["near", "records", str(tmp_path)]))
+    assert [each.name for each in records] == ["near", "records", tmp_path.name]
+    with pytest.raises(InputError, match="different suites, got near, near"):
+        suite_sources(motions_of(suites=["near", "near"]))
+    with pytest.raises(InputError, match="nowhere does not exist"):
+        suite_sources(motions_of(suites=["near", "nowhere"]))
+
+
+@pytest.mark.parametrize("name", ["far", "pulse"])
+def test_a_shipped_suite_is_generated_with_the_digests_of_its_index(name: str) -> None:
+    entries = list_motions(ROOT / "motions" / name)
+    rule = SUITES[name]
+    assert len(entries) == rule.count
+    motion = read_entry(entries[0])  # refused where the digest differs
+    assert motion.magnitude == rule.scenario.magnitude
+    assert motion.distance_km == rule.scenario.distance_km
+    assert motion.duration_s == pytest.approx(rule.shaking_s + 5.0, abs=0.02)
+    assert ("pulse" in motion.event) is (name == "pulse")
+
+
+def test_motions_keep_their_suite_and_number(tmp_path: Path) -> None:
+    folders = [tmp_path / "one", tmp_path / "two"]
+    for folder, letter in zip(folders, "ab", strict=True):
+        folder.mkdir()
+        index_of(folder, make_pairs(folder, 2), scale=[1.0, 1.0])
+        index = folder / "index.csv"
+        index.write_text(index.read_text().replace("\nq", f"\n{letter}"))
+    given = motions_of(folder=str(folders[0]), suites=["near", str(folders[1])], count=None)
+    write_suite(prepare_suites(given, t1_s=0.7), tmp_path / "suite.parquet")
+    found = [
+        (each.suite, each.number, each.motion.motion_id[0])
+        for each in read_suite(tmp_path / "suite.parquet")
+    ]
+    assert found == [("one", 0, "a"), ("one", 1, "a"), ("two", 0, "b"), ("two", 1, "b")]
+    index.write_text(index.read_text().replace("\nb", "\na"))
+    with pytest.raises(InputError, match="is in two suites"):
+        prepare_suites(given, t1_s=0.7)
+
+
+def demands(effects: dict[str, float], motions: int = 16) -> pd.DataFrame:
+    """Demands without and with friction; drift changes by a factor of the suite, +- 3 %."""
+    rng = np.random.default_rng(5)
+    rows = []
+    for suite, effect in effects.items():
+        levels = np.geomspace(0.1, 2.0, motions)
+        for number, level in enumerate(levels):
+            plain = 0.02 * level * np.exp(rng.normal(0.0, 0.3))
+            changed = plain * effect * np.exp(rng.normal(0.0, 0.03))
+            for friction, drift in ((0.0, plain), (0.5, changed)):
+                rows.append(
+                    {
+                        "variant": f"osb1_cf_skew30_gap025_mu{100 * friction:03.0f}",
+                        "bridge": "osb1",
+                        "abutment": "contact_friction",
+                        "skew_deg": 30.0,
+                        "gap_mm": 25.0,
+                        "friction": friction,
+                        "suite": suite,
+                        "motion_id": f"{suite}{number}",
+                        "scale": 1.0,
+                        "incidence_deg": 0.0,
+                        "im_saavg_rotd50_g": level,
+                        "column_drift_ratio": drift,
+                        "unseating_m": 2.0 * drift,
+                        "status": "ok",
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+STATES = [
+    LimitState(
+        component="unseating", name="slight", demand="unseating_m", threshold=0.038,
+        dispersion=0.3, citation="test",
+    )
+]  # fmt: skip
+
+
+def test_a_difference_between_suites_is_found_with_its_interval() -> None:
+    tables = fragility_tables(demands({"near": 0.95, "far": 0.80, "pulse": 0.95}), STATES, DEFAULTS)
+    suites = tables["suites"]
+    drift = suites[suites["demand"] == "column_drift_ratio"]
+    effects = drift[drift["against"] == ""].set_index("suite")
+    assert list(effects.index) == ["near", "far", "pulse", ALL_SUITES]
+    assert effects.loc["far", "ratio"] == pytest.approx(0.80, rel=0.03)
+    assert effects.loc[ALL_SUITES, "ratio"] == pytest.approx(0.897, rel=0.03)
+    pairs = drift[drift["against"] != ""].set_index(["suite", "against"])
+    assert pairs.loc[("far", "near"), "verdict"] == DEPENDS
+    assert pairs.loc[("pulse", "far"), "verdict"] == DEPENDS
+    assert pairs.loc[("pulse", "near"), "verdict"] == NO_DIFFERENCE
+    row = pairs.loc[("far", "near")]
+    assert row["ratio"] == pytest.approx(
+        effects.loc["far", "ratio"] / effects.loc["near", "ratio"], rel=1e-9
+    )
+    assert row["ci_low"] < 0.80 / 0.95 < row["ci_high"]
+    # 3 % of scatter, 16 motions: 0.03 sqrt(2 / 16) for the difference
+    width = np.log(row["ci_high"] / row["ci_low"]) / 2.0
+    assert width == pytest.approx(1.70 * 0.03 * np.sqrt(2 / 16), rel=0.5)
+    assert set(suites["quantity"]) == {"demand", "median_capacity"}
+    medians = tables["suite_curves"]
+    assert set(medians["suite"]) == {"near", "far", "pulse"}
+    assert medians["theta"].between(0.5, 1.5).all()
+
+
+def test_the_verdict_is_wrong_as_often_as_chance_gives() -> None:
+    from skewbridge.fragility.suites import _compared
+
+    rng = np.random.default_rng(1)
+
+    def row(suite: str) -> dict[str, object]:
+        sample = rng.normal(0.0, 0.1, 12)
+        mean, error = sample.mean(), sample.std(ddof=1) / np.sqrt(12)
+        low, high = np.exp([mean - 2.200985 * error, mean + 2.200985 * error])
+        return {
+            **dict.fromkeys(
+                ("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand"), ""
+            ),
+            "suite": suite, "ratio": np.exp(mean), "ci_low": low, "ci_high": high,
+            "level": 0.95, "dof": 11.0, "n_motions": 12,
+        }  # fmt: skip
+
+    found = [_compared(row("near"), row("far")) for _ in range(2000)]
+    assert np.mean([each["verdict"] == DEPENDS for each in found]) == pytest.approx(0.058, abs=0.02)
+    misses = [not each["ci_low"] <= 1.0 <= each["ci_high"] for each in found]
+    assert np.mean(misses) == pytest.approx(0.05, abs=0.015)
+
+
+def test_the_first_screen_states_the_difference() -> None:
+    def summary(effects: dict[str, float]) -> tuple[str, str]:
+        tables = fragility_tables(demands(effects), STATES, DEFAULTS)
+        table = answer_table(
+            medians=tables["median_effects"],
+            effects=tables["effects"],
+            intensities=tables["intensity_effects"],
+            curves=tables["curves"],
+        )
+        return suites_summary(tables["suites"], table)
+
+    title, text = summary({"near": 0.95, "far": 0.80})
+    assert title == "; the effect of friction depends on the motions"
+    assert "under near" in text
+    assert "by chance about 0" in text
+    title, text = summary({"near": 0.95, "far": 0.95})
+    assert title == ""
+    assert text.startswith("Suites near (16) and far (16): 0 of ")
+    assert summary({"near": 0.95}) == ("", "")
