@@ -30,7 +30,15 @@ def shipped(name: str) -> StudyConfig:
 
 @pytest.mark.parametrize(
     ("name", "variants"),
-    [("config", 24), ("smoke", 2), ("real", 24), ("full", 160), ("stripes", 4), ("ida", 4), ("suites", 16)],
+    [
+        ("config", 24),
+        ("smoke", 2),
+        ("real", 24),
+        ("full", 160),
+        ("stripes", 4),
+        ("ida", 4),
+        ("suites", 16),
+    ],
 )
 def test_the_grid_of_a_shipped_configuration_has_its_variants(name: str, variants: int) -> None:
     assert len(expand_grid(shipped(name).grid)) == variants
