@@ -54,22 +54,6 @@ def stepper(integrator, ladder=LADDER, before=None, after=None, set_test=None, h
     return made
 
 
-def test_substeps_end_at_the_time_of_the_regular_step():
-    build_oscillator()
-    sizes = []
-
-    def before(size):  # only sub-steps converge
-        ops.test("NormDispIncr", 1e-12 if size < 0.5 * DT_S else -1.0, 10)
-
-    steps = stepper(("Newmark", 0.5, 0.25), before=before, after=sizes.append)
-    before(DT_S)
-    assert steps.step()
-    assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
-    assert sizes == [DT_S / 4] * 4
-    assert steps.effort.substeps == 4
-    assert steps.effort.highest_rung == 3
-
-
 def test_a_finer_rung_continues_where_the_coarser_one_stopped():
     build_oscillator()
     ladder = tuple(Attempt(algorithm=("Newton",), substeps=n) for n in (1, 4, 20))

@@ -71,12 +71,6 @@ def test_demands_are_the_peaks_up_to_the_failure_of_a_column(collapse):
     assert shear == pytest.approx(result.demands["column_shear_kn"], **near)
 
 
-def test_a_column_below_its_capacity_does_not_fail():
-    end = run(scale=0.2, duration_s=2.0).model_end
-    assert end.mode == ""
-    assert math.isnan(end.time_s)
-
-
 @pytest.mark.parametrize(
     ("settings", "criterion"),
     [({"collapse_deck_disp_m": 0.05}, "deck_disp_m"), ({"collapse_drift_ratio": 0.01}, None)],

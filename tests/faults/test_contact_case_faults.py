@@ -120,14 +120,6 @@ def test_output_folder_that_cannot_be_made_stops_before_any_work(tmp_path):
     assert "cannot write" in answer["message"]
 
 
-def test_unknown_study_is_named_with_the_known_ones(tmp_path):
-    result = CliRunner().invoke(build_app(), ["verify", "fig99", "--out", str(tmp_path), "--json"])
-    assert result.exit_code == 2
-    message = json.loads(result.stdout)["message"]
-    assert "fig99" in message
-    assert "fig3" in message
-
-
 def test_verify_writes_the_table_and_its_json(tmp_path):
     result = CliRunner().invoke(build_app(), ["verify", "gate", "--out", str(tmp_path), "--json"])
     assert result.exit_code == 0

@@ -111,11 +111,6 @@ def test_bad_number_in_the_index_is_refused_by_name(tmp_path, column, value):
         prepare_suite(tmp_path, t1_s=0.7)
 
 
-def test_missing_folder_is_named(tmp_path):
-    with pytest.raises(InputError, match="nowhere"):
-        prepare_suite(tmp_path / "nowhere", t1_s=0.7)
-
-
 def test_waho_with_the_published_peak_is_accepted(tmp_path):
     # one direction only: RotD50 is the peak over sqrt 2
     values = shaken_g(1)

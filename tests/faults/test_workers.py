@@ -13,7 +13,7 @@ from typing import Any
 import psutil
 import pytest
 
-from fake_work import done_at_once, hanging, searched, signalled, slow
+from fake_work import hanging, searched, signalled, slow
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.study.batch import Workers, run_tasks
@@ -80,16 +80,18 @@ def test_a_worker_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
     assert {row["status"] for row in batch(tmp_path, once)} == {"ok"}
 
 
-def test_a_stopped_worker_is_ended_and_its_analysis_recorded(tmp_path: Path) -> None:
-    rows = batch(tmp_path, partial(signalled, motion_id="pulse3", sent=signal.SIGSTOP, first=None))
+@pytest.mark.parametrize(
+    "work", [partial(signalled, sent=signal.SIGSTOP, first=None), hanging], ids=["stopped", "hangs"]
+)
+def test_a_worker_without_progress_is_ended_and_its_analysis_recorded(
+    work: Callable[..., Any], tmp_path: Path
+) -> None:
+    """Stopped, or in a loop of compiled code that runs no Python and takes no step."""
+    rows = batch(tmp_path, partial(work, motion_id="pulse3"))
     assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
     assert rows[2]["collapse_criterion"] == "no progress for 2 s"
     stopped = [each for each in psutil.Process().children() if each.status() == "stopped"]
     assert not stopped
-
-
-def test_a_batch_without_faults_has_none(tmp_path: Path) -> None:
-    assert {row["status"] for row in batch(tmp_path, done_at_once)} == {"ok"}
 
 
 def test_an_unfinished_search_resumes_from_its_journal(tmp_path: Path) -> None:
@@ -179,13 +181,6 @@ def test_a_worker_ends_whose_parent_is_killed_during_its_start(
     parent.kill()
     parent.wait()
     assert all(ended(worker.pid) for worker in workers)
-
-
-def test_a_worker_that_hangs_inside_the_solver_is_ended(tmp_path: Path) -> None:
-    """A process that takes no step and runs no Python, as in a loop of compiled code."""
-    rows = batch(tmp_path, partial(hanging, motion_id="pulse3"))
-    assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
-    assert rows[2]["collapse_criterion"] == "no progress for 2 s"
 
 
 def test_an_analysis_that_makes_progress_is_not_ended(tmp_path: Path) -> None:

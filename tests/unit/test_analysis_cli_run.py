@@ -152,22 +152,6 @@ def test_bad_options_exit_with_2_and_name_the_limit(pair, tmp_path, options, wor
     assert words in answer["message"]
 
 
-def test_bad_records_exit_with_2_and_name_the_file(pair, tmp_path):
-    motion = strong_motion(duration_s=3.0)
-    broken = motion.accel_1_mps2.copy()
-    broken[10] = float("nan")
-    nan = str(write_at2(tmp_path / "nan090.AT2", broken))
-    coarse = str(write_at2(tmp_path / "strong180b.AT2", motion.accel_2_mps2, dt_s=0.02))
-    for first, second, words in (
-        (nan, pair[1], "nan090.AT2"),
-        (pair[0], coarse, "dt"),
-        (pair[0], str(tmp_path / "missing.AT2"), "missing.AT2"),
-    ):
-        done = run([first, second], tmp_path / "out", "--json")
-        assert done.exit_code == 2, words
-        assert words in json.loads(done.stdout)["message"]
-
-
 def test_unwritable_folder_is_reported_before_the_analysis(pair, tmp_path):
     taken = tmp_path / "taken"
     taken.write_text("a file", encoding="utf-8")

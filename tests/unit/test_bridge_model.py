@@ -14,8 +14,6 @@ from skewbridge.analysis.step_loop import configure_solver
 from skewbridge.bridge.abutment.backfill import variation_factors
 from skewbridge.bridge.abutment.elements import (
     NORMAL_OVER_TANGENT,
-    key_material,
-    key_stiffness_n_per_m,
     normal_penalty,
     tangent_penalty,
 )
@@ -26,7 +24,6 @@ from skewbridge.bridge.gravity import (
     open_linear_pattern,
     support_reactions_n,
 )
-from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
@@ -228,13 +225,3 @@ def test_a_spine_node_is_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
     points = spine_points_m(moved, 8)
     away = min(abs(x - mass_centre_m(moved)) for x in points)
     assert away <= 0.05
-
-
-def test_the_stiffness_of_a_key_is_that_of_its_first_branch() -> None:
-    """439.6 kN at 6.35 mm."""
-    key = load_bridge("osb1").abutment.sacrificial_key
-    assert key_stiffness_n_per_m(key) == pytest.approx(439.6e3 / 6.35e-3)
-    with domain():
-        ops.testUniaxialMaterial(key_material(key, TagAllocator()))
-        ops.setStrain(0.001)
-        assert ops.getStress() == pytest.approx(439.6e3 / 6.35)

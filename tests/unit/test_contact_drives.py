@@ -14,6 +14,7 @@ from skewbridge.contact.drives import (
 )
 from skewbridge.errors import InputError
 from skewbridge.verification.references.blocks import Block, run_block
+from skewbridge.verification.references.live_model import Solver
 
 
 @pytest.fixture(autouse=True)
@@ -42,13 +43,7 @@ def pressed_mass(drive):
     ops.element("zeroLength", 1, 1, 2, "-mat", 1, 1, "-dir", 1, 2)
     contacts = ContactSet()
     contacts.add(1, 2, (-1.0, 0.0), 0.010, 0.3, kn=1e6, kt=1e6, drive=drive)
-    ops.constraints("Plain")
-    ops.numberer("Plain")
-    ops.system("FullGeneral")
-    ops.test("NormDispIncr", 1e-12, 50)
-    ops.algorithm("Newton")
-    ops.integrator("Newmark", 0.5, 0.25)
-    ops.analysis("Transient")
+    Solver(constraints="Plain", algorithm="Newton").prepare()
     return contacts
 
 

@@ -8,9 +8,6 @@ from skewbridge.contact import ContactLaw
 from skewbridge.contact.element import contact_frame, cross
 from skewbridge.contact.law import (
     advance_pair,
-    friction_limit_n,
-    normal_force_n,
-    radial_return,
     yields_by_direction,
     yields_on_cone,
 )
@@ -18,19 +15,6 @@ from skewbridge.contact.state import UnitLedger
 from skewbridge.errors import InputError
 
 LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
-
-
-def test_normal_force_and_friction_limit_act_only_in_contact():
-    assert normal_force_n(-0.1, 1e5) == pytest.approx(1e4)
-    assert normal_force_n(0.1, 1e5) == 0.0
-    assert normal_force_n(0.0, 1e5) == 0.0
-    assert friction_limit_n(1e4, 0.3, 1500.0) == pytest.approx(4500.0)
-    assert friction_limit_n(0.0, 0.3, 1500.0) == 0.0
-
-
-def test_a_small_offset_sticks_and_a_large_one_slips_in_its_direction():
-    assert radial_return(0.01, -0.02, 1e5, 4500.0) == pytest.approx((1000.0, -2000.0))
-    assert radial_return(0.3, 0.4, 1e5, 4500.0) == pytest.approx((2700.0, 3600.0))
 
 
 def test_slip_moves_the_stick_point_and_stick_leaves_it():

@@ -66,14 +66,6 @@ def test_incidence_90_rotates_component_1_to_y():
     np.testing.assert_array_equal(ay, [1.0, 2.0])
 
 
-def test_rotation_keeps_the_resultant():
-    motion = _motion()
-    ax, ay = motion.along_axes(33.0)
-    np.testing.assert_allclose(
-        np.hypot(ax, ay), np.hypot(motion.accel_1_mps2, motion.accel_2_mps2), rtol=1e-14
-    )
-
-
 @pytest.mark.parametrize(
     "changes",
     [

@@ -135,13 +135,6 @@ def test_an_invalid_or_second_name_of_a_variant_is_refused(text: str, words: str
         parse_slug(text)
 
 
-def test_axes_that_an_abutment_lacks_are_zero() -> None:
-    roller = Variant(bridge="osb1", abutment="roller", skew_deg=30, gap_mm=51, friction_pct=50)
-    contact = Variant(bridge="osb1", abutment="contact", skew_deg=30, gap_mm=51, friction_pct=50)
-    assert roller.normalised().slug == "osb1_ro_skew30_gap000_mu000"
-    assert contact.normalised().slug == "osb1_co_skew30_gap051_mu000"
-
-
 @pytest.mark.parametrize(
     ("field", "value", "words"),
     [

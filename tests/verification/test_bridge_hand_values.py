@@ -100,7 +100,3 @@ def test_fine_section_mesh_keeps_the_periods_of_bridge_b(direction: str, period_
     fine = ModelOptions(column_integration="lobatto5", cap_load="middle", column_fibers=(12, 32, 3))
     result = modal_properties(variant("roller", bridge="bridge_b"), fine)
     assert result.period_s(direction) == pytest.approx(period_s, rel=0.05)
-
-
-def test_fixed_base_is_that_of_the_catalogue() -> None:
-    assert load_bridge("osb1_fixed").base == "fixed"
